@@ -1,0 +1,41 @@
+"""``stagewire check``: is the spec right?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stagewire_cli.errors import WRONG
+from stagewire_cli.generator import load, the_generator
+
+__all__ = ["check"]
+
+
+def check(
+    spec: Annotated[
+        Path, typer.Argument(help="Folder that holds one or more protocols.", show_default=True)
+    ] = Path("spec"),
+) -> None:
+    """Check a spec and report everything that is wrong with it.
+
+    \b
+    Example:
+      stagewire check spec
+    """
+    with the_generator():
+        from stagewire_generator.diagnostics import SpecError
+    try:
+        _, counts = load([spec])
+    except SpecError as error:
+        for diagnostic in error.diagnostics:
+            typer.echo(str(diagnostic))
+        number = len(error.diagnostics)
+        typer.echo(f"{spec}: {number} error{'s' * (number != 1)}", err=True)
+        raise typer.Exit(WRONG) from None
+    for name, seen in counts.items():
+        typer.echo(
+            f"{name}: ok; {seen.messages} messages, {seen.layouts} layouts, {seen.fields} fields, "
+            f"{seen.errata} errata, {seen.places} witness places, {seen.examples} examples"
+        )

@@ -1,0 +1,69 @@
+"""Why bytes are no frame: which of them are wrong, and what was expected there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stagewire.errors import BadLengthError, DecodeError, TruncatedError, UnknownMessageError
+from stagewire.protocol import Protocol
+
+__all__ = ["explain", "wrong_bytes"]
+
+_HEADER = 6
+_SHOWN = 64
+
+
+def wrong_bytes(raw: bytes, error: DecodeError | UnknownMessageError) -> range:
+    """Return the positions of the bytes that the refusal is about."""
+    if isinstance(error, UnknownMessageError):
+        return range(0, 2)
+    if isinstance(error, TruncatedError):
+        return range(len(raw), len(raw) + 1) if len(raw) < _HEADER else range(2, 4)
+    has_packet = bool(raw[4] & 0x80)
+    if isinstance(error, BadLengthError):
+        return range(2, 4) if has_packet else range(4, 5)
+    return range(_HEADER + (_declared(raw) if has_packet else 0), len(raw))
+
+
+def explain(
+    protocol: Protocol, raw: bytes, error: DecodeError | UnknownMessageError
+) -> Iterator[str]:
+    """Yield lines that show the bytes, mark the wrong ones and say what was expected."""
+    wrong = wrong_bytes(raw, error)
+    start = max(0, min(wrong.start - _HEADER, len(raw) - _SHOWN)) if wrong.start > _SHOWN else 0
+    shown = range(start, min(max(len(raw), wrong.start + 1), start + _SHOWN))
+    lead = "... " if start else ""
+    more = " ..." if shown.stop < len(raw) else ""
+    cells = [f"{raw[i]:02X}" if i < len(raw) else "  " for i in shown]
+    marks = ["^^" if i in wrong else "  " for i in shown]
+    yield f"{lead}{' '.join(cells)}{more}".rstrip()
+    yield f"{' ' * len(lead)}{' '.join(marks)}".rstrip()
+    yield f"{error.code}: {error}"
+    yield from (f"hint: {hint}" for hint in _hints(protocol, raw, error))
+
+
+def _hints(
+    protocol: Protocol, raw: bytes, error: DecodeError | UnknownMessageError
+) -> Iterator[str]:
+    ids = {cls.layout.id: cls.layout.message for cls in protocol.messages}
+    if isinstance(error, UnknownMessageError):
+        turned = raw[0] << 8 | raw[1]
+        if turned in ids:
+            yield (
+                f"{turned:#06x} is {ids[turned]}; the id comes low byte first: "
+                f"{raw[1]:02X} {raw[0]:02X}"
+            )
+        return
+    if len(raw) < _HEADER:
+        return
+    if not raw[4] & 0x80 and len(raw) > _HEADER and _declared(raw) == len(raw) - _HEADER:
+        yield (
+            f"bytes 2 and 3 would declare exactly the {len(raw) - _HEADER} bytes that follow: "
+            f"byte 4 seems to lack the bit of a data packet ({raw[4] | 0x80:#04x})"
+        )
+    elif error.code == "trailing":
+        yield "several frames in one text are read from a file, from standard input, or with --end"
+
+
+def _declared(raw: bytes) -> int:
+    return raw[2] | raw[3] << 8

@@ -1,0 +1,107 @@
+"""The command: its sub-commands, and the last word on errors.
+
+Exit codes: 0 when it did its job, 1 when what it checked is wrong, 2 when it was called wrongly. Bad input
+never gives a traceback.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import sys
+from collections.abc import Sequence
+
+import typer
+
+import stagewire
+from stagewire.errors import StagewireError
+from stagewire_cli import check, conformance, decode, encode, generate, show, testee
+from stagewire_cli.errors import CALLED_WRONGLY, OK, WRONG, CalledWronglyError
+
+__all__ = ["app", "main", "run"]
+
+_INTERRUPTED = 130
+
+app = typer.Typer(
+    name="stagewire",
+    help="Protocols of motion controllers: check and generate bindings, encode, decode, test.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("check")(check.check)
+app.command("generate")(generate.generate)
+app.command("show")(show.show)
+app.command("decode")(decode.decode)
+app.command("encode", context_settings={"ignore_unknown_options": True})(encode.encode)
+app.command("testee")(testee.testee)
+app.add_typer(conformance.app, name="conformance")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"stagewire {stagewire.__version__}")
+        raise typer.Exit(OK)
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(
+        False, "--version", callback=_version, is_eager=True, help="Print the version and exit."
+    ),
+) -> None:
+    """Protocols of motion controllers: check and generate bindings, encode, decode, test.
+
+    \b
+    Examples:
+      stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
+      stagewire show MOT_MOVE_ABSOLUTE
+    """
+
+
+def run() -> None:
+    """Run the command with the arguments of this process, and end the process."""
+    code = main(sys.argv[1:])
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _drop_output()
+    sys.exit(code)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the command and return its exit code; errors become sentences on standard error."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        app(list(arguments), prog_name="stagewire")
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else OK if end.code is None else WRONG
+    except CalledWronglyError as error:
+        return _fail(error, CALLED_WRONGLY)
+    except BrokenPipeError:
+        _drop_output()
+        return WRONG
+    except StagewireError as error:
+        return _fail(error, WRONG)
+    except OSError as error:
+        named = f"{error.filename}: " if error.filename else ""
+        return _fail(f"{named}{error.strerror or error}", CALLED_WRONGLY)
+    except KeyboardInterrupt:
+        return _fail("interrupted", _INTERRUPTED)
+    return OK
+
+
+def _fail(problem: object, code: int) -> int:
+    print(f"stagewire: {problem}", file=sys.stderr)
+    return code
+
+
+def _drop_output() -> None:
+    """Send what is still buffered nowhere: the reader of our output has gone."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,53 @@
+"""Progress of what takes longer than two seconds: a status line on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.status import Status
+
+from stagewire_cli.terminal import console
+
+__all__ = ["Progress", "progress"]
+
+_PATIENCE = 2.0
+
+
+class Progress:
+    """Called with what is being done; silent for the first two seconds."""
+
+    def __init__(self) -> None:
+        self._next = time.monotonic() + _PATIENCE
+        self._status: Status | None = None
+
+    def __call__(self, text: str) -> None:
+        """Say what is being done now."""
+        now = time.monotonic()
+        if self._status is not None:
+            self._status.update(text)
+        elif now >= self._next:
+            self._next = now + _PATIENCE
+            if sys.stderr.isatty():
+                self._status = console(error=True).status(text)
+                self._status.start()
+            else:
+                print(f"... {text}", file=sys.stderr, flush=True)
+
+    def stop(self) -> None:
+        """Take the status line away."""
+        if self._status is not None:
+            self._status.stop()
+            self._status = None
+
+
+@contextmanager
+def progress() -> Iterator[Progress]:
+    """Give a :class:`Progress` that is gone when the block ends."""
+    shown = Progress()
+    try:
+        yield shown
+    finally:
+        shown.stop()

@@ -1,0 +1,122 @@
+"""A frame for people: every field with its offset, raw value and meaning."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from rich.table import Table
+
+from stagewire.protocol import Protocol
+from stagewire_cli.terminal import printable, table
+from stagewire_conformance.registry import registry_of
+from stagewire_conformance.scales import factor
+
+__all__ = ["amount", "flag_names", "frame_line", "frame_table", "frame_title", "meaning", "raw_text"]
+
+Json = dict[str, Any]
+_HEX_FROM = 10
+
+
+def frame_title(protocol: Protocol, answer: Json) -> str:
+    """Return the first line about a frame: message, id, form, addresses."""
+    entry = registry_of(protocol).messages.get(answer["message"], {})
+    pages = ", ".join(str(page) for page in entry.get("pages", []))
+    known = f" (id {entry['id']:#06x}, page {pages})" if entry.get("id") is not None else ""
+    return (
+        f"{answer['message']}{known}\n"
+        f"form {answer['form']}, dest {answer['dest']:#04x}, source {answer['source']:#04x}"
+    )
+
+
+def frame_table(protocol: Protocol, answer: Json) -> Table:
+    """Return the fields of a decoded frame as a table."""
+    known = registry_of(protocol).fields(answer["message"], answer["form"])
+    shown = table("offset", "field", "raw", "meaning", right=("offset", "raw"))
+    for name, value in answer["fields"].items():
+        field = known.get(name, {})
+        offset = field.get("offset")
+        place = "" if offset is None or name in _parameters(protocol, answer) else str(offset)
+        shown.add_row(place, name, raw_text(value), meaning(field, value))
+    for key, text in (("extra", "bytes beyond the layout"), ("data", "the whole packet")):
+        if answer.get(key):
+            shown.add_row("", key, answer[key], text)
+    return shown
+
+
+def frame_line(answer: Json) -> str:
+    """Return a decoded frame in one line, for streams."""
+    fields = [f"{name}={raw_text(value)}" for name, value in answer["fields"].items()]
+    fields += [f"{key}={answer[key]}" for key in ("extra", "data") if answer.get(key)]
+    form = "" if answer["form"] in ("header", "data") else f" ({answer['form']})"
+    where = f"{answer['source']:#04x}->{answer['dest']:#04x}"
+    return " ".join([f"{where} {answer['message']}{form}", *fields])
+
+
+def raw_text(value: int | str) -> str:
+    """Return a raw value as it is shown: text with nothing in it that could steer a terminal."""
+    return printable(value) if isinstance(value, str) else str(value)
+
+
+def meaning(field: Json, value: int | str) -> str:
+    """Return what a raw value means: a name, flag names, engineering units; empty if nothing is known."""
+    if isinstance(value, str):
+        return ""
+    parts = []
+    if field.get("enum"):
+        names = [name for name, known in field["enum"].items() if known == value]
+        parts.append(names[0] if names else "no name in the registry")
+    if field.get("flags"):
+        parts.append(flag_names(field["flags"], value))
+    if field.get("flags_by_unit"):
+        parts.append(f"flags depend on the unit: {', '.join(field['flags_by_unit'])}")
+    if field.get("scale"):
+        parts.append(_in_units(field, value))
+    if field.get("role") == "reserved" and value:
+        parts.append("reserved, not zero")
+    minimum, maximum = field.get("minimum"), field.get("maximum")
+    if minimum is not None and maximum is not None and not minimum <= value <= maximum:
+        parts.append(f"out of range {minimum} to {maximum}")
+    if not parts and value >= _HEX_FROM:
+        parts.append(f"{value:#x}")
+    return "; ".join(part for part in parts if part)
+
+
+def flag_names(flags: dict[str, int], value: int) -> str:
+    """Return the names of the bits that are set; bits without a name in hex."""
+    value &= (1 << 64) - 1
+    names = [name for name, mask in sorted(flags.items(), key=lambda f: f[1]) if value & mask]
+    for mask in flags.values():
+        value &= ~mask
+    return " | ".join([*names, *([f"{value:#x}"] if value else [])]) or "none set"
+
+
+def amount(value: Fraction) -> str:
+    """Return a fraction as a decimal, marked where it is rounded."""
+    whole = value.denominator
+    for prime in (2, 5):
+        while whole % prime == 0:
+            whole //= prime
+    text = f"{float(value):.10g}"
+    return text if whole == 1 and Fraction(text) == value else f"≈ {float(value):.6g}"
+
+
+def _in_units(field: Json, value: int) -> str:
+    scale, unit = field["scale"], field.get("unit") or ""
+    exact = factor(scale, unit)
+    if exact is not None:
+        return f"{amount(exact.from_counts(value))} {unit}"
+    if "unknown" in scale:
+        return f"{unit}: {scale['unknown']}" if unit else str(scale["unknown"])
+    on = {
+        "stage": "stage and controller",
+        "setting": str(scale.get("setting", "a setting")).replace("_", " "),
+        "unit": "unit",
+    }.get(str(scale.get("by")), "what is set")
+    return f"{unit or 'scale'} by {on}"
+
+
+def _parameters(protocol: Protocol, answer: Json) -> set[str]:
+    layout = registry_of(protocol).layout(answer["message"], answer["form"]) or {}
+    found = (layout.get(key) for key in ("param1", "param2"))
+    return {field["name"] for field in found if field}

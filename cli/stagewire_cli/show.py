@@ -1,0 +1,183 @@
+"""``stagewire show``: what the registry says of a name."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from stagewire.protocol import available_protocols
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.protocols import choose
+from stagewire_cli.terminal import console, table
+from stagewire_conformance.registry import Registry, registry_of
+
+__all__ = ["show"]
+
+Json = dict[str, Any]
+Found = tuple[str, str, str, Json]  # protocol, kind, name, entry
+
+_TABLES = {
+    "enumeration": "enumerations",
+    "flag table": "flags",
+    "quantity": "quantities",
+    "unit": "units",
+    "stage": "stages",
+    "controller": "controllers",
+    "family": "families",
+    "erratum": "errata",
+}
+
+
+def show(
+    name: Annotated[str, typer.Argument(help="Name; upper or lower case, or a message id.")],
+    protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="As it stands in the registry.")] = False,
+) -> None:
+    """Show a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum.
+
+    \b
+    Examples:
+      stagewire show MOT_MOVE_ABSOLUTE
+      stagewire show velocity
+    """
+    registries = {
+        choice: registry_of(choose(choice))
+        for choice in ([protocol] if protocol else available_protocols())
+    }
+    if not registries:
+        choose(None)
+    everything = [
+        (choice, *entry) for choice, registry in registries.items() for entry in _entries(registry)
+    ]
+    found = _find(name, everything)
+    if not found:
+        raise CalledWronglyError(f"nothing in the registry is named {name}{_like(name, everything)}")
+    if as_json:
+        for _, _, _, entry in found:
+            typer.echo(json.dumps(entry, indent=2, sort_keys=True, ensure_ascii=False))
+        return
+    out = console()
+    for choice, kind, known, entry in found:
+        out.print(f"{kind} {known} ({choice})", style="bold")
+        if kind == "message":
+            _message(out, entry)
+        else:
+            _plain(out, entry)
+
+
+def _entries(registry: Registry) -> Iterator[tuple[str, str, Json]]:
+    for name, entry in registry.messages.items():
+        yield "message", name, entry
+    for name, members in registry.table("sets").items():
+        yield "parameter set", name, {"messages": members}
+    for kind, key in _TABLES.items():
+        for name, entry in registry.table(key).items():
+            yield kind, name, entry
+
+
+def _find(name: str, everything: list[Found]) -> list[Found]:
+    wanted = name.strip().lower()
+    for candidate in (wanted, wanted.partition("_")[2]):  # MGMSG_ and the like in front
+        found = [entry for entry in everything if candidate and entry[2].lower() == candidate]
+        if found:
+            return found
+    try:
+        id = int(wanted, 16) if wanted.startswith("0x") else None
+    except ValueError:
+        id = None
+    return [e for e in everything if id is not None and e[1] == "message" and e[3]["id"] == id]
+
+
+def _like(name: str, everything: list[Found]) -> str:
+    names = {known.lower(): known for _, _, known, _ in everything}
+    close = difflib.get_close_matches(name.lower()[:80], names, n=3)
+    return f"; did you mean {' or '.join(names[word] for word in close)}?" if close else ""
+
+
+def _message(out: Console, entry: Json) -> None:
+    id = "without an id" if entry["id"] is None else f"id {entry['id']:#06x}"
+    pages = ", ".join(str(page) for page in entry["pages"])
+    out.print(f"{id}, {str(entry['direction']).replace('_', ' ')}, page {pages}")
+    for key in ("summary", "note"):
+        if entry.get(key):
+            out.print(entry[key])
+    _plain(out, {key: entry[key] for key in ("set", "exchange", "errata") if entry.get(key)})
+    if not entry["layouts"]:
+        out.print("the document gives no layout; it is kept as it comes and never made by guess")
+    for layout in entry["layouts"]:
+        _layout(out, layout)
+
+
+def _layout(out: Console, layout: Json) -> None:
+    when = f" when {_text(layout['when'])}" if layout.get("when") else ""
+    length = f", packet of {layout['length']} bytes" if layout["length"] else ""
+    out.print(f"\n{layout['form']}{when}{length}")
+    if layout.get("note"):
+        out.print(layout["note"])
+    rows = [(key, layout[key]) for key in ("param1", "param2") if layout.get(key)]
+    rows += [(str(field["offset"]), field) for field in layout["fields"]]
+    if not rows:
+        out.print("no fields")
+        return
+    shown = table("offset", "field", "format", "range", "unit", "values, notes", right=("offset",))
+    for place, field in rows:
+        ranged = field.get("minimum") is not None
+        shown.add_row(
+            place,
+            str(field["name"]),
+            str(field["format"]),
+            f"{field['minimum']} to {field['maximum']}" if ranged else "",
+            str(field.get("unit") or ""),
+            "; ".join(_notes(field)),
+        )
+    out.print(shown)
+
+
+def _notes(field: Json) -> Iterator[str]:
+    if field.get("role") not in (None, "value"):
+        yield str(field["role"])
+    if field.get("constant") is not None:
+        yield f"always {field['constant']}"
+    if field.get("default") is not None:
+        yield f"default {field['default']}"
+    if field.get("enumeration"):
+        yield f"enumeration {field['enumeration']}"
+    if field.get("flag_table"):
+        yield f"flags {field['flag_table']}"
+    for unit, name in (field.get("flags_by_unit") or {}).items():
+        yield f"flags {name} on {unit}"
+    if field.get("note"):
+        yield str(field["note"])
+
+
+def _plain(out: Console, entry: Json, indent: str = "") -> None:
+    """Print any entry of the registry: one line per fact, deeper ones indented."""
+    for key, value in entry.items():
+        if value is None or value in ("", [], {}) or key == "name":
+            continue
+        label = f"{indent}{key.replace('_', ' ') if key.islower() else key}"
+        if isinstance(value, dict) and not _is_small(value):
+            out.print(f"{label}:", soft_wrap=True)
+            _plain(out, value, indent + "  ")
+        else:
+            out.print(f"{label}: {_text(value)}", soft_wrap=True)
+
+
+def _is_small(value: Json) -> bool:
+    return all(not isinstance(v, (dict, list)) for v in value.values()) and len(value) <= 3
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, dict):
+        if set(value) == {"numerator", "denominator"}:
+            over = "" if value["denominator"] == 1 else f"/{value['denominator']}"
+            return f"{value['numerator']}{over}"
+        return ", ".join(f"{key} {_text(item)}" for key, item in value.items() if item != "")
+    if isinstance(value, list):
+        return ", ".join(_text(item) for item in value)
+    return str(value)

@@ -1,0 +1,33 @@
+"""Output for people: a console that never cuts columns in a pipe, and text that cannot steer a terminal."""
+
+from __future__ import annotations
+
+import sys
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+__all__ = ["console", "printable", "table"]
+
+_PIPE_WIDTH = 200
+
+
+def console(*, error: bool = False) -> Console:
+    """Return a console on standard output (or error) as it is now; text is printed as it stands."""
+    stream = sys.stderr if error else sys.stdout
+    width = None if stream.isatty() else _PIPE_WIDTH
+    return Console(file=stream, width=width, markup=False, highlight=False, emoji=False)
+
+
+def table(*columns: str, right: tuple[str, ...] = ()) -> Table:
+    """Return an empty table; the columns named in ``right`` are aligned to the right."""
+    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for name in columns:
+        made.add_column(name, justify="right" if name in right else "left", overflow="fold")
+    return made
+
+
+def printable(text: str) -> str:
+    """Return text from outside with everything escaped that is no visible character."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

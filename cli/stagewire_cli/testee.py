@@ -1,0 +1,27 @@
+"""``stagewire testee``: the Python codec behind the line protocol of the conformance suite."""
+
+from __future__ import annotations
+
+import sys
+
+__all__ = ["testee"]
+
+
+def testee() -> None:
+    """Answer requests, one JSON object per line, on standard input and output.
+
+    \b
+    Example:
+      echo '{"id":1,"op":"hello"}' | stagewire testee
+    """
+    from stagewire_conformance.testee import lines_of, serve
+
+    serve(lines_of(sys.stdin.buffer), _write)
+
+
+def _write(line: str) -> None:
+    sys.stdout.buffer.write(line.encode("ascii"))  # "\n" on every system
+    sys.stdout.buffer.flush()
+
+
+testee.__test__ = False  # type: ignore[attr-defined]

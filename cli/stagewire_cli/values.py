@@ -1,0 +1,72 @@
+"""Values as people write them on the command line: integers, names, flags, text, bytes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.hextext import parse_hex
+
+__all__ = ["parse_address", "parse_assignments", "parse_value"]
+
+Json = dict[str, Any]
+
+_INTEGER = re.compile(r"[+-]?(?:0[xX][0-9A-Fa-f]{1,16}|[0-9]{1,20})\Z")
+
+
+def parse_assignments(words: Iterable[str]) -> dict[str, str]:
+    """Return ``field=value`` words as a mapping."""
+    made: dict[str, str] = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not equals or not name:
+            raise CalledWronglyError(f"{word!r} is not field=value")
+        if name in made:
+            raise CalledWronglyError(f"{name} is given twice")
+        made[name] = value
+    return made
+
+
+def parse_value(name: str, text: str, field: Json) -> int | str:
+    """Return what ``text`` says for a field: an integer, text, or hex of a byte string."""
+    kind = field.get("kind")
+    if kind == "text":
+        return text
+    if kind == "bytes":
+        try:
+            return parse_hex(text).hex()
+        except ValueError as error:
+            raise CalledWronglyError(f"{name}: {str(error).removeprefix('line 1: ')}") from None
+    integer = _integer(text)
+    if integer is not None:
+        return integer
+    names: dict[str, int] = field.get("enum") or {}
+    folded = {known.lower(): value for known, value in names.items()}
+    if text.lower() in folded:
+        return folded[text.lower()]
+    flags: dict[str, int] = {known.lower(): mask for known, mask in (field.get("flags") or {}).items()}
+    parts = [part.strip().lower() for part in re.split(r"[|,+]", text)]
+    if flags and all(part in flags for part in parts):
+        value = 0
+        for part in parts:
+            value |= flags[part]
+        return value
+    known = [*names, *flags]
+    choice = f", or of {', '.join(known)}" if known else ""
+    raise CalledWronglyError(f"{name} takes an integer such as 5 or 0x05{choice}; not {text!r}")
+
+
+def parse_address(option: str, text: str) -> int:
+    """Return an address in decimal or hex."""
+    value = _integer(text)
+    if value is None:
+        raise CalledWronglyError(f"{option} takes an address such as 0x50, not {text!r}")
+    return value
+
+
+def _integer(text: str) -> int | None:
+    if not _INTEGER.match(text):
+        return None
+    return int(text, 16) if "x" in text.lower() else int(text)

@@ -1,0 +1,79 @@
+"""Frames and stream events as the JSON objects that a testee answers with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stagewire.errors import CodecError
+from stagewire.frame import Frame
+from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+
+__all__ = ["UNDOCUMENTED", "Refusal", "fields_of", "frame_answer", "refusal"]
+
+Json = dict[str, Any]
+
+UNDOCUMENTED = "undocumented"
+_MAXIMUM_DETAIL = 500
+
+
+class Refusal(Exception):
+    """A request that is not granted: a refusal code of the testee protocol, and a sentence."""
+
+    def __init__(self, code: str, detail: str) -> None:
+        self.code = code
+        self.detail = detail
+        super().__init__(detail)
+
+
+def refusal(error: Refusal | CodecError) -> Json:
+    """Return the part of an answer that refuses."""
+    detail = error.detail if isinstance(error, Refusal) else str(error)
+    if len(detail) > _MAXIMUM_DETAIL:
+        detail = f"{detail[:_MAXIMUM_DETAIL]}…"
+    return {"ok": False, "error": error.code, "detail": detail}
+
+
+def frame_answer(frame: Frame) -> Json:
+    """Return what a decoded frame says: message, form, addresses, fields, and bytes beyond them."""
+    message = frame.message
+    answer: Json = {
+        "message": message.layout.message,
+        "form": message.layout.form,
+        "dest": frame.dest,
+        "source": frame.source,
+        "fields": fields_of(message),
+    }
+    if isinstance(message, UndecidedMessage):
+        # The whole payload: it encodes back from this alone.
+        answer["data"] = (message.data + frame.extra).hex()
+    elif isinstance(message, UndocumentedMessage):
+        answer["form"] = UNDOCUMENTED
+        answer["data"] = None if message.data is None else message.data.hex()
+    elif frame.extra:
+        answer["extra"] = frame.extra.hex()
+    return answer
+
+
+def fields_of(message: Message) -> Json:
+    """Return the fields of a message: integers, hex for byte strings, text.
+
+    A header parameter without a name is shown when it is not zero, or when leaving it out would
+    encode as something else.
+    """
+    if isinstance(message, UndecidedMessage):
+        return {name: _plain(getattr(message, name)) for name in message.shared}
+    if isinstance(message, UndocumentedMessage):
+        parameters = {"param1": message.param1, "param2": message.param2}
+        return {name: value for name, value in parameters.items() if value}
+    layout = message.layout
+    return {
+        name: _plain(value)
+        for name, value in message.values().items()
+        if name not in layout.unnamed or value or layout.constants.get(name)
+    }
+
+
+def _plain(value: Any) -> int | str:
+    if isinstance(value, bytes):
+        return value.hex()
+    return value if isinstance(value, str) else int(value)

@@ -1,0 +1,56 @@
+"""The resolved registry as data, ready to be asked: what every tool reads that does not read the YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+from stagewire.protocol import Protocol
+
+__all__ = ["Json", "Registry", "registry_of"]
+
+Json = dict[str, Any]
+
+
+class Registry:
+    """An index over the JSON of one protocol's registry; it computes nothing of its own."""
+
+    def __init__(self, data: Json) -> None:
+        self.data = data
+        self.messages: dict[str, Json] = {entry["name"]: entry for entry in data["messages"]}
+
+    def layout(self, message: str, form: str) -> Json | None:
+        """Return the layout of a message by its form, or None."""
+        entry = self.messages.get(message)
+        if entry is None:
+            return None
+        found: Json | None
+        found = next((item for item in entry["layouts"] if item["form"] == form), None)
+        return found
+
+    def fields(self, message: str, form: str) -> dict[str, Json]:
+        """Return header parameters and payload fields of a layout by name, in wire order."""
+        layout = self.layout(message, form)
+        return {} if layout is None else dict(_named(layout))
+
+    def table(self, kind: str) -> dict[str, Json]:
+        """Return a part of the registry, such as ``units`` or ``errata``, by name."""
+        part = self.data.get(kind) or {}
+        if isinstance(part, dict):
+            return part
+        return {entry.get("name", entry.get("id")): entry for entry in part}
+
+
+def _named(layout: Json) -> Iterator[tuple[str, Json]]:
+    for key in ("param1", "param2"):
+        if layout.get(key):
+            yield layout[key].get("name") or key, layout[key]
+    for field in layout["fields"]:
+        yield field["name"], field
+
+
+@cache
+def registry_of(protocol: Protocol) -> Registry:
+    """Return the registry of an installed protocol; read once."""
+    return Registry(protocol.registry())

@@ -1,0 +1,211 @@
+"""The Python testee: one JSON object per line in, one out, in order, whatever comes.
+
+Any implementation in any language becomes testable by speaking this protocol on its standard input and
+output; ``stagewire testee`` is the Python one. Requests and answers have a JSON Schema,
+``spec/schema/testee.schema.json``: a line that it does not allow is answered with ``bad_request``, a value
+that it allows and the registry does not with the code that says why.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, BinaryIO, NoReturn
+
+import stagewire
+from stagewire.errors import CodecError, UnknownMessageError
+from stagewire.protocol import available_protocols, load_protocol
+from stagewire_conformance.answers import Refusal, refusal
+from stagewire_conformance.codec import ENDS, Codec
+from stagewire_conformance.hexes import from_hex
+
+__all__ = ["IMPLEMENTATION", "MAXIMUM_LINE", "OPERATIONS", "TESTEE", "Testee", "lines_of", "serve"]
+
+Json = dict[str, Any]
+
+TESTEE = 1
+IMPLEMENTATION = "stagewire-python"
+MAXIMUM_LINE = 16 * 1024 * 1024
+"""Bytes of the longest line that is read; a longer one is refused."""
+
+
+def serve(lines: Iterable[bytes], write: Callable[[str], None]) -> None:
+    """Answer every line of ``lines``, in order; ``write`` gets each answer with its line end."""
+    testee = Testee()
+    for line in lines:
+        write(json.dumps(testee.answer(line), allow_nan=False, separators=(",", ":")) + "\n")
+
+
+def lines_of(stream: BinaryIO) -> Iterator[bytes]:
+    """Return the lines of a stream; what goes beyond :data:`MAXIMUM_LINE` in one is dropped."""
+    while line := stream.readline(MAXIMUM_LINE + 1):
+        rest = line
+        while len(rest) > MAXIMUM_LINE and not rest.endswith(b"\n"):
+            rest = stream.readline(MAXIMUM_LINE + 1)
+        yield line
+
+
+class Testee:
+    """Answers requests; it keeps nothing between two lines but the protocols that it has loaded."""
+
+    __test__ = False  # its name is no invitation to pytest
+
+    def __init__(self) -> None:
+        self._codecs: dict[str, Codec] = {}
+
+    def answer(self, line: bytes) -> Json:
+        """Return the answer to one line; never raises for what the line holds."""
+        id: int | str | None = None
+        try:
+            request = _parse(line)
+            id = _id(request)
+            return {"id": id, "ok": True} | _operation(request)(self, request)
+        except (Refusal, CodecError) as error:
+            return {"id": id} | refusal(error)
+        except RecursionError:
+            return {"id": id} | refusal(Refusal("bad_request", "nested too deeply"))
+        except Exception as error:  # a testee survives any line; tests see to it that none gets here
+            text = f"internal error: {type(error).__name__}: {error}"
+            return {"id": id} | refusal(Refusal("unsupported", text))
+
+    def hello(self, request: Json) -> Json:
+        """Say who this is and what it can do."""
+        return {
+            "testee": TESTEE,
+            "implementation": IMPLEMENTATION,
+            "version": stagewire.__version__,
+            "protocols": available_protocols(),
+            "operations": list(OPERATIONS),
+        }
+
+    def decode(self, request: Json) -> Json:
+        """Decode one frame."""
+        return self._codec(request).decode(_bytes(request["hex"]), request.get("context"))
+
+    def encode(self, request: Json) -> Json:
+        """Encode one frame."""
+        for key in ("data", "extra"):
+            if request.get(key) is not None:
+                _bytes(request[key])
+        return {"hex": self._codec(request).encode(request).hex()}
+
+    def stream(self, request: Json) -> Json:
+        """Cut a stream into events."""
+        end = request.get("end", "none")
+        if end not in ENDS:
+            _bad(f"end is one of {', '.join(ENDS)}, not {end!r}")
+        chunks = request["chunks"]
+        if not all(isinstance(chunk, str) for chunk in chunks):
+            _bad("chunks holds texts, bytes in hex")
+        raw = [_bytes(chunk) for chunk in chunks]
+        return self._codec(request).stream(raw, end, request.get("context"))
+
+    def _codec(self, request: Json) -> Codec:
+        name = request["protocol"]
+        if name not in self._codecs:
+            try:
+                self._codecs[name] = Codec(load_protocol(name))
+            except UnknownMessageError as error:
+                raise Refusal("unsupported", str(error)) from None
+        return self._codecs[name]
+
+
+_Operation = Callable[[Testee, Json], Json]
+
+# operation -> (what answers it, its required keys, its optional keys); "id" and "op" go without saying
+_PROTOCOL = {"protocol": str}
+_CONTEXT = {"context": dict}
+_OPERATIONS: dict[str, tuple[_Operation, dict[str, type], dict[str, type]]] = {
+    "hello": (Testee.hello, {}, {}),
+    "decode": (Testee.decode, {**_PROTOCOL, "hex": str}, _CONTEXT),
+    "encode": (
+        Testee.encode,
+        {**_PROTOCOL, "message": str},
+        # addresses are values like the fields: whether they are right is the codec's to say
+        {"form": str, "fields": dict, "extra": str, "data": str, "dest": object, "source": object}
+        | _CONTEXT,
+    ),
+    "stream": (Testee.stream, {**_PROTOCOL, "chunks": list}, {"end": str, **_CONTEXT}),
+}
+OPERATIONS = tuple(_OPERATIONS)
+_NULLABLE = {"data"}  # null: an undocumented message that was a header without a packet
+
+
+def _operation(request: Json) -> _Operation:
+    """Return what answers the request, once its shape is known to be right."""
+    op = request.get("op")
+    if not isinstance(op, str):
+        _bad("op names the operation, as text")
+    if op not in _OPERATIONS:
+        raise Refusal("unsupported", f"there is no operation {op!r} ({', '.join(_OPERATIONS)})")
+    operation, required, optional = _OPERATIONS[op]
+    for key in required:
+        if key not in request:
+            _bad(f"{op} needs {key}")
+    types: Mapping[str, type] = {"id": object, "op": str, **required, **optional}
+    for key, value in request.items():
+        if key not in types:
+            _bad(f"{op} does not know {key!r} ({', '.join(types)})")
+        if not isinstance(value, types[key]) and not (value is None and key in _NULLABLE):
+            _bad(f"{key} is {_JSON_NAMES[types[key]]}, not {_short(value)}")
+    for key, value in request.get("context", {}).items():
+        if not isinstance(value, str):
+            _bad(f"context {key!r} is a text, not {_short(value)}")
+    return operation
+
+
+_JSON_NAMES: dict[type, str] = {str: "a text", dict: "an object", list: "a list"}
+
+
+def _parse(line: bytes) -> Json:
+    if len(line) > MAXIMUM_LINE:
+        _bad(f"the line is longer than {MAXIMUM_LINE} bytes")
+    try:
+        request = json.loads(
+            line.decode("utf-8"), parse_constant=_constant, object_pairs_hook=_object
+        )
+    except UnicodeDecodeError as error:
+        _bad(f"not UTF-8: byte {error.start} of the line")
+    except RecursionError:
+        _bad("nested too deeply")
+    except ValueError as error:  # not JSON, or an integer of thousands of digits
+        _bad(f"not JSON: {error}")
+    if not isinstance(request, dict):
+        _bad(f"a request is a JSON object, not {_short(request)}")
+    return request
+
+
+def _constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not a JSON number")
+
+
+def _object(pairs: list[tuple[str, Any]]) -> Json:
+    made = dict(pairs)
+    if len(made) < len(pairs):
+        raise ValueError("a key stands twice in one object")
+    return made
+
+
+def _id(request: Json) -> int | str:
+    id = request.get("id")
+    if isinstance(id, bool) or not isinstance(id, (int, str)):
+        _bad("id is an integer or a text")
+    return id
+
+
+def _bytes(text: str) -> bytes:
+    try:
+        return from_hex(text)
+    except ValueError as error:
+        _bad(str(error))
+
+
+def _bad(detail: str) -> NoReturn:
+    raise Refusal("bad_request", detail)
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, (dict, list)):
+        return _JSON_NAMES[type(value)]
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:60]}…"

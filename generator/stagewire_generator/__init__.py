@@ -1,0 +1,10 @@
+"""The generator: reads a spec, checks it, and renders every target from the resolved model.
+
+``check`` gives the frozen model of each protocol or raises :class:`SpecError` with all diagnostics;
+``render`` gives the text of every output file; :mod:`stagewire_generator.output` compares or writes them.
+"""
+
+from stagewire_generator.diagnostics import CODES, Diagnostic, SpecError
+from stagewire_generator.pipeline import TARGETS, check, render
+
+__all__ = ["CODES", "TARGETS", "Diagnostic", "SpecError", "check", "render"]

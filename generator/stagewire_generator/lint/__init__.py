@@ -1,0 +1,7 @@
+"""Rules that the resolved registry must keep; each rule is a function of one module here."""
+
+from stagewire_generator.lint.errata import check_errata
+from stagewire_generator.lint.layouts import check_layouts
+from stagewire_generator.lint.names import check_names
+
+__all__ = ["check_errata", "check_layouts", "check_names"]

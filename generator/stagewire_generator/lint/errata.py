@@ -1,0 +1,94 @@
+"""Mismatch if and only if erratum.
+
+A difference between witness and registry without an erratum is an error, and so is an erratum that no
+difference and no worked example bears out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.lint.witness import Comparison
+from stagewire_generator.model import Protocol
+from stagewire_generator.strict_yaml import Document
+
+__all__ = ["check_errata"]
+
+
+def check_errata(
+    protocol: Protocol, printed: Iterable[Document], diagnostics: Diagnostics
+) -> Comparison:
+    """Hold witness, registry, errata and examples against each other."""
+    comparison = Comparison(protocol, printed)
+    claimed: dict[str, str] = {}
+    for erratum in protocol.errata:
+        for place in erratum.places:
+            if place in claimed:
+                diagnostics.add(
+                    erratum.place, "SW045", f"{erratum.id} and {claimed[place]}: {place}"
+                )
+            claimed[place] = erratum.id
+            if place not in comparison.differences:
+                diagnostics.add(erratum.place, "SW042", f"{erratum.id}: {place}")
+    for place, difference in sorted(comparison.differences.items()):
+        if place not in claimed:
+            diagnostics.add(
+                difference.at,
+                "SW040",
+                f"{place}: printed {difference.printed!r}, registry {difference.encoded!r}",
+            )
+    referred = _referred(protocol, diagnostics)
+    for erratum in protocol.errata:
+        if not erratum.places and erratum.id not in referred:
+            diagnostics.add(erratum.place, "SW041", erratum.id)
+        _known(protocol, erratum.messages, erratum.fields, erratum.id, erratum.place, diagnostics)
+    for at, name in comparison.unknown:
+        diagnostics.add(at, "SW044", f"{name} is in no chapter of the registry")
+    for message in protocol.messages:
+        if message.name not in comparison.witnessed:
+            diagnostics.add(message.place, "SW043", f"{message.name} is nowhere in printed/")
+    return comparison
+
+
+def _known(
+    protocol: Protocol,
+    messages: Iterable[str],
+    fields: Iterable[str],
+    id: str,
+    place: Place,
+    diagnostics: Diagnostics,
+) -> None:
+    names = {message.name for message in protocol.messages}
+    full = {
+        f"{owner}.{field.name}"
+        for message in protocol.messages
+        for owner in {message.name, *(message.set or ())}
+        for layout in message.layouts
+        for field in layout.all_fields
+    }
+    for name in messages:
+        if name not in names:
+            diagnostics.add(place, "SW021", f"{id}: no message is named {name}")
+    for name in fields:
+        if name not in full:
+            diagnostics.add(place, "SW021", f"{id}: no field is named {name}")
+
+
+def _referred(protocol: Protocol, diagnostics: Diagnostics) -> set[str]:
+    """Return the errata that examples and captures refer to."""
+    known = {erratum.id for erratum in protocol.errata}
+    found: set[str] = set()
+    for kind, data in (("examples", protocol.examples), ("captures", protocol.captures)):
+        for id, entry in data.get(kind, {}).items():
+            for erratum in _errata_of(entry):
+                found.add(erratum)
+                if erratum not in known:
+                    place = Place(f"conformance/{kind}/{protocol.name}.yaml")
+                    diagnostics.add(place, "SW021", f"{id}: no erratum is named {erratum}")
+    return found
+
+
+def _errata_of(entry: dict[str, Any]) -> list[str]:
+    return [*entry.get("errata", []), *entry.get("breakdown", {}).get("errata", [])]

@@ -1,0 +1,115 @@
+"""Layouts: ids, ranges, values, and whether bytes alone tell the forms of a message apart."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.model import Field, Layout, Message, Protocol
+
+__all__ = ["check_layouts"]
+
+
+def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
+    """Check ids, layouts and fields of all messages."""
+    _ids(protocol, diagnostics)
+    for message in protocol.messages:
+        _undocumented(message, diagnostics)
+        _distinguishable(message, protocol, diagnostics)
+        for layout in message.layouts:
+            for field in layout.all_fields:
+                _field(message, field, diagnostics)
+    for enumeration in protocol.enumerations:
+        values = [value.value for value in enumeration.values]
+        for value in sorted({v for v in values if values.count(v) > 1}):
+            diagnostics.add(
+                enumeration.place, "SW034", f"{enumeration.name}: {value:#x} has two names"
+            )
+    for table in protocol.flags:
+        bits = [bit.bit for bit in table.bits]
+        for number in sorted({b for b in bits if bits.count(b) > 1}):
+            diagnostics.add(table.place, "SW034", f"{table.name}: bit {number} has two names")
+        for bit in table.bits:
+            if bit.bit >= 8 * table.format.size:
+                diagnostics.add(
+                    table.place,
+                    "SW033",
+                    f"{table.name}.{bit.name}: bit {bit.bit} in a {table.format.name}",
+                )
+
+
+def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
+    seen: dict[int, str] = {}
+    for message in protocol.messages:
+        if message.id is None:
+            continue
+        if message.id in seen:
+            diagnostics.add(
+                message.place, "SW030", f"{message.name} and {seen[message.id]}: {message.id:#06x}"
+            )
+        seen[message.id] = message.name
+
+
+def _undocumented(message: Message, diagnostics: Diagnostics) -> None:
+    if not message.documented and not message.errata:
+        diagnostics.add(message.place, "SW036", f"{message.name} has no layout")
+
+
+def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnostics) -> None:
+    groups: dict[tuple[str, int], list[Layout]] = defaultdict(list)
+    for layout in message.layouts:
+        groups[("header" if layout.form == "header" else "data", layout.length)].append(layout)
+    for (_, length), layouts in groups.items():
+        for layout in layouts:
+            for context, value in layout.when.items():
+                known = protocol.contexts.get(context, {}).get("values", [])
+                if value not in known:
+                    diagnostics.add(
+                        layout.place,
+                        "SW021",
+                        f"{message.name} ({layout.form}): no context {context}: {value}",
+                    )
+        if len(layouts) == 1:
+            continue
+        contexts = [tuple(sorted(layout.when.items())) for layout in layouts]
+        if len(set(contexts)) < len(contexts) or () in contexts:
+            forms = ", ".join(layout.form for layout in layouts)
+            diagnostics.add(
+                layouts[-1].place,
+                "SW032",
+                f"{message.name}: {forms} have {length} bytes each and no context decides",
+            )
+
+
+def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
+    where = f"{message.name}.{field.name}"
+    format = field.format
+    if format.kind != "integer":
+        if field.ranged or field.enum or field.flags or field.quantity:
+            diagnostics.add(field.place, "SW033", f"{where}: a {format.name} has no range or unit")
+        return
+    if not format.minimum <= field.minimum <= field.maximum <= format.maximum:
+        diagnostics.add(
+            field.place,
+            "SW033",
+            f"{where}: {field.minimum} to {field.maximum} in a {format.name} "
+            f"({format.minimum} to {format.maximum})",
+        )
+    for name, value in (("default", field.default), ("constant", field.constant)):
+        if value is not None and not field.minimum <= value <= field.maximum:
+            diagnostics.add(field.place, "SW033", f"{where}: the {name} {value} is out of range")
+    if field.enum:
+        for entry in field.enum.values:
+            if not format.minimum <= entry.value <= format.maximum:
+                diagnostics.add(
+                    field.place,
+                    "SW033",
+                    f"{where}: {field.enum.name}.{entry.name} = {entry.value:#x} in a {format.name}",
+                )
+    if field.flags and field.flags.format.size != format.size:
+        diagnostics.add(
+            field.place,
+            "SW033",
+            f"{where}: the bits of {field.flags.name} are those of a {field.flags.format.name}, "
+            f"not of a {format.name}",
+        )

@@ -1,0 +1,298 @@
+"""The resolved registry: immutable, complete, every reference followed.
+
+The resolver makes it from the YAML; lint rules, targets and the JSON output only read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from stagewire_generator.diagnostics import Place
+
+__all__ = [
+    "Chapter",
+    "Controller",
+    "EnumValue",
+    "Enumeration",
+    "Erratum",
+    "Factor",
+    "Field",
+    "FlagBit",
+    "FlagTable",
+    "Format",
+    "Layout",
+    "Message",
+    "ParameterSet",
+    "Protocol",
+    "Quantity",
+    "Stage",
+]
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """How a value stands on the wire: ``word``, ``long``, ``char[8]``."""
+
+    name: str
+    size: int
+    signed: bool
+    kind: str  # integer | text | bytes
+
+    @property
+    def minimum(self) -> int:
+        """The least integer that the format holds."""
+        return -(1 << (8 * self.size - 1)) if self.signed else 0
+
+    @property
+    def maximum(self) -> int:
+        """The greatest integer that the format holds."""
+        return (1 << (8 * self.size - self.signed)) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class EnumValue:
+    """A named value."""
+
+    name: str
+    value: int
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class Enumeration:
+    """Named values of a field; others may occur and are kept."""
+
+    name: str
+    chapter: str
+    page: int
+    summary: str
+    values: tuple[EnumValue, ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class FlagBit:
+    """A named bit, counted from zero."""
+
+    name: str
+    bit: int
+    note: str
+
+    @property
+    def mask(self) -> int:
+        """The bit as a mask."""
+        return 1 << self.bit
+
+
+@dataclass(frozen=True, slots=True)
+class FlagTable:
+    """Named bits of a field; others may be set and are kept."""
+
+    name: str
+    chapter: str
+    page: int
+    summary: str
+    format: Format
+    bits: tuple[FlagBit, ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """An exact scale: its direction in its key, as the registry and its JSON write it."""
+
+    key: str  # counts_per_mm, us_per_count ...
+    value: Fraction
+    printed: str
+    source: str
+    page: int | None
+
+    @property
+    def counts_per_unit(self) -> Fraction:
+        """Counts for one unit, whichever way the registry writes it."""
+        return 1 / self.value if self.key.endswith("_per_count") else self.value
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A unit and the rule that turns counts into it."""
+
+    name: str
+    unit: str
+    page: int
+    summary: str
+    factor: Factor | None
+    rule: Json  # {"by": "stage"} and the like; {} when there is a factor
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """A group of units whose scales are the same for a stage."""
+
+    name: str
+    units: tuple[str, ...]
+    data: Json
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """A stage and its exact factors on each controller; a text instead of a factor says why none."""
+
+    name: str
+    title: str
+    page: int
+    scales: Mapping[str, Mapping[str, Factor | str]]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One field of a payload, or one parameter byte of a header."""
+
+    name: str
+    offset: int
+    format: Format
+    role: str  # value | reserved | constant
+    minimum: int
+    maximum: int
+    page: int
+    place: Place
+    ranged: bool = False  # the document gives a range
+    default: int | None = None
+    constant: int | None = None
+    quantity: Quantity | None = None
+    enum: Enumeration | None = None
+    flags: FlagTable | None = None
+    flags_by_unit: Mapping[str, FlagTable] = field(default_factory=dict)
+    note: str = ""
+    errata: tuple[str, ...] = ()
+
+    @property
+    def unit(self) -> str | None:
+        """The engineering unit, if the field has one."""
+        return (self.quantity.unit or None) if self.quantity else None
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """One way in which a message stands on the wire."""
+
+    form: str  # header | data | data:dc
+    when: Mapping[str, str]
+    param1: Field | None
+    param2: Field | None
+    length: int
+    fields: tuple[Field, ...]
+    note: str
+    place: Place
+
+    @property
+    def all_fields(self) -> tuple[Field, ...]:
+        """Header parameters and payload fields, in wire order."""
+        return (*(p for p in (self.param1, self.param2) if p), *self.fields)
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message of the protocol."""
+
+    name: str
+    id: int | None
+    chapter: str
+    words: tuple[str, ...]
+    pages: tuple[int, ...]
+    direction: str  # to_controller | to_host | both
+    summary: str
+    note: str
+    set: tuple[str, str] | None  # (name of the set, its role)
+    exchange: Json
+    layouts: tuple[Layout, ...]
+    errata: tuple[str, ...]
+    place: Place
+
+    @property
+    def documented(self) -> bool:
+        """Whether the document gives a layout."""
+        return bool(self.layouts)
+
+    @property
+    def class_name(self) -> str:
+        """The name in CamelCase, as generated classes have it."""
+        return "".join(word[:1].upper() + word[1:] for word in self.words)
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterSet:
+    """SET, REQ and GET that share one content."""
+
+    name: str
+    words: tuple[str, ...]
+    members: Mapping[str, str]  # role -> message name
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """A chapter of the document; generated code keeps its order."""
+
+    name: str
+    title: str
+    page: int
+    order: int
+    summary: str
+
+
+@dataclass(frozen=True, slots=True)
+class Erratum:
+    """An error of the document, or of the scan, and what the registry makes of it."""
+
+    id: str
+    pages: tuple[int, ...]
+    subject: str
+    messages: tuple[str, ...]
+    fields: tuple[str, ...]
+    printed: str
+    encoded: str
+    evidence: str
+    kind: str  # wire | meaning | cosmetic
+    origin: str  # document | scan
+    places: tuple[str, ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Protocol:
+    """Everything that the registry says of one protocol."""
+
+    name: str
+    title: str
+    summary: str
+    document: Json
+    package: str
+    python_title: str
+    name_prefix: str
+    groups: tuple[str, ...]
+    framing: Json
+    contexts: Json
+    chapters: tuple[Chapter, ...]
+    messages: tuple[Message, ...]  # sorted by id, then name; those without an id last
+    sets: tuple[ParameterSet, ...]
+    enumerations: tuple[Enumeration, ...]
+    flags: tuple[FlagTable, ...]
+    quantities: tuple[Quantity, ...]
+    controllers: tuple[Controller, ...]
+    stages: tuple[Stage, ...]
+    units: Json
+    errata: tuple[Erratum, ...]
+    examples: Json
+    captures: Json
+
+    def message(self, name: str) -> Message | None:
+        """Return the message of this name."""
+        return next((m for m in self.messages if m.name == name), None)

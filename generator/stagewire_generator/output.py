@@ -1,0 +1,160 @@
+"""Compare what was rendered with an output folder, or write it there.
+
+``manifest.json`` in the folder lists every file that the generator made and its digest; whatever is not in
+it was made by somebody else and is neither overwritten nor deleted.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+__all__ = ["MANIFEST", "Change", "OutputError", "compare", "digest", "write"]
+
+MANIFEST = "manifest.json"
+_DIFF_LINES = 40
+_IGNORED = frozenset({"__pycache__"})
+
+
+class OutputError(Exception):
+    """The output folder cannot be written without losing what somebody else made."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A file that is not as it would be generated."""
+
+    path: str
+    kind: str  # changed | missing | orphaned
+    diff: str = ""
+
+
+def digest(text: str) -> str:
+    """Return the SHA-256 of a text as it is written."""
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+
+def compare(out: Path, files: Mapping[str, str]) -> list[Change]:
+    """Compare the whole tree with ``files``; nothing is written."""
+    changes = []
+    for path, text in files.items():
+        target = _inside(out, path)
+        try:
+            current = target.read_bytes()
+        except OSError:
+            changes.append(Change(path, "missing"))
+            continue
+        if current != text.encode("utf-8"):
+            changes.append(Change(path, "changed", _diff(path, current, text)))
+    for path in _present(out):
+        if path not in files:
+            changes.append(Change(path, "orphaned"))
+    return sorted(changes, key=lambda change: change.path)
+
+
+def write(out: Path, files: Mapping[str, str]) -> list[str]:
+    """Write what differs and delete what is no longer generated; return the paths touched.
+
+    Raises :class:`OutputError`, before anything is written, when that would overwrite or delete a file
+    that the generator did not make, or that was edited since.
+    """
+    known = _manifest(out)
+    foreign = []
+    stale = []
+    for path in _present(out):
+        current = hashlib.sha256((out / path).read_bytes()).hexdigest()
+        ours = known.get(path) == current or path == MANIFEST
+        if path not in files:
+            if ours:
+                stale.append(path)
+            elif path in known:
+                foreign.append(f"{path} (edited by hand, and no longer generated)")
+            continue
+        if not ours and path not in known and current != digest(files[path]):
+            foreign.append(f"{path} (not made by the generator)")
+    if foreign:
+        listed = "\n  ".join(foreign)
+        raise OutputError(
+            f"nothing was written: {out} holds files that the generator did not make:\n  {listed}\n"
+            "move them away, or choose another folder with --out"
+        )
+    touched = []
+    for path, text in files.items():
+        target = _inside(out, path)
+        data = text.encode("utf-8")
+        if not target.is_file() or target.read_bytes() != data:
+            _replace(target, data)
+            touched.append(path)
+    for path in stale:
+        (out / path).unlink()
+        touched.append(path)
+        _prune(out, (out / path).parent)
+    return sorted(touched)
+
+
+def _inside(out: Path, path: str) -> Path:
+    parts = PurePosixPath(path).parts
+    if not parts or path.startswith("/") or ".." in parts or "\\" in path or ":" in path:
+        raise OutputError(f"{path!r} would leave the output folder")
+    return out.joinpath(*parts)
+
+
+def _present(out: Path) -> list[str]:
+    if not out.is_dir():
+        return []
+    return sorted(
+        path.relative_to(out).as_posix()
+        for path in out.rglob("*")
+        if path.is_file() and not _IGNORED & set(path.relative_to(out).parts)
+    )
+
+
+def _manifest(out: Path) -> dict[str, str]:
+    with contextlib.suppress(OSError, ValueError):
+        loaded = json.loads((out / MANIFEST).read_text(encoding="utf-8"))
+        files = loaded.get("files") if isinstance(loaded, dict) else None
+        if isinstance(files, dict):
+            return {str(path): str(sha) for path, sha in files.items()}
+    return {}
+
+
+def _replace(target: Path, data: bytes) -> None:
+    """Write to a temporary file beside ``target`` and rename it, so that nothing is half-written."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+        os.chmod(name, 0o644)
+        os.replace(name, target)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(name)
+        raise
+
+
+def _prune(out: Path, folder: Path) -> None:
+    while folder != out:
+        try:
+            folder.rmdir()
+        except OSError:
+            return
+        folder = folder.parent
+
+
+def _diff(path: str, current: bytes, text: str) -> str:
+    old = current.decode("utf-8", "replace").splitlines()
+    lines = list(
+        difflib.unified_diff(old, text.splitlines(), path, f"{path} (generated)", lineterm="")
+    )
+    if len(lines) > _DIFF_LINES:
+        rest = len(lines) - _DIFF_LINES
+        lines = [*lines[:_DIFF_LINES], f"... {rest} more lines of difference"]
+    return "\n".join(lines)

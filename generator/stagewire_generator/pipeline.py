@@ -1,0 +1,89 @@
+"""The pipeline: strict load, schema, resolve, lint, frozen model; one view and one rendering a target."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stagewire_generator.diagnostics import Diagnostics, Place, SpecError
+from stagewire_generator.lint import check_errata, check_layouts, check_names
+from stagewire_generator.model import Protocol
+from stagewire_generator.reader import protocol_folders, read
+from stagewire_generator.resolver import resolve
+from stagewire_generator.targets import manifest, python, registry, vectors
+
+__all__ = ["TARGETS", "Counts", "check", "render"]
+
+TARGETS: dict[str, Callable[[Protocol], dict[str, str]]] = {
+    "python": python.render,
+    "registry": registry.render,
+    "vectors": vectors.render,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """What a check looked at, for the summary line."""
+
+    messages: int
+    layouts: int
+    fields: int
+    errata: int
+    places: int
+    examples: int
+
+
+def check(
+    spec: Path,
+    progress: Callable[[str], None] | None = None,
+    counts: dict[str, Counts] | None = None,
+) -> list[Protocol]:
+    """Load and check all protocols in ``spec``.
+
+    :param progress: called with the name of what is being read or checked.
+    :param counts: filled with what was looked at, by protocol.
+    Raises :class:`SpecError` with every diagnostic of the run.
+    """
+    say = progress or (lambda _: None)
+    diagnostics = Diagnostics(spec)
+    folders = protocol_folders(spec)
+    if not folders:
+        diagnostics.add(Place(str(spec)), "SW006", "no folder with a protocol.yaml in it")
+    protocols = []
+    for folder in folders:
+        before = len(diagnostics.found)
+        files = read(folder, diagnostics, say)
+        if len(diagnostics.found) > before or "protocol" not in files:
+            continue  # a model of half a spec would only bring errors that are none
+        protocol = resolve(files, diagnostics)
+        say(f"{protocol.name}: names and layouts")
+        check_names(protocol, diagnostics)
+        check_layouts(protocol, diagnostics)
+        say(f"{protocol.name}: witness and errata")
+        comparison = check_errata(protocol, files.get("printed", []), diagnostics)
+        protocols.append(protocol)
+        if counts is not None:
+            layouts = [layout for message in protocol.messages for layout in message.layouts]
+            counts[protocol.name] = Counts(
+                messages=len(protocol.messages),
+                layouts=len(layouts),
+                fields=sum(len(layout.all_fields) for layout in layouts),
+                errata=len(protocol.errata),
+                places=comparison.compared,
+                examples=len(protocol.examples.get("examples", {})),
+            )
+    if diagnostics:
+        raise SpecError(sorted(diagnostics.found))
+    return protocols
+
+
+def render(protocols: Sequence[Protocol], targets: Sequence[str] | None = None) -> dict[str, str]:
+    """Return path (below the output folder) -> text of everything that is generated."""
+    files: dict[str, str] = {}
+    for protocol in protocols:
+        for target in targets or TARGETS:
+            files.update(TARGETS[target](protocol))
+    if not targets:
+        files.update(manifest.render(protocols, files))
+    return dict(sorted(files.items()))

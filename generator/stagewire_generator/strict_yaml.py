@@ -1,0 +1,206 @@
+"""YAML without surprises: what is read is what stands there.
+
+PyYAML parses; the values are made here, because its own rules turn ``010`` into 8, ``1:30`` into 90, ``on``
+into True and a repeated key into its last value. Only text, decimal and 0x integers, true, false and null
+exist. Every node keeps its place, so that whatever is wrong with it can be shown.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from stagewire_generator.diagnostics import Diagnostics, Place
+
+__all__ = ["Document", "load"]
+
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+_DECIMAL = re.compile(r"-?(0|[1-9][0-9]*)\Z")
+_HEX = re.compile(r"0x[0-9A-Fa-f]+\Z")
+_WORDS = {"true": True, "false": False, "null": None}
+_AMBIGUOUS = re.compile(
+    r"""(?: y|n|yes|no|on|off|~ | true|false|null                   # YAML 1.1 booleans, odd spellings
+    | [-+]?0[0-9_]+ | [-+]?0[oOxXbB][0-9A-Fa-f_]* | \+[0-9]+        # octal and other integers
+    | [-+]?[0-9][0-9_]*_[0-9_]*                                     # 1_000
+    | [-+]?[0-9]+(?::[0-5]?[0-9])+(?:\.[0-9]*)?                      # sexagesimal
+    | [-+]?(?:[0-9][0-9_]*)?\.[0-9_]+(?:e[-+]?[0-9]+)? | [-+]?[0-9]+\.(?:e[-+]?[0-9]+)?
+    | [-+]?[0-9]+e[-+]?[0-9]+ | [-+]?\.inf | \.nan                  # floats
+    | [0-9]{4}-[0-9]{1,2}-[0-9]{1,2}.*                              # dates
+    )\Z""",
+    re.VERBOSE | re.IGNORECASE,
+)
+_DIRECTION = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\u061c")
+
+_CONTROL = frozenset({"Cc", "Cs", "Zl", "Zp"})
+
+Path_ = tuple[str | int, ...]
+
+
+@dataclass(slots=True)
+class Document:
+    """A loaded file: its data, and the place of every key and item."""
+
+    name: str
+    data: Any
+    places: dict[Path_, Place]
+
+    def place(self, *path: str | int) -> Place:
+        """Return where ``path`` stands, or the nearest thing around it."""
+        for end in range(len(path), 0, -1):
+            found = self.places.get(path[:end])
+            if found:
+                return found
+        return Place(self.name)
+
+
+def load(
+    path: Path, name: str, diagnostics: Diagnostics, *, any_character: bool = False
+) -> Document | None:
+    """Load a file strictly; everything that is wrong goes to ``diagnostics``.
+
+    :param any_character: allow escaped control characters in quoted texts, which worked examples
+        need: what a controller sends as text may hold anything.
+    Returns None when nothing can be made of the file.
+    """
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except OSError as error:
+        diagnostics.add(Place(name), "SW006", f"cannot be read: {error.strerror}")
+        return None
+    except UnicodeDecodeError as error:
+        diagnostics.add(Place(name), "SW006", f"byte {error.start} is not UTF-8")
+        return None
+    if not _clean(text, name, diagnostics):
+        return None
+    try:
+        loader = _Loader(text)
+        try:
+            node = loader.get_single_node()
+        finally:
+            loader.dispose()
+    except RecursionError:
+        diagnostics.add(Place(name), "SW001", "nested too deeply")
+        return None
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = Place(name, mark.line + 1, mark.column + 1) if mark else Place(name)
+        diagnostics.add(place, "SW001", error.problem or "not YAML")
+        return None
+    except yaml.YAMLError as error:
+        diagnostics.add(Place(name), "SW001", str(error).splitlines()[0])
+        return None
+    if node is None:
+        diagnostics.add(Place(name), "SW001", "the file is empty")
+        return None
+    reader = _Reader(name, diagnostics, any_character)
+    reader.find_aliases(text)
+    data = reader.value(node, ())
+    return Document(name, data, reader.places)
+
+
+def _harmful(char: str) -> bool:
+    """Whether a character could hide, reverse or break what stands around it."""
+    return char in _DIRECTION or (unicodedata.category(char) in _CONTROL and char not in "\t\n")
+
+
+def _clean(text: str, name: str, diagnostics: Diagnostics) -> bool:
+    clean = True
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.isascii() and line.isprintable():
+            continue
+        for column, char in enumerate(line, 1):
+            if _harmful(char) and not (char == "\r" and column == len(line)):
+                diagnostics.add(Place(name, number, column), "SW007", f"the text holds {char!r}")
+                clean = False
+    return clean
+
+
+class _Reader:
+    def __init__(self, name: str, diagnostics: Diagnostics, any_character: bool) -> None:
+        self.name = name
+        self.diagnostics = diagnostics
+        self.any_character = any_character
+        self.places: dict[Path_, Place] = {}
+
+    def at(self, node: yaml.Node) -> Place:
+        mark = node.start_mark
+        return Place(self.name, mark.line + 1, mark.column + 1)
+
+    def find_aliases(self, text: str) -> None:
+        if "&" not in text and "*" not in text and "!" not in text and "%" not in text:
+            return
+        for event in yaml.parse(text, Loader=_Loader):
+            mark = event.start_mark
+            place = Place(self.name, mark.line + 1, mark.column + 1) if mark else Place(self.name)
+            if isinstance(event, yaml.AliasEvent):
+                self.diagnostics.add(place, "SW003", f"alias *{event.anchor}")
+            elif isinstance(event, yaml.NodeEvent) and event.anchor:
+                self.diagnostics.add(place, "SW003", f"anchor &{event.anchor}")
+            elif getattr(event, "tag", None):
+                self.diagnostics.add(place, "SW003", f"tag {getattr(event, 'tag', '')}")
+
+    def value(self, node: yaml.Node, path: Path_) -> Any:
+        if isinstance(node, yaml.MappingNode):
+            return self.mapping(node, path)
+        if isinstance(node, yaml.SequenceNode):
+            items = []
+            for index, item in enumerate(node.value):
+                self.places[(*path, index)] = self.at(item)
+                items.append(self.value(item, (*path, index)))
+            return items
+        assert isinstance(node, yaml.ScalarNode)
+        return self.scalar(node)
+
+    def mapping(self, node: yaml.MappingNode, path: Path_) -> dict[str, Any]:
+        result: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            place = self.at(key_node)
+            if not isinstance(key_node, yaml.ScalarNode):
+                self.diagnostics.add(place, "SW005", "a key is a name, not a list or mapping")
+                continue
+            key = self.scalar(key_node)
+            if not key_node.style and key_node.value == "<<":
+                self.diagnostics.add(place, "SW003", "merge key <<")
+                continue
+            if not isinstance(key, str):
+                self.diagnostics.add(place, "SW005", f"the key {key_node.value} is not text")
+                continue
+            if key in result:
+                first = self.places[(*path, key)]
+                self.diagnostics.add(
+                    place, "SW002", f"{key} stands here again (first in line {first.line})"
+                )
+                continue
+            self.places[(*path, key)] = place
+            result[key] = self.value(value_node, (*path, key))
+        return result
+
+    def scalar(self, node: yaml.ScalarNode) -> Any:
+        text: str = node.value
+        if node.style:  # quoted or a block: text, whatever it looks like
+            if not self.any_character:
+                for char in filter(_harmful, text):
+                    self.diagnostics.add(self.at(node), "SW007", f"the text holds {char!r}")
+            return text
+        if text in _WORDS:
+            return _WORDS[text]
+        if text == "":
+            return None
+        if len(text) > 40 and text[1:].isdigit():
+            self.diagnostics.add(self.at(node), "SW004", f"a number of {len(text)} digits")
+            return 0
+        if _DECIMAL.match(text):
+            return int(text)
+        if _HEX.match(text):
+            return int(text, 16)
+        if _AMBIGUOUS.match(text):
+            self.diagnostics.add(
+                self.at(node), "SW004", f"{text} is read as text, number, date or yes/no by turns"
+            )
+        return text

@@ -1,0 +1,198 @@
+"""The model as plain data."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from stagewire_generator.lint.names import message_classes
+from stagewire_generator.model import (
+    Factor,
+    Field,
+    Layout,
+    Message,
+    Protocol,
+    Quantity,
+    Stage,
+)
+from stagewire_generator.targets.canonical import canonical
+
+__all__ = ["registry_json", "render"]
+
+Json = dict[str, Any]
+SCHEMA_VERSION = 1
+
+
+def render(protocol: Protocol) -> dict[str, str]:
+    """Return the file of the registry."""
+    return {f"registry/{protocol.name}.json": canonical(registry_json(protocol))}
+
+
+def registry_json(protocol: Protocol) -> Json:
+    """Return the resolved registry as the architecture describes it."""
+    units = protocol.units
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "protocol": protocol.name,
+        "title": protocol.title,
+        "document": protocol.document,
+        "chapters": [
+            {"name": c.name, "title": c.title, "page": c.page, "summary": c.summary}
+            for c in protocol.chapters
+        ],
+        "messages": [_message(message) for message in protocol.messages],
+        "sets": {s.name: dict(s.members) for s in protocol.sets},
+        "enumerations": {
+            e.name: {
+                "page": e.page,
+                "summary": e.summary,
+                "values": {v.name: {"value": v.value, "note": v.note} for v in e.values},
+            }
+            for e in protocol.enumerations
+        },
+        "flags": {
+            t.name: {
+                "page": t.page,
+                "summary": t.summary,
+                "format": t.format.name,
+                "bits": {b.name: {"bit": b.bit, "mask": b.mask, "note": b.note} for b in t.bits},
+            }
+            for t in protocol.flags
+        },
+        "quantities": {
+            q.name: {
+                "unit": q.unit or None,
+                "page": q.page,
+                "summary": q.summary,
+                "scale": _scale(q),
+            }
+            for q in protocol.quantities
+        },
+        "controllers": {c.name: {"units": sorted(c.units)} for c in protocol.controllers},
+        "stages": [_stage(stage) for stage in sorted(protocol.stages, key=lambda s: s.name)],
+        "units": [
+            {"name": name, **units["units"][name]} for name in sorted(units.get("units", {}))
+        ],
+        **{key: units[key] for key in ("families", "lists", "addresses") if key in units},
+        "known_prefixes": units.get("known_prefixes", {}),
+        "errata": [
+            {
+                "id": e.id,
+                "pages": list(e.pages),
+                "subject": e.subject,
+                "messages": list(e.messages),
+                "printed": e.printed,
+                "encoded": e.encoded,
+                "evidence": e.evidence,
+                "class": e.kind,
+                "origin": e.origin,
+            }
+            for e in protocol.errata
+        ],
+    }
+
+
+def _message(message: Message) -> Json:
+    classes = message_classes(message)
+    return {
+        "name": message.name,
+        "kind": "message",
+        "id": message.id,
+        "chapter": message.chapter,
+        "class": message.class_name,
+        "words": list(message.words),
+        "pages": list(message.pages),
+        "direction": message.direction,
+        "summary": message.summary,
+        "note": message.note,
+        "set": {"name": message.set[0], "role": message.set[1]} if message.set else None,
+        "exchange": message.exchange,
+        "layouts": [_layout(layout, classes[layout.form]) for layout in message.layouts],
+        "errata": list(message.errata),
+    }
+
+
+def _layout(layout: Layout, class_name: str) -> Json:
+    return {
+        "form": layout.form,
+        "class": class_name,
+        "when": dict(layout.when) or None,
+        "param1": _field(layout.param1) if layout.param1 else None,
+        "param2": _field(layout.param2) if layout.param2 else None,
+        "length": layout.length,
+        "fields": [_field(field) for field in layout.fields],
+        "note": layout.note,
+    }
+
+
+def _field(field: Field) -> Json:
+    data: Json = {
+        "name": field.name,
+        "offset": field.offset,
+        "size": field.format.size,
+        "format": field.format.name,
+        "kind": field.format.kind,
+        "signed": field.format.signed,
+        "role": field.role,
+        "unit": field.unit,
+        "scale": _scale(field.quantity) if field.quantity else None,
+        "quantity": field.quantity.name if field.quantity else None,
+        "minimum": field.minimum,
+        "maximum": field.maximum,
+        "default": field.default,
+        "constant": field.constant,
+        "page": field.page,
+        "note": field.note,
+        "errata": list(field.errata),
+    }
+    if field.format.kind != "integer":
+        data["minimum"] = data["maximum"] = None
+    if field.enum:
+        data["enumeration"] = field.enum.name
+        data["enum"] = {value.name: value.value for value in field.enum.values}
+    if field.flags:
+        data["flag_table"] = field.flags.name
+        data["flags"] = {bit.name: bit.mask for bit in field.flags.bits}
+    if field.flags_by_unit:
+        data["flags_by_unit"] = {unit: table.name for unit, table in field.flags_by_unit.items()}
+    return data
+
+
+def _scale(quantity: Quantity) -> Json:
+    return _factor(quantity.factor) if quantity.factor else _rule(quantity.rule)
+
+
+def _factor(factor: Factor) -> Json:
+    data: Json = {factor.key: _rational(factor.value)}
+    if factor.printed:
+        data["printed"] = factor.printed
+    if factor.source:
+        data["source"] = factor.source
+    if factor.page is not None:
+        data["page"] = factor.page
+    return data
+
+
+def _rule(rule: Json) -> Json:
+    if "units" in rule:
+        return {**rule, "units": {unit: _factor(factor) for unit, factor in rule["units"].items()}}
+    return rule
+
+
+def _rational(value: Fraction) -> Json:
+    return {"numerator": value.numerator, "denominator": value.denominator}
+
+
+def _stage(stage: Stage) -> Json:
+    return {
+        "name": stage.name,
+        "title": stage.title,
+        "page": stage.page,
+        "controllers": {
+            controller: {
+                quantity: _factor(factor) if isinstance(factor, Factor) else {"unknown": factor}
+                for quantity, factor in scales.items()
+            }
+            for controller, scales in stage.scales.items()
+        },
+    }

@@ -1,0 +1,30 @@
+"""``vectors/<protocol>.json``: the worked examples and captures, for any implementation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stagewire_generator.model import Protocol
+from stagewire_generator.targets.canonical import canonical
+
+__all__ = ["render", "vectors_json"]
+
+
+def render(protocol: Protocol) -> dict[str, str]:
+    """Return the file of the vectors."""
+    return {f"vectors/{protocol.name}.json": canonical(vectors_json(protocol))}
+
+
+def vectors_json(protocol: Protocol) -> dict[str, Any]:
+    """Return the examples and captures as lists, in the order of the document."""
+    examples = protocol.examples.get("examples", {})
+    captures = protocol.captures.get("captures", {})
+    return {
+        "schema_version": 1,
+        "protocol": protocol.name,
+        "examples": sorted(
+            ({"id": id, **entry} for id, entry in examples.items()),
+            key=lambda entry: (entry["page"], entry["line"], entry["id"]),
+        ),
+        "captures": [{"id": id, **entry} for id, entry in captures.items()],
+    }

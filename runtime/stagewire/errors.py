@@ -1,0 +1,101 @@
+"""Every exception that Stagewire raises, in one tree.
+
+A caller who catches :class:`StagewireError` catches all of them. Each error says what was wrong, where,
+what was expected and what came. Errors about bytes or values carry a ``code``: the refusal code of the
+testee protocol, so that a refusal reads the same in Python, on the command line and in the suite.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "BadLengthError",
+    "BadValueError",
+    "CodecError",
+    "DecodeError",
+    "EncodeError",
+    "MissingFieldError",
+    "OutOfRangeError",
+    "StagewireError",
+    "TrailingBytesError",
+    "TruncatedError",
+    "UnknownFieldError",
+    "UnknownMessageError",
+    "UnknownScaleError",
+    "UnsupportedError",
+]
+
+
+class StagewireError(Exception):
+    """The root of all errors of this library."""
+
+
+class CodecError(StagewireError):
+    """Bytes or values that the registry does not allow."""
+
+    code = "bad_value"
+
+
+class DecodeError(CodecError):
+    """Bytes that are not one whole frame of a known message."""
+
+
+class TruncatedError(DecodeError):
+    """The frame ends before the length that its own header declares."""
+
+    code = "truncated"
+
+
+class TrailingBytesError(DecodeError):
+    """Bytes follow after the length that the frame's own header declares."""
+
+    code = "trailing"
+
+
+class BadLengthError(DecodeError):
+    """The declared payload is shorter than the layout, or the message has no such form."""
+
+    code = "bad_length"
+
+
+class UnknownMessageError(CodecError):
+    """No message of the registry has this id or name, or its layout is not documented."""
+
+    code = "unknown_message"
+
+
+class EncodeError(CodecError):
+    """Values from which no frame is made; nothing was sent."""
+
+
+class UnknownFieldError(EncodeError):
+    """The message has no field of this name."""
+
+    code = "unknown_field"
+
+
+class MissingFieldError(EncodeError):
+    """A field that has to be given was left out."""
+
+    code = "missing_field"
+
+
+class OutOfRangeError(EncodeError, ValueError):
+    """A value outside the range of its field or of its format."""
+
+    code = "out_of_range"
+
+
+class BadValueError(EncodeError, TypeError):
+    """A value of the wrong kind, such as text for a number."""
+
+    code = "bad_value"
+
+
+class UnsupportedError(CodecError):
+    """Something that the registry names but that cannot be encoded without guessing."""
+
+    code = "unsupported"
+
+
+class UnknownScaleError(StagewireError):
+    """The scale of a quantity is not known for this stage, controller or setting."""

@@ -1,0 +1,95 @@
+"""A frame: a message, where it goes, where it comes from, and bytes beyond what the registry knows."""
+
+from __future__ import annotations
+
+from typing import Any, NoReturn
+
+from stagewire.errors import BadValueError, OutOfRangeError
+from stagewire.message import Message
+
+__all__ = ["Frame"]
+
+_MAXIMUM_PAYLOAD = 255
+
+
+class Frame:
+    """A message on its way between two addresses; immutable.
+
+    :param message: what is said.
+    :param dest: address of the receiver, without the top bit that announces a data packet.
+    :param source: address of the sender.
+    :param extra: bytes of the packet beyond the layout, as newer controllers send them.
+    """
+
+    __slots__ = ("dest", "extra", "message", "source")
+    __match_args__ = ("message", "dest", "source", "extra")
+    message: Message
+    dest: int
+    source: int
+    extra: bytes
+
+    def __new__(cls, message: Message, dest: int, source: int, extra: bytes = b"") -> Frame:
+        """Put a message on its way; the addresses are checked when it is encoded."""
+        if extra and not message.layout.length:
+            raise BadValueError(f"{message.layout.message} has no packet that could be longer")
+        return make_frame(message, dest, source, extra)
+
+    def encode(self) -> bytes:
+        """Return the bytes of the frame.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none and for a
+        packet of over 255 bytes.
+        """
+        raw = self.message.pack(self.dest, self.source)
+        if not self.extra:
+            return raw
+        length = len(raw) - 6 + len(self.extra)
+        if length > _MAXIMUM_PAYLOAD:
+            raise OutOfRangeError(f"a packet has at most {_MAXIMUM_PAYLOAD} bytes, not {length}")
+        return raw[:2] + length.to_bytes(2, "little") + raw[4:] + self.extra
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"a frame is immutable; make a new one to change {name}")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        raise AttributeError(f"a frame is immutable; {name} cannot be deleted")
+
+    def __eq__(self, other: object) -> bool:
+        if other.__class__ is not self.__class__:
+            return NotImplemented
+        return isinstance(other, Frame) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def _key(self) -> tuple[Message, int, int, bytes]:
+        return self.message, self.dest, self.source, self.extra
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return make_frame, self._key()
+
+    def __repr__(self) -> str:
+        extra = f", extra={self.extra!r}" if self.extra else ""
+        return f"Frame({self.message!r}, dest={self.dest:#04x}, source={self.source:#04x}{extra})"
+
+
+class _Draft(Frame):
+    """A frame that is still being filled; see :mod:`stagewire.message` for why."""
+
+    __slots__ = ()
+    __setattr__ = object.__setattr__  # type: ignore[assignment]
+    __delattr__ = object.__delattr__  # type: ignore[assignment]
+
+
+_new = object.__new__
+
+
+def make_frame(message: Message, dest: int, source: int, extra: bytes = b"") -> Frame:
+    """Make a frame from parts that are known to be right."""
+    draft = _new(_Draft)
+    draft.message = message
+    draft.dest = dest
+    draft.source = source
+    draft.extra = extra
+    draft.__class__ = Frame  # type: ignore[assignment]
+    return draft

@@ -1,0 +1,162 @@
+"""Exact conversion between engineering units and the counts on the wire.
+
+A scale is a rational number, never a float: ``Scale.counts_per("mm", 20000)`` or
+``Scale.unit_per("us", 512, 5)``.
+Counts are rounded to the nearest integer, ties away from zero, on both sides of zero alike.
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+from typing import NoReturn
+
+from stagewire.errors import BadValueError, UnknownScaleError
+
+__all__ = ["Number", "Scale", "Stage", "UnknownScale", "exact", "round_half_away"]
+
+Number = int | float | Decimal | Fraction | str
+
+
+def exact(value: Number) -> Fraction:
+    """Return ``value`` as a fraction.
+
+    A float stands for the shortest decimal that prints like it, so 0.1 is one tenth and not the
+    binary number beside it. Raises :class:`BadValueError` for NaN, infinity and text that is no number.
+    """
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise BadValueError(f"{value} is not a finite number")
+        value = repr(value)
+    try:
+        return Fraction(value)
+    except (ValueError, TypeError, OverflowError, ZeroDivisionError):
+        raise BadValueError(f"{value!r} is not a number") from None
+
+
+def round_half_away(value: Fraction) -> int:
+    """Round to the nearest integer; a half goes away from zero."""
+    magnitude = math.floor(abs(value) + Fraction(1, 2))
+    return magnitude if value >= 0 else -magnitude
+
+
+class Scale:
+    """How many counts on the wire make one unit, as an exact rational.
+
+    :param counts_per_unit: positive; counts for one ``unit``.
+    :param unit: the engineering unit, such as ``mm/s``.
+    :param printed: the factor as the document prints it, rounded perhaps; for the reader only.
+    :param source: where the factor comes from when it is not the document's.
+    """
+
+    __slots__ = ("counts_per_unit", "printed", "source", "unit")
+
+    def __init__(
+        self, counts_per_unit: Fraction, unit: str, printed: str = "", source: str = ""
+    ) -> None:
+        if counts_per_unit <= 0:
+            raise BadValueError(f"a scale is positive, not {counts_per_unit}")
+        self.counts_per_unit = counts_per_unit
+        self.unit = unit
+        self.printed = printed
+        self.source = source
+
+    @classmethod
+    def counts_per(
+        cls, unit: str, numerator: int, denominator: int = 1, printed: str = "", source: str = ""
+    ) -> Scale:
+        """Make the scale of ``numerator/denominator`` counts for one unit."""
+        return cls(Fraction(numerator, denominator), unit, printed, source)
+
+    @classmethod
+    def unit_per(
+        cls, unit: str, numerator: int, denominator: int = 1, printed: str = "", source: str = ""
+    ) -> Scale:
+        """Make the scale of ``numerator/denominator`` units for one count."""
+        return cls(Fraction(denominator, numerator), unit, printed, source)
+
+    def to_counts(self, value: Number) -> int:
+        """Convert from units to counts: exact factor, nearest integer, ties away from zero."""
+        return round_half_away(exact(value) * self.counts_per_unit)
+
+    def from_counts(self, counts: int) -> Fraction:
+        """Convert from counts to units, exactly."""
+        return Fraction(counts) / self.counts_per_unit
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scale):
+            return NotImplemented
+        return (self.counts_per_unit, self.unit) == (other.counts_per_unit, other.unit)
+
+    def __hash__(self) -> int:
+        return hash((self.counts_per_unit, self.unit))
+
+    def __repr__(self) -> str:
+        return f"<Scale {self.counts_per_unit} counts per {self.unit}>"
+
+
+class UnknownScale:
+    """A scale that no document states; every conversion raises :class:`UnknownScaleError`."""
+
+    __slots__ = ("reason", "unit")
+
+    def __init__(self, unit: str, reason: str) -> None:
+        self.unit = unit
+        self.reason = reason
+
+    def _refuse(self) -> NoReturn:
+        raise UnknownScaleError(f"no scale in {self.unit} is known: {self.reason}; use raw counts")
+
+    def to_counts(self, value: Number) -> int:
+        """Raise :class:`UnknownScaleError`."""
+        self._refuse()
+
+    def from_counts(self, counts: int) -> Fraction:
+        """Raise :class:`UnknownScaleError`."""
+        self._refuse()
+
+    def __repr__(self) -> str:
+        return f"<UnknownScale in {self.unit}: {self.reason}>"
+
+
+class Stage:
+    """A stage and its scales on each controller that the registry knows it on.
+
+    :param scales: controller -> quantity -> scale.
+    """
+
+    __slots__ = ("controllers", "name", "page", "scales", "title")
+
+    def __init__(
+        self,
+        name: str,
+        title: str,
+        page: int,
+        scales: dict[str, dict[str, Scale | UnknownScale]],
+        controllers: dict[str, tuple[str, ...]],
+    ) -> None:
+        self.name = name
+        self.title = title
+        self.page = page
+        self.scales = scales
+        self.controllers = controllers
+
+    def scale(self, quantity: str, controller: str) -> Scale | UnknownScale:
+        """Return the scale of ``quantity`` on ``controller`` (its family, or a unit of it).
+
+        Raises :class:`UnknownScaleError` when the registry has none; nothing is guessed.
+        """
+        for family, scales in self.scales.items():
+            if controller == family or controller in self.controllers[family]:
+                if quantity in scales:
+                    return scales[quantity]
+                known = ", ".join(sorted(scales))
+                raise UnknownScaleError(
+                    f"{quantity} of {self.name} on {controller} is not known (known: {known})"
+                )
+        known = ", ".join(sorted(self.scales))
+        raise UnknownScaleError(f"{self.name} on {controller} is not known (known on: {known})")
+
+    def __repr__(self) -> str:
+        return f"<Stage {self.name}: {self.title}>"

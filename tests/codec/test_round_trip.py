@@ -1,0 +1,264 @@
+"""Every message and layout: boundaries, round trips, refusals. The registry's JSON names the fields."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from stagewire import Frame
+from stagewire.errors import (
+    BadLengthError,
+    CodecError,
+    DecodeError,
+    MissingFieldError,
+    OutOfRangeError,
+    TrailingBytesError,
+    TruncatedError,
+    UnknownFieldError,
+    UnknownMessageError,
+    UnsupportedError,
+)
+from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire_apt import PROTOCOL
+
+CLASSES = {(cls.layout.message, cls.layout.form): cls for cls in PROTOCOL.messages}
+LAYOUTS = [
+    (message, layout) for message in PROTOCOL.registry()["messages"] for layout in message["layouts"]
+]
+NAMES = [f"{message['name']}-{layout['form']}" for message, layout in LAYOUTS]
+
+every_layout = pytest.mark.parametrize(("message", "layout"), LAYOUTS, ids=NAMES)
+
+
+def fields_of(layout: dict[str, Any]) -> list[dict[str, Any]]:
+    params = [layout[key] for key in ("param1", "param2") if layout[key]]
+    return [*params, *layout["fields"]]
+
+
+def context_of(layout: dict[str, Any]) -> dict[str, str] | None:
+    return layout["when"]
+
+
+def example_of(field: dict[str, Any], which: str) -> Any:
+    if field["kind"] == "text":
+        return {"minimum": "", "maximum": "\xff" * field["size"]}[which]
+    if field["kind"] == "bytes":
+        return bytes([{"minimum": 0, "maximum": 0xFF}[which]]) * field["size"]
+    return field[which]
+
+
+def strategy_of(field: dict[str, Any]) -> st.SearchStrategy[Any]:
+    if field["kind"] == "text":
+        latin = st.characters(min_codepoint=0, max_codepoint=0xFF)
+        return st.text(latin, max_size=field["size"]).map(lambda text: text.rstrip("\0"))
+    if field["kind"] == "bytes":
+        return st.binary(min_size=field["size"], max_size=field["size"])
+    return st.integers(field["minimum"], field["maximum"])
+
+
+def by_hand(message: dict[str, Any], layout: dict[str, Any], values: dict[str, Any]) -> bytes:
+    """Lay the bytes out from offsets and sizes, without the generated code."""
+    frame = bytearray(6 + layout["length"])
+    struct.pack_into("<H", frame, 0, message["id"])
+    if layout["form"] == "header":
+        frame[4:6] = 0x50, 0x01
+    else:
+        struct.pack_into("<HBB", frame, 2, layout["length"], 0x50 | 0x80, 0x01)
+    for field in fields_of(layout):
+        value = values[field["name"]]
+        at = field["offset"] + (0 if layout["form"] == "header" else 6)
+        if field["kind"] == "integer":
+            raw = value.to_bytes(field["size"], "little", signed=field["signed"])
+        elif field["kind"] == "text":
+            raw = value.encode("latin-1").ljust(field["size"], b"\0")
+        else:
+            raw = value
+        frame[at : at + field["size"]] = raw
+    return bytes(frame)
+
+
+def test_the_registry_and_the_classes_are_the_same_set() -> None:
+    documented = {(m["name"], layout["form"]) for m, layout in LAYOUTS}
+    special = {
+        key
+        for key, cls in CLASSES.items()
+        if issubclass(cls, (UndecidedMessage, UndocumentedMessage))
+    }
+    assert documented | special == set(CLASSES)
+    assert len(PROTOCOL.registry()["messages"]) > 160
+
+
+@every_layout
+@pytest.mark.parametrize("which", ["minimum", "maximum"])
+def test_boundaries_encode_and_decode(
+    message: dict[str, Any], layout: dict[str, Any], which: str
+) -> None:
+    values = {field["name"]: example_of(field, which) for field in fields_of(layout)}
+    made = PROTOCOL.build(message["name"], values, layout["form"])
+    raw = Frame(made, 0x50, 0x01).encode()
+    assert raw == by_hand(message, layout, values)
+    frame = PROTOCOL.decode(raw, context_of(layout))
+    assert frame == Frame(made, 0x50, 0x01)
+    assert type(frame.message) is CLASSES[message["name"], layout["form"]]
+    assert {name: frame.message.values()[name] for name in values} == values
+
+
+@every_layout
+def test_a_value_outside_its_range_is_refused_by_name(
+    message: dict[str, Any], layout: dict[str, Any]
+) -> None:
+    values = {field["name"]: example_of(field, "minimum") for field in fields_of(layout)}
+    for field in fields_of(layout):
+        if field["kind"] == "integer":
+            wrong = [field["minimum"] - 1, field["maximum"] + 1]
+        elif field["kind"] == "text":
+            wrong = ["x" * (field["size"] + 1)]
+        else:
+            wrong = [bytes(field["size"] - 1), bytes(field["size"] + 1)]
+        for value in wrong:
+            with pytest.raises(OutOfRangeError, match=rf"{message['name']}\.{field['name']}\b"):
+                PROTOCOL.build(message["name"], {**values, field["name"]: value}, layout["form"])
+
+
+@every_layout
+def test_missing_and_unknown_fields_are_refused(
+    message: dict[str, Any], layout: dict[str, Any]
+) -> None:
+    values = {field["name"]: example_of(field, "minimum") for field in fields_of(layout)}
+    with pytest.raises(UnknownFieldError, match="no_such_field"):
+        PROTOCOL.build(message["name"], {**values, "no_such_field": 1}, layout["form"])
+    for field in fields_of(layout):
+        rest = {name: value for name, value in values.items() if name != field["name"]}
+        if field["role"] == "value":
+            with pytest.raises(MissingFieldError, match=field["name"]):
+                PROTOCOL.build(message["name"], rest, layout["form"])
+        else:
+            PROTOCOL.build(message["name"], rest, layout["form"])
+
+
+@every_layout
+def test_other_lengths_are_refused_or_kept_as_extra(
+    message: dict[str, Any], layout: dict[str, Any]
+) -> None:
+    values = {field["name"]: example_of(field, "minimum") for field in fields_of(layout)}
+    raw = by_hand(message, layout, values)
+    context = context_of(layout)
+    for end in range(len(raw)):
+        with pytest.raises(TruncatedError):
+            PROTOCOL.decode(raw[:end], context)
+    with pytest.raises(TrailingBytesError):
+        PROTOCOL.decode(raw + b"\0", context)
+    if layout["form"] == "header":
+        return
+    longer = raw[:2] + struct.pack("<H", layout["length"] + 3) + raw[4:] + b"abc"
+    frame = PROTOCOL.decode(longer, context)
+    assert frame.extra == b"abc"
+    assert frame.encode() == longer
+    shorter = raw[:2] + struct.pack("<H", layout["length"] - 1) + raw[4:-1]
+    lengths = {o["length"] for o in message["layouts"] if o["form"] != "header"}
+    if all(length >= layout["length"] for length in lengths):
+        with pytest.raises(BadLengthError):
+            PROTOCOL.decode(shorter, context)
+
+
+@every_layout
+@settings(max_examples=15, deadline=None)
+@given(data=st.data())
+def test_whatever_is_encoded_comes_back(
+    message: dict[str, Any], layout: dict[str, Any], data: st.DataObject
+) -> None:
+    values = {
+        field["name"]: data.draw(strategy_of(field), label=field["name"])
+        for field in fields_of(layout)
+    }
+    dest, source = data.draw(st.tuples(st.integers(0, 0x7F), st.integers(0, 0xFF)))
+    made = PROTOCOL.build(message["name"], values, layout["form"])
+    frame = Frame(made, dest, source)
+    assert PROTOCOL.decode(frame.encode(), context_of(layout)) == frame
+
+
+@every_layout
+@settings(max_examples=15, deadline=None)
+@given(data=st.data())
+def test_whatever_is_decoded_encodes_back_byte_for_byte(
+    message: dict[str, Any], layout: dict[str, Any], data: st.DataObject
+) -> None:
+    body = data.draw(st.binary(min_size=layout["length"], max_size=layout["length"]))
+    id = message["id"].to_bytes(2, "little")
+    if layout["form"] == "header":
+        params = data.draw(st.binary(min_size=2, max_size=2))
+        raw = id + params + data.draw(st.integers(0, 0x7F)).to_bytes(1, "little") + b"\x01"
+    else:
+        raw = id + struct.pack("<HBB", layout["length"], 0xD0, 0x01) + body
+    for context in (None, {"status": "dc"}, {"status": "stepper"}):
+        assert PROTOCOL.decode(raw, context).encode() == raw
+
+
+@settings(max_examples=500, deadline=None)
+@given(st.binary(max_size=40), st.sampled_from([None, {"status": "dc"}, {"status": "x"}]))
+def test_any_bytes_give_a_frame_or_a_documented_error(
+    raw: bytes, context: dict[str, str] | None
+) -> None:
+    try:
+        frame = PROTOCOL.decode(raw, context)
+    except (DecodeError, UnknownMessageError):
+        return
+    assert frame.encode() == raw
+
+
+def test_a_message_without_an_id_is_never_encoded() -> None:
+    assert PROTOCOL.nameless
+    for name in PROTOCOL.nameless:
+        with pytest.raises(UnsupportedError, match=name):
+            PROTOCOL.build(name, {})
+
+
+def test_a_message_without_a_layout_is_kept_and_not_made_up() -> None:
+    with pytest.raises(UnsupportedError, match="HW_RICHRESPONSE"):
+        PROTOCOL.build("HW_RICHRESPONSE", {})
+    raw = bytes.fromhex("8100 4400 81 50") + bytes(range(0x44))
+    frame = PROTOCOL.decode(raw)
+    assert isinstance(frame.message, UndocumentedMessage)
+    assert frame.message.data == bytes(range(0x44))
+    assert frame.encode() == raw
+    header = bytes.fromhex("8100 0102 01 50")
+    assert PROTOCOL.decode(header).encode() == header
+
+
+def test_an_undecided_layout_shows_what_all_candidates_share() -> None:
+    raw = bytes.fromhex("64040E00815001006 8AAA001000000003000 0080".replace(" ", ""))
+    message = PROTOCOL.decode(raw).message
+    assert isinstance(message, UndecidedMessage)
+    assert {name: getattr(message, name) for name in message.shared} == {
+        "chan_ident": 1,
+        "position": 27306600,
+        "status_bits": 0x80000030,
+    }
+    assert type(PROTOCOL.decode(raw, {"status": "dc"}).message).__name__ == "MotMoveCompletedDc"
+
+
+def test_a_name_close_to_a_message_is_suggested() -> None:
+    with pytest.raises(UnknownMessageError, match="MOT_SET_VELPARAMS"):
+        PROTOCOL.build("MOT_SET_VELPARAM", {})
+
+
+def test_every_error_carries_a_refusal_code() -> None:
+    codes = {cls.code for cls in _tree(CodecError)}
+    assert codes >= {
+        "truncated", "trailing", "bad_length", "unknown_message", "unknown_field",
+        "missing_field", "out_of_range", "bad_value", "unsupported",
+    }  # fmt: skip
+
+
+def _tree(cls: type[CodecError]) -> list[type[CodecError]]:
+    return [cls, *(leaf for child in cls.__subclasses__() for leaf in _tree(child))]
+
+
+def test_documentation_stands_on_everything_public() -> None:
+    for cls in PROTOCOL.messages:
+        assert issubclass(cls, Message)
+        assert f"``{cls.layout.message}``" in (cls.__doc__ or "")
+        assert "page" in (cls.__doc__ or "")

@@ -1,0 +1,686 @@
+"""Parsers for the parts of the vendor's document that are laid out regularly.
+
+They know the layout (headings, tables, lists, examples) and nothing of the protocol, and they never
+look at our transcription. A place that a parser cannot read is noted, not guessed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from .text import Document
+
+ID = r"0x[0-9A-F]{2,4}H?"
+NAME = re.compile(r"MGMSG(?:\\?[_ \t])+[A-Z]+(?:\\?[_ ](?!MGMSG)[A-Z]{2,}[0-9]*)*")
+CONTENTS_ROW = re.compile(rf"(?P<name>MGMSG[A-Z_ ]+:?) (?P<id>0x[0-9A-F]{{4}}(?=\d{{3}}$)|0x\S+)")
+NAMES_AND_IDS = re.compile(rf"(MGMSG[A-Z_ ]+?):? ({ID})")
+STRUCTURE = re.compile(r"(?:^|\s)[Ss]tructure \((\d+) bytes\)")
+PACKET = re.compile(r"([Ff])ollowed by (?:a )?(\d+)[- ]byte (?:\(0x[0-9A-F]+\) )?data packet")
+LABEL = re.compile(r"(SET|REQUEST|REQ|GET|HOMED|Short version|Long version):(?!\s*N/A)")
+DIRECTION = re.compile(r"(TX|RX) structure \(")
+EXAMPLE_LABEL = re.compile(r"\b([A-Z]\w*(?: [A-Z]\w*){0,3}):")
+
+
+@dataclass(frozen=True, order=True)
+class Place:
+    """A place that cannot be read."""
+
+    line: int
+    what: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the contents, of a cross-reference list or of an overview: a name and its id."""
+
+    line: int
+    name: str
+    id: str
+    page: str
+    run_together: bool = False
+
+
+@dataclass(frozen=True)
+class Heading:
+    line: int
+    names: tuple[str, ...]
+    ids: tuple[str, ...]
+    lines: tuple[int, ...]
+
+
+@dataclass
+class ByteTable:
+    line: int
+    message: str
+    part: str
+    structure: int | None
+    packet: int | None
+    last_offset: int | None = None
+    header: list[str | None] = field(default_factory=list)
+    columns: list[str | None] = field(default_factory=list)  # None: a row that cannot be read
+
+
+@dataclass(frozen=True)
+class Example:
+    line: int
+    kind: str  # tx, rx or lost
+    data: str  # hex pairs; empty for a lost one
+
+
+@dataclass
+class FieldTable:
+    line: int
+    rows: list[tuple[str, str]]
+
+
+@dataclass
+class Reading:
+    """All that was read."""
+
+    document: Document
+    contents: list[Row] = field(default_factory=list)
+    titles: list[tuple[int, str, str]] = field(default_factory=list)
+    overview: list[Row] = field(default_factory=list)
+    mentions: list[tuple[int, str]] = field(default_factory=list)
+    headings: list[Heading] = field(default_factory=list)
+    tables: list[ByteTable] = field(default_factory=list)
+    fields: list[FieldTable] = field(default_factory=list)
+    lists: dict[str, tuple[int, list[Row]]] = field(default_factory=dict)
+    examples: list[Example] = field(default_factory=list)
+    unreadable: set[Place] = field(default_factory=set)
+    phrases: list[str] = field(default_factory=list)
+
+    def cannot_read(self, line: int, what: str) -> None:
+        self.unreadable.add(Place(line, what))
+
+
+def plain(text: str) -> str:
+    """Drop the marks of the text format."""
+    return re.sub(r"</?(?:b|u|a|sup)\b[^>]*>", "", text.replace("\\", "")).strip("#* \t")
+
+
+def squash(text: str) -> str:
+    """Keep letters and digits only, for a blank between two pieces of a torn word is not seen."""
+    return re.sub(r"[^a-z0-9]", "", text.casefold())
+
+
+def short(name: str) -> str:
+    """Return the name as it stands in a heading of the witness: without MGMSG, underlines only."""
+    return re.sub(r"[ _]+", "_", plain(name).rstrip(":;")).removeprefix("MGMSG_")
+
+
+def read(document: Document) -> Reading:
+    reading = Reading(document)
+    read_contents(reading)
+    read_headings(reading)
+    read_lists(reading)
+    read_overview(reading)
+    read_mentions(reading)
+    read_pages(reading)
+    read_fields(reading)
+    read_tables(reading)
+    read_examples(reading)
+    return reading
+
+
+# --- contents, overview, lists -----------------------------------------------------------------
+
+
+def read_contents(reading: Reading) -> None:
+    document = reading.document
+    start = next(n for n in document.numbers() if plain(document[n]) == "Contents")
+    end = next(n for n in document.numbers() if n > start and document.is_footer(n))
+    for number in range(start + 1, end):
+        text, _, page = document[number].partition("\t")
+        if not text:
+            continue
+        page = re.sub(r"^[. ]+", "", page.strip())
+        if not text.startswith("MGMSG"):
+            reading.titles.append((number, text, page))
+            continue
+        match = CONTENTS_ROW.match(text)
+        rest = text[match.end() :].strip() if match else ""
+        if not match or " . " in page or "MGMSG" in rest:
+            reading.cannot_read(number, "contents row")
+            continue
+        together = bool(rest) and text[match.end()].isdigit()
+        reading.contents.append(Row(number, match["name"], match["id"], page or rest, together))
+
+
+def read_overview(reading: Reading) -> None:
+    """Rows of the form name, id, words: only the overview tables have them."""
+    document = reading.document
+    for number in document.numbers():
+        cells = document[number].split("\t")
+        if (
+            len(cells) == 3
+            and cells[0].startswith("MGMSG")
+            and re.fullmatch(ID, cells[1])
+            and re.match(r"[A-Z]", cells[2])
+        ):
+            reading.overview.append(Row(number, cells[0], cells[1], ""))
+
+
+def list_rows(reading: Reading) -> Iterator[tuple[int, str]]:
+    """Lines of the cross-reference lists, each with the title of its list."""
+    document = reading.document
+    title = ""
+    for number in document.numbers():
+        text = document[number]
+        if text.startswith("#"):
+            title = plain(text) if "Messages Applicable to" in text else ""
+        elif title and "\t" in text:
+            yield number, title
+
+
+def read_lists(reading: Reading) -> None:
+    document = reading.document
+    row = re.compile(rf"(MGMSG[A-Z_ ]*[:;]?) ({ID})\s?([\d ]*)")
+    for number in document.numbers():
+        if document[number].startswith("#") and "Messages Applicable to" in document[number]:
+            reading.lists[plain(document[number])] = (number, [])
+    for number, title in list_rows(reading):
+        cells = [cell for cell in reading.document[number].split("\t") if cell]
+        if cells[0] in ("MGMSG", "MGMSG_"):  # the name is torn
+            cells[:2] = [cells[0] + ("" if cells[0].endswith("_") else " ") + cells[1]]
+        match = row.fullmatch(" ".join(cells))
+        if match:
+            reading.lists[title][1].append(Row(number, match[1], match[2], match[3]))
+        else:
+            reading.cannot_read(number, "list row")
+
+
+# --- headings, mentions and pages --------------------------------------------------------------
+
+
+def read_headings(reading: Reading) -> None:
+    """Lines of names alone, with as many ids in the same line or in the next ones."""
+    document = reading.document
+    pending: list[tuple[int, str]] = []
+    for number in document.numbers():
+        text = plain(document[number])
+        if not text:
+            continue
+        rest = NAME.sub("", text)
+        names = [(number, name.group()) for name in NAME.finditer(text)]
+        ids = re.findall(rf"\b{ID}(?!\S)", rest)
+        if "\t" in text or re.sub(rf"\b{ID}|[:\s]", "", rest) or not (names or ids):
+            pending = []
+            continue
+        pending += names
+        if ids and len(ids) == len(pending) and number > reading.contents[-1].line:
+            reading.headings.append(
+                Heading(
+                    pending[0][0],
+                    tuple(short(name) for _, name in pending),
+                    tuple(ids),
+                    tuple(line for line, _ in pending),
+                )
+            )
+        if ids:
+            pending = []
+
+
+def read_mentions(reading: Reading) -> None:
+    """Names in the running text and in descriptions."""
+    document = reading.document
+    known = {line for heading in reading.headings for line in heading.lines}
+    known |= {row.line for row in reading.overview} | {number for number, _ in list_rows(reading)}
+    start = reading.contents[-1].line
+    for number in document.numbers():
+        if number > start and number not in known:
+            reading.mentions += [
+                (number, match.group()) for match in NAME.finditer(document[number])
+            ]
+
+
+def read_pages(reading: Reading) -> None:
+    """Where a footer is missing, the page that contents and lists print for a heading may help."""
+    document = reading.document
+    for line, page in document.footers.items():
+        if page is None:
+            reading.cannot_read(line, "footer")
+    missing = document.stretches()
+    printed: dict[str, set[int]] = {}
+    rows = list(reading.contents) + [row for _, rows in reading.lists.values() for row in rows]
+    for row in rows:
+        if re.fullmatch(r"\d+", row.page):
+            printed.setdefault(short(row.name), set()).add(int(row.page))
+    for _, title, page in reading.titles:
+        if page:
+            printed.setdefault(title, set()).add(int(page))
+    anchors = [(h.line, name) for h in reading.headings for name in h.names]
+    anchors += [(n, plain(document[n])) for n in document.numbers() if document[n].startswith("#")]
+    for line, name in sorted(anchors):
+        for page in printed.get(name, ()):
+            document.anchor(line, page)
+    for first, last in missing:
+        open_ones = [n for n in range(first, last + 1) if document[n] and not document.sure(n)]
+        if open_ones:
+            reading.cannot_read(open_ones[0], "page")
+
+
+def heading_of(reading: Reading, line: int) -> Heading | None:
+    before = [heading for heading in reading.headings if heading.line <= line]
+    return before[-1] if before else None
+
+
+# --- field tables ------------------------------------------------------------------------------
+
+
+def read_fields(reading: Reading) -> None:
+    document = reading.document
+    for number in document.numbers():
+        if [cell for cell in document[number].split("\t") if cell] == [
+            "field",
+            "description",
+            "format",
+        ]:
+            reading.fields.append(read_field_table(reading, number))
+
+
+def field_lines(document: Document, start: int) -> Iterator[int]:
+    """Lines of a field table; it goes on behind a footer when a row follows there at once."""
+    number = start + 1
+    while True:
+        while "\t" in document[number]:
+            yield number
+            number += 1
+        step = number
+        while step in document.numbers() and not document[step] and not document.is_footer(step):
+            step += 1
+        if not document.is_footer(step) or document[step]:
+            return
+        step += 1
+        while step in document.numbers() and not document[step]:
+            step += 1
+        cells = document[step].split("\t")
+        if len(cells) < 3 or sum(cell.isdigit() for cell in cells) > 2:
+            return
+        number = step
+
+
+def read_field_table(reading: Reading, start: int) -> FieldTable:
+    rows: list[tuple[str, str]] = []
+    broken = False
+    for number in field_lines(reading.document, start):
+        cells = reading.document[number].split("\t")
+        name, text, form = cells[0].strip(), cells[1].strip(), cells[2].strip()
+        if len(name) > 24:  # the description has slipped into the name
+            if not broken:
+                reading.cannot_read(number, "field row")
+            broken = True
+        elif name and (form or (re.match("[A-Z]", text) and not name.startswith("("))):
+            rows.append((name, form if len(cells) == 3 or not form[:1].isupper() else ""))
+            broken = False
+        elif name and rows and not broken:
+            rows[-1] = (f"{rows[-1][0]} {name}", rows[-1][1])
+    return FieldTable(start, rows)
+
+
+# --- byte tables -------------------------------------------------------------------------------
+
+
+def cells_of(text: str) -> list[str]:
+    return [cell.strip() for cell in text.split("\t")]
+
+
+def numbers_in(cells: list[str]) -> list[int]:
+    return [int(word) for cell in cells for word in cell.split() if word.isdigit()]
+
+
+def is_number_row(cells: list[str]) -> bool:
+    """Three numbers that count up, and hardly anything else."""
+    found = numbers_in(cells)
+    words = [word for cell in cells for word in cell.split()]
+    counting = sum(after == before + 1 for before, after in zip(found, found[1:], strict=False))
+    plain_numbers = not any(re.match(r"0\d|\d{3}", word) for word in words)
+    return len(found) >= 3 and counting >= 2 and plain_numbers and len(found) >= len(words) - 2
+
+
+def is_label_row(cells: list[str]) -> bool:
+    """Recognise "header only" and "header ... data", torn as they are."""
+    return bool(re.match(r"he.{1,3}der", squash("".join(cells))))
+
+
+def is_data_label(cells: list[str]) -> bool:
+    """Recognise the word "data" over a row of data cells: "Do ta", "rta", "L Data"."""
+    return bool(re.fullmatch(r"[ldator1]{1,5}", squash("".join(cells))))
+
+
+@dataclass
+class Context:
+    """What has been printed over the next table."""
+
+    label: str = ""
+    direction: str = ""
+    structure: int | None = None
+    packet: int | None = None
+
+
+def read_tables(reading: Reading) -> None:
+    document = reading.document
+    starts = {line for heading in reading.headings for line in heading.lines}
+    context = Context()
+    block: list[int] = []
+    for number in document.numbers():
+        text = document[number]
+        if "\t" in text:
+            block.append(number)
+            continue
+        if block:
+            read_block(reading, block, context)
+            block = []
+        if number in starts:
+            context = Context()
+        elif text:
+            read_statement(reading, plain(text), context)
+
+
+def read_statement(reading: Reading, text: str, context: Context) -> None:
+    label = LABEL.match(text)
+    if label:
+        context.__init__(label=label[1])  # type: ignore[misc]
+    direction = DIRECTION.match(text)
+    if direction:
+        context.direction = direction[1]
+    structure = STRUCTURE.search(" " + text)
+    if structure:
+        context.structure = int(structure[1])
+    packet = PACKET.search(text)
+    if packet and packet[1] == "F" and text.startswith("F"):
+        reading.tables[-1].packet = int(packet[2])  # a statement under its table
+    elif packet:
+        context.packet = int(packet[2])
+
+
+def message_for(heading: Heading | None, context: Context) -> str:
+    if heading is None:
+        return ""
+    verb = {"REQUEST": "REQ"}.get(context.label, context.label)
+    found = [name for name in heading.names if verb and verb in name.split("_")]
+    return found[0] if found else heading.names[0]
+
+
+def read_block(reading: Reading, block: list[int], context: Context) -> None:
+    """Read one run of lines with cells: the parts of a byte table, or something else."""
+    rows = [(number, cells_of(reading.document[number])) for number in block]
+    for index, (number, cells) in enumerate(rows):
+        after = rows[index + 1 :]
+        ends = next(
+            (i for i, (_, later) in enumerate(after) if is_number_row(later)), len(after)
+        )
+        if is_number_row(cells):
+            first = numbers_in(cells)[0]
+            if first <= 1 or starts_with_stray(cells):
+                open_table(reading, number, context)
+                read_first_part(reading, cells, after[1:ends])
+            elif reading.tables:
+                labelled = bool(after[:ends]) and is_data_label(after[0][1])
+                read_data(reading, number, after[labelled:ends])
+            reading.tables[-1].last_offset = numbers_in(cells)[-1]
+        elif index == 0 and is_label_row(cells):
+            open_table(reading, number, context)
+            read_first_part(reading, [], after[:ends])
+
+
+def starts_with_stray(cells: list[str]) -> bool:
+    """Tell a damaged first number row, which has lost its first numbers, from a later one."""
+    return numbers_in(cells)[0] < 6
+
+
+def open_table(reading: Reading, line: int, context: Context) -> None:
+    heading = heading_of(reading, line)
+    reading.tables.append(
+        ByteTable(
+            line,
+            message_for(heading, context),
+            context.label or context.direction,
+            context.structure,
+            context.packet,
+        )
+    )
+    context.structure = context.packet = None
+
+
+def read_first_part(
+    reading: Reading, numbers: list[str], rows: list[tuple[int, list[str]]]
+) -> None:
+    table = reading.tables[-1]
+    if not rows:
+        return
+    line, cells = rows[0]
+    below = [row for _, row in rows[1:] if any(re.search(r"\w", cell) for cell in row)]
+    column = numbers.index("0") if numbers[:2].count("0") else None
+    table_packet = table.packet is not None and column_count(numbers) != 6
+    squeezed = any(len(re.findall(r"\b[0-9A-F]{2}\b", cell)) > 1 for cell in cells)
+    squeezed = squeezed and not any(len(cell.split()) == 6 for cell in cells)
+    if (
+        column is not None
+        and numbers[column : column + 6] == list("012345")
+        and not (squeezed and len(cells[column].split()) == 1 and not cells[column + 2])
+    ):
+        table.header = header_by_column(cells, below if not table_packet else [], column)
+        data = cells[column + 6 :]
+    elif numbers_in(numbers)[:6] == [0, 1, 2, 3, 4, 5]:
+        table.header = header_by_share(numbers, cells)
+        data = []
+    else:
+        table.header, data = header_by_words(cells, below if not table_packet else [])
+    if None in table.header:
+        reading.cannot_read(line, "header")
+    if table_packet:
+        read_data(reading, table.line, [(line, data), *rows[1:]])
+
+
+def column_count(numbers: list[str]) -> int:
+    return len(numbers_in(numbers))
+
+
+def header_by_column(cells: list[str], below: list[list[str]], column: int) -> list[str | None]:
+    """Read the header where every number stands over its own column."""
+    for cell in cells[: column + 6]:
+        if len(cell.split()) == 6:  # all six are squeezed into one cell
+            return list(cell.split())
+    parts = [cells[column : column + 6]]
+    for row in below:
+        lower = row[column : column + 6]
+        if lower[0]:  # the row is printed twice
+            parts = [lower]
+        else:
+            parts.append(lower)
+    header: list[str | None] = []
+    for place in range(6):
+        words = [part[place] for part in parts if place < len(part) and part[place]]
+        header.append(" ".join(words) or None)
+    stray = "".join(cells[:column])
+    if stray.isascii() and stray.isalnum():  # a piece of the first cell stands outside
+        header[0] = None
+    return header
+
+
+def header_by_share(numbers: list[str], cells: list[str]) -> list[str | None]:
+    """Read the header where one cell of the number row holds several numbers."""
+    header: list[str | None] = []
+    for numbered, cell in zip(numbers, cells, strict=False):
+        count = len(numbered.split())
+        words = cell.split(maxsplit=count - 1) if count else []
+        header += words + [None] * (count - len(words))
+    return header
+
+
+def header_by_words(
+    cells: list[str], below: list[list[str]]
+) -> tuple[list[str | None], list[str]]:
+    """Read the header, without the help of a number row, word by word up to "d s"."""
+    words = [(word, index) for index, cell in enumerate(cells) for word in cell.split()]
+    words = [(word, index) for word, index in words if re.search(r"\w", word)]
+    header: list[str | None] = []
+    last = len(cells)
+    for place, (word, index) in enumerate(words):
+        if word == "Ident" and header and header[-1] == "Chan":
+            header[-1] = "Chan Ident"
+            continue
+        header.append(word)
+        if word.casefold() == "s" and words[place - 1][0] == "d":
+            last = index
+            break
+    for row in below:
+        lower = [cell for cell in row if cell]
+        upper = [p for p, word in enumerate(header) if word and re.fullmatch("[A-Z][a-z]+", word)]
+        if len(lower) == len(upper) == 1:
+            header[upper[0]] = f"{header[upper[0]]} {lower[0]}"
+    if len(header) != 6:
+        header = [None] * 6
+    return header, cells[last + 1 :]
+
+
+# --- the data cells of byte tables -------------------------------------------------------------
+
+
+def read_data(reading: Reading, line: int, rows: list[tuple[int, list[str]]]) -> None:
+    """Read the names of one row of data cells; a name that goes on from the row above counts once."""
+    table = reading.tables[-1]
+    rows = [(n, row) for n, row in rows if any(re.search(r"[^\W_]{2}", cell) for cell in row)]
+    if not rows:
+        if not any(place.what == "data" and place.line == line for place in reading.unreadable):
+            reading.cannot_read(line, "data")
+        table.columns.append(None)
+        return
+    number, cells = rows[0]
+    names = None if len(rows) > 1 else name_cells(reading, number, cells)
+    if names is None:
+        reading.cannot_read(number, "data")
+        table.columns.append(None)
+        return
+    last = table.columns[-1] if table.columns else None
+    if last is not None and squash(last) == squash(names[0]):
+        names = names[1:]
+    table.columns += names
+
+
+def vocabulary(reading: Reading, line: int) -> tuple[dict[str, str], dict[str, str]]:
+    """Names that the document prints whole: under the same heading, and anywhere."""
+    near: dict[str, str] = {}
+    wide: dict[str, str] = {}
+    here = heading_of(reading, line)
+    for table in reading.fields:
+        for name, _ in table.rows:
+            wide.setdefault(squash(name), name)
+            if heading_of(reading, table.line) == here:
+                near.setdefault(squash(name), name)
+    for name in printed_phrases(reading):
+        wide.setdefault(squash(name), name)
+    for number in reading.document.numbers():
+        if "\t" not in reading.document[number] and heading_of(reading, number) == here:
+            for match in EXAMPLE_LABEL.finditer(plain(reading.document[number])):
+                near.setdefault(squash(match[1]), match[1])
+    return near, wide
+
+
+def printed_phrases(reading: Reading) -> list[str]:
+    """Two or three capitalised words in a row, anywhere outside the byte tables."""
+    if not reading.phrases:
+        document = reading.document
+        for number in document.numbers():
+            text = plain(document[number])
+            if "\t" not in text or re.search(r"[a-z]{3,} [a-z]{2,} [a-z]{2,}", text):
+                for size in (2, 3):
+                    one = r"[A-Z][A-Za-z]+"
+                    found = re.findall(rf"(?=\b({one}(?: {one}){{{size - 1}}})\b)", text)
+                    reading.phrases += found
+        for table in reading.fields:
+            for name, _ in table.rows:
+                reading.phrases += re.findall(r"(?=\b([A-Z]\w+ [A-Z]\w+)\b)", name)
+    return reading.phrases
+
+
+def name_cells(reading: Reading, line: int, cells: list[str]) -> list[str] | None:
+    near, wide = vocabulary(reading, line)
+    words = [(squash(word), i) for i, cell in enumerate(cells) for word in cell.split()]
+    words = [(word, index) for word, index in words if word]
+    found: list[str] = []
+    place = 0
+    while place < len(words):
+        for end in range(min(len(words), place + 6), place, -1):
+            name = whole(words[place:end], near) or whole(words[place:end], wide)
+            name = name or torn(words[place:end], near)
+            if name:
+                found.append(name)
+                place = end
+                break
+        else:
+            if found and is_doubled_end(squash(found[-1]), words, place):
+                place += 1
+                continue
+            return None
+    return list(found)
+
+
+def is_doubled_end(name: str, words: list[tuple[str, int]], place: int) -> bool:
+    """The end of a name may stand a second time, in a cell of its own behind the tear."""
+    word, index = words[place]
+    return index != words[place - 1][1] and len(word) >= 3 and name.endswith(word)
+
+
+def whole(words: list[tuple[str, int]], names: dict[str, str]) -> str | None:
+    return names.get("".join(word for word, _ in words))
+
+
+def torn(words: list[tuple[str, int]], names: dict[str, str]) -> str | None:
+    """Find the one name that these pieces give when each tear has spoilt a letter on either side."""
+    pieces: list[str] = []
+    before = None
+    for word, index in words:
+        if index == before:
+            pieces[-1] += word
+        else:
+            pieces.append(word)
+        before = index
+    if len(pieces) < 2:
+        return None
+    pattern = tear_pattern(pieces)
+    found = [name for key, name in names.items() if pattern.fullmatch(key)]
+    return found[0] if len(found) == 1 else None
+
+
+def tear_pattern(pieces: list[str]) -> re.Pattern[str]:
+    """At a tear the last and the first letter may be misread, and one letter may be lost."""
+
+    def optional(letter: str) -> str:
+        return f"{letter}?"
+
+    text = ""
+    for index, piece in enumerate(pieces):
+        inner_start = 1 if index else 0
+        inner_end = len(piece) - (1 if index + 1 < len(pieces) else 0)
+        if index:
+            text += ".?" + optional(piece[0])
+        text += piece[inner_start : max(inner_end, inner_start)]
+        if index + 1 < len(pieces) and inner_end >= inner_start and len(piece) > inner_start:
+            text += optional(piece[-1])
+    return re.compile(text)
+
+
+# --- worked examples ---------------------------------------------------------------------------
+
+
+def read_examples(reading: Reading) -> None:
+    """Read the byte lines, and find the breakdowns ("Header: ..") that have lost theirs."""
+    document = reading.document
+    sent = False
+    for number in document.numbers():
+        text = plain(document[number])
+        match = re.match(r"(TX|RX)[, ]\s*(?=[0-9A-F]{2},)(.*)$", text)
+        if match:
+            sent = True
+            pairs = re.findall(r"[^\s,.]+", match[2])
+            if any(not re.fullmatch(r"[0-9A-F]{2}", pair) for pair in pairs) or ".." in text:
+                reading.cannot_read(number, "bytes")
+            reading.examples.append(Example(number, match[1].lower(), " ".join(pairs)))
+        elif text.startswith("Example") or number in {h.line for h in reading.headings}:
+            sent = False
+        elif re.match(r"Header: [0-9A-FO]{2},", text) and not sent:
+            reading.examples.append(Example(number, "lost", ""))

@@ -1,0 +1,90 @@
+"""Exact scales: rationals, nearest rounding on both sides of zero, refusal of what is unknown."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from stagewire.errors import BadValueError, UnknownScaleError
+from stagewire.quantities import Scale, UnknownScale, exact, round_half_away
+from stagewire_apt import stages
+
+
+def test_the_exact_factor_is_used_and_the_printed_one_only_shown() -> None:
+    velocity = stages.MLS203.scale("velocity", "BBD102")
+    assert isinstance(velocity, Scale)
+    assert velocity.counts_per_unit == 20_000 * Fraction("102.4e-6") * 65_536
+    assert velocity.printed == "134218"
+    assert velocity.to_counts(99) == 13_287_555
+    assert 134_218 * 99 - velocity.to_counts(99) == 27
+    assert velocity.to_counts(100) == 0x00CCCCCD
+    assert velocity.to_counts(25) == 0x00333333
+    assert velocity.to_counts(200) == 26_843_546
+
+
+def test_the_other_factors_follow_from_the_servo_cycle() -> None:
+    cycle = Fraction("102.4e-6")
+    for name, expected in {
+        "position": Fraction(20_000),
+        "acceleration": 20_000 * cycle**2 * 65_536,
+        "jerk": 20_000 * cycle**3 * 65_536**2,
+        "status_velocity": 20_000 * cycle,
+    }.items():
+        scale = stages.MLS203.scale(name, "BBD10x")
+        assert isinstance(scale, Scale)
+        assert scale.counts_per_unit == expected, name
+    assert stages.Z8.scale("position", "TDC001").to_counts(1) == 512 * 67
+
+
+def test_unknown_scales_are_refused() -> None:
+    unknown = stages.Z8.scale("acceleration", "TDC001")
+    assert isinstance(unknown, UnknownScale)
+    with pytest.raises(UnknownScaleError, match="raw counts"):
+        unknown.to_counts(1)
+    with pytest.raises(UnknownScaleError, match="raw counts"):
+        unknown.from_counts(1)
+    with pytest.raises(UnknownScaleError, match="jerk of Z8"):
+        stages.Z8.scale("jerk", "TDC001")
+    with pytest.raises(UnknownScaleError, match="MLS203 on TDC001"):
+        stages.MLS203.scale("position", "TDC001")
+
+
+@pytest.mark.parametrize(
+    ("value", "rounded"),
+    [("0.5", 1), ("-0.5", -1), ("0.49", 0), ("-0.49", 0), ("2.5", 3), ("-2.5", -3), ("-1.2", -1)],
+)
+def test_rounding_is_the_same_on_both_sides_of_zero(value: str, rounded: int) -> None:
+    assert round_half_away(Fraction(value)) == rounded
+
+
+def test_a_float_stands_for_the_decimal_that_it_prints() -> None:
+    assert exact(0.1) == Fraction(1, 10)
+    assert exact(Decimal("0.1")) == exact("0.1") == Fraction(1, 10)
+    for wrong in (float("nan"), float("inf"), -float("inf"), "five", "1/0", None):
+        with pytest.raises(BadValueError):
+            exact(wrong)  # type: ignore[arg-type]
+
+
+@given(st.integers(-(2**31), 2**31 - 1), st.fractions(min_value="1/1000", max_value=10**9))
+def test_counts_survive_the_way_through_units(counts: int, factor: Fraction) -> None:
+    scale = Scale(factor, "mm")
+    assert scale.to_counts(scale.from_counts(counts)) == counts
+
+
+@given(st.fractions(max_denominator=10**6), st.fractions(min_value="1/1000", max_value=10**6))
+def test_a_conversion_is_never_off_by_more_than_half_a_count(
+    value: Fraction, factor: Fraction
+) -> None:
+    counts = Scale(factor, "mm").to_counts(value)
+    assert abs(counts - value * factor) <= Fraction(1, 2)
+    assert Scale(factor, "mm").to_counts(-value) == -counts
+
+
+def test_both_directions_of_a_factor() -> None:
+    assert Scale.unit_per("us", 512, 5).to_counts("1024") == 10
+    assert Scale.counts_per("percent", 32767, 100).from_counts(32767) == 100
+    with pytest.raises(BadValueError):
+        Scale(Fraction(0), "mm")
