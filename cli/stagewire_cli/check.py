@@ -1,4 +1,4 @@
-"""``stagewire check``: is the spec right?"""
+"""``stagewire check``: whether a spec is right."""
 
 from __future__ import annotations
 
@@ -10,7 +10,12 @@ import typer
 from stagewire_cli.errors import WRONG
 from stagewire_cli.generator import load, the_generator
 
-__all__ = ["check"]
+__all__ = ["EXAMPLE", "check"]
+
+EXAMPLE = """\b
+Example:
+  stagewire check spec
+"""
 
 
 def check(
@@ -18,12 +23,7 @@ def check(
         Path, typer.Argument(help="Folder that holds one or more protocols.", show_default=True)
     ] = Path("spec"),
 ) -> None:
-    """Check a spec and report everything that is wrong with it.
-
-    \b
-    Example:
-      stagewire check spec
-    """
+    """Check a spec and report everything that is wrong with it."""
     with the_generator():
         from stagewire_generator.diagnostics import SpecError
     try:

@@ -1,9 +1,131 @@
-"""x"""
+"""``stagewire conformance``: whether an implementation does what the documents say."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import asdict
+from typing import Annotated
+
 import typer
-app = typer.Typer()
-@app.command("examples")
-def examples() -> None:
-    """x"""
-@app.callback()
+
+from stagewire.protocol import Protocol
+from stagewire_cli.errors import WRONG
+from stagewire_cli.progress import progress
+from stagewire_cli.protocols import PROTOCOL_HELP, choose
+from stagewire_cli.terminal import console, printable, table
+from stagewire_conformance.coverage import coverage
+from stagewire_conformance.examples import run
+from stagewire_conformance.verdict import FAILED, NOTED, PASSED, Verdict
+
+__all__ = ["EXAMPLE", "app", "examples"]
+
+EXAMPLE = """\b
+Examples:
+  stagewire conformance examples
+  stagewire conformance examples --coverage
+"""
+
+_ROOM_FOR_DETAIL = 150
+
+app = typer.Typer(
+    help="Check codecs against the documents.", no_args_is_help=True, rich_markup_mode=None
+)
+
+
+@app.callback(epilog=EXAMPLE)
 def _group() -> None:
-    """x"""
+    """Check codecs against the documents."""
+
+
+@app.command("examples", epilog=EXAMPLE)
+def examples(
+    protocol: Annotated[str | None, typer.Option("--protocol", help=PROTOCOL_HELP)] = None,
+    with_coverage: Annotated[
+        bool, typer.Option("--coverage", help="Show which messages have examples, instead.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+) -> None:
+    """Run every worked example of the document, and the captures, in both directions.
+
+    An erratum passes when the printed bytes do what the registry says of them, and fails when they
+    turn out right after all.
+    """
+    chosen = choose(protocol)
+    if with_coverage:
+        _coverage(chosen, as_json)
+        return
+    with progress() as say:
+        say("running the worked examples")
+        verdicts = run(chosen)
+    failed = [verdict for verdict in verdicts if verdict.failed]
+    if as_json:
+        for verdict in verdicts:
+            typer.echo(json.dumps(asdict(verdict)))
+    else:
+        _table(verdicts)
+        typer.echo(_summary(verdicts))
+    if failed or not verdicts:
+        raise typer.Exit(WRONG)
+
+
+def _table(verdicts: list[Verdict]) -> None:
+    """Print the verdicts; what there is to say of each only where there is room for it."""
+    out = console()
+    columns = ["id", "page", "kind", "message", "verdict", "result"]
+    with_detail = out.width >= _ROOM_FOR_DETAIL
+    shown = table(*columns, *(["detail"] if with_detail else []), right=("page",))
+    for verdict in verdicts:
+        cells = [
+            verdict.id,
+            "" if verdict.page is None else str(verdict.page),
+            verdict.kind,
+            verdict.message,
+            verdict.expected,
+            verdict.outcome,
+        ]
+        detail = [printable(verdict.detail)] if with_detail else []
+        shown.add_row(*cells, *detail, style="red" if verdict.failed else None)
+    out.print(shown)
+    for verdict in verdicts:
+        if verdict.failed:
+            typer.echo(f"failed: {verdict.id}: {printable(verdict.detail)}")
+
+
+def _summary(verdicts: list[Verdict]) -> str:
+    """Return one line: how many of which verdict, and how many failed."""
+    if not verdicts:
+        return "there are no worked examples: nothing was checked"
+    captures = sum(verdict.page is None for verdict in verdicts)
+    kinds = Counter(verdict.expected for verdict in verdicts)
+    listed = ", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items()))
+    outcomes = Counter(verdict.outcome for verdict in verdicts)
+    return (
+        f"{len(verdicts) - captures} examples and {captures} captures: {listed}; "
+        f"{outcomes[PASSED]} passed, {outcomes[FAILED]} failed, "
+        f"{outcomes[NOTED]} noted (prose that no program can check)"
+    )
+
+
+def _coverage(protocol: Protocol, as_json: bool) -> None:
+    rows = coverage(protocol)
+    if as_json:
+        for row in rows:
+            typer.echo(json.dumps(asdict(row)))
+        return
+    shown = table(
+        "message", "pages", "layouts", "examples", "on pages", "captures",
+        right=("layouts", "examples", "captures"),
+    )  # fmt: skip
+    for row in rows:
+        shown.add_row(
+            row.message,
+            ", ".join(str(page) for page in row.pages),
+            str(row.layouts),
+            str(row.examples or ""),
+            ", ".join(str(page) for page in row.example_pages),
+            str(row.captures or ""),
+        )
+    console().print(shown)
+    covered = sum(bool(row.examples) for row in rows)
+    typer.echo(f"{covered} of {len(rows)} messages have worked examples")

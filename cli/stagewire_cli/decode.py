@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable
-from contextlib import closing
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
@@ -14,7 +12,7 @@ import typer
 from rich.console import Console
 
 from stagewire.errors import BadValueError, CodecError, DecodeError, UnknownMessageError
-from stagewire.framing import Event
+from stagewire.framing import End, Event
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.explain import explain
@@ -25,33 +23,34 @@ from stagewire_cli.protocols import PROTOCOL_HELP, choose
 from stagewire_cli.rendering import frame_line, frame_table, frame_title
 from stagewire_cli.terminal import console
 from stagewire_conformance.answers import frame_answer, refusal
-from stagewire_conformance.codec import ENDS, Codec, event_answer
+from stagewire_conformance.codec import Codec, event_answer
 from stagewire_conformance.hexes import spaced
 
-__all__ = ["decode"]
+__all__ = ["EXAMPLE", "decode"]
+
+EXAMPLE = """\b
+Examples:
+  stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
+  stagewire decode capture.bin --end host --status dc --json
+"""
 
 Json = dict[str, Any]
 
 
-class Side(str, Enum):
-    """Which end of the line received the stream."""
-
-    HOST = "host"
-    DEVICE = "device"
-    NONE = "none"
-
-
 def decode(
     source: Annotated[
-        list[str], typer.Argument(metavar="HEX|FILE|-", help="Bytes in hex, a file, or - for stdin.")
+        list[str],
+        typer.Argument(metavar="HEX|FILE|-", help="Bytes in hex, a file, or - for stdin."),
     ],
     protocol: Annotated[str | None, typer.Option("--protocol", help=PROTOCOL_HELP)] = None,
     status: Annotated[
         str | None,
-        typer.Option("--status", help="Status block that the controller sends, such as dc or stepper."),
+        typer.Option(
+            "--status", help="Status block that the controller sends, such as dc or stepper."
+        ),
     ] = None,
     end: Annotated[
-        Side | None,
+        End | None,
         typer.Option("--end", help="End of the line that received the stream.  [default: none]"),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
@@ -61,11 +60,6 @@ def decode(
     One frame on the command line must be whole and right; what is wrong with it is explained. A
     file holds hex text, raw bytes, or JSON captures ("hex" in each entry). Exit code 1 means that
     something was no message.
-
-    \b
-    Examples:
-      stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
-      stagewire decode capture.bin --end host --status dc --json
     """
     chosen = choose(protocol)
     context = {"status": status} if status else None
@@ -79,7 +73,7 @@ def decode(
         raise typer.Exit(WRONG)
 
 
-def _decode(source: list[str], shown: _Json | _Text, end: Side | None) -> bool:
+def _decode(source: list[str], shown: _Json | _Text, end: End | None) -> bool:
     if source == ["-"]:
         return _read(sys.stdin.buffer, shown, end)
     if len(source) == 1 and _is_file(source[0]):
@@ -102,19 +96,18 @@ def _is_file(name: str) -> bool:
         return False
 
 
-def _read(stream: BinaryIO, shown: _Json | _Text, end: Side | None) -> bool:
+def _read(stream: BinaryIO, shown: _Json | _Text, end: End | None) -> bool:
     block, text = opening(stream)
     if not is_json(text):
         return _stream(chunks(stream, block, text), shown, end)
     right = True
-    with closing(captures(stream, block)) as entries:
-        for name, raw in entries:
-            right &= shown.frame(raw, name)
+    for name, raw in captures(stream, block):
+        right &= shown.frame(raw, name)
     return right
 
 
-def _stream(parts: Iterable[bytes], shown: _Json | _Text, end: Side | None) -> bool:
-    framer = shown.protocol.framer(ENDS[end.value if end else "none"])
+def _stream(parts: Iterable[bytes], shown: _Json | _Text, end: End | None) -> bool:
+    framer = shown.protocol.framer(end or End.NONE)
     counts: dict[str, int] = {}
     read = 0
     with progress() as say:

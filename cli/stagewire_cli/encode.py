@@ -16,7 +16,13 @@ from stagewire_conformance.codec import encode_frame
 from stagewire_conformance.hexes import spaced
 from stagewire_conformance.registry import registry_of
 
-__all__ = ["encode"]
+__all__ = ["EXAMPLE", "encode"]
+
+EXAMPLE = """\b
+Examples:
+  stagewire encode MOT_MOVE_ABSOLUTE --form data chan_ident=1 absolute_distance=200000
+  stagewire encode MOT_MOVE_JOG --dest 0x22 chan_ident=CHAN1 direction=1
+"""
 
 Json = dict[str, Any]
 
@@ -27,7 +33,8 @@ def encode(
         list[str] | None, typer.Argument(metavar="FIELD=VALUE...", help="Raw values or names.")
     ] = None,
     form: Annotated[
-        str | None, typer.Option("--form", help="header, data, data:dc ...; where there are several.")
+        str | None,
+        typer.Option("--form", help="header, data, data:dc ...; where there are several."),
     ] = None,
     dest: Annotated[
         str | None, typer.Option("--dest", help="Address of the receiver.  [default: see below]")
@@ -42,11 +49,6 @@ def encode(
     Values are raw counts: integers, 0x05, names of enumerations and flags (CONTINUOUS, a|b), text,
     or hex for byte strings. Without addresses the message goes between the host and a single USB
     unit, in its own direction.
-
-    \b
-    Examples:
-      stagewire encode MOT_MOVE_ABSOLUTE --form data chan_ident=1 absolute_distance=200000
-      stagewire encode MOT_MOVE_JOG --dest 0x22 chan_ident=CHAN1 direction=1
     """
     chosen = choose(protocol)
     name = _message(chosen, message)

@@ -16,10 +16,12 @@ _SHOWN = 64
 def wrong_bytes(raw: bytes, error: DecodeError | UnknownMessageError) -> range:
     """Return the positions of the bytes that the refusal is about."""
     if isinstance(error, UnknownMessageError):
-        return range(0, 2)
+        return range(2)
     if isinstance(error, TruncatedError):
         return range(len(raw), len(raw) + 1) if len(raw) < _HEADER else range(2, 4)
     has_packet = bool(raw[4] & 0x80)
+    if _lacks_flag(raw):
+        return range(4, 5)
     if isinstance(error, BadLengthError):
         return range(2, 4) if has_packet else range(4, 5)
     return range(_HEADER + (_declared(raw) if has_packet else 0), len(raw))
@@ -54,15 +56,19 @@ def _hints(
                 f"{raw[1]:02X} {raw[0]:02X}"
             )
         return
-    if len(raw) < _HEADER:
-        return
-    if not raw[4] & 0x80 and len(raw) > _HEADER and _declared(raw) == len(raw) - _HEADER:
+    if _lacks_flag(raw):
         yield (
             f"bytes 2 and 3 would declare exactly the {len(raw) - _HEADER} bytes that follow: "
             f"byte 4 seems to lack the bit of a data packet ({raw[4] | 0x80:#04x})"
         )
     elif error.code == "trailing":
         yield "several frames in one text are read from a file, from standard input, or with --end"
+
+
+def _lacks_flag(raw: bytes) -> bool:
+    """Whether this is a data frame but for the bit that announces its packet."""
+    following = len(raw) - _HEADER
+    return following > 0 and not raw[4] & 0x80 and _declared(raw) == following
 
 
 def _declared(raw: bytes) -> int:

@@ -11,13 +11,21 @@ from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.generator import load, the_generator
 from stagewire_cli.progress import progress
 
-__all__ = ["generate"]
+__all__ = ["EXAMPLE", "generate"]
+
+EXAMPLE = """\b
+Examples:
+  stagewire generate --spec spec --out generated
+  stagewire generate --check
+"""
 
 
 def generate(
     spec: Annotated[
         list[Path] | None,
-        typer.Option("--spec", help="Folder that holds protocols; may be repeated.  [default: spec]"),
+        typer.Option(
+            "--spec", help="Folder that holds protocols; may be repeated.  [default: spec]"
+        ),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder to write to.")] = Path("generated"),
     target: Annotated[
@@ -28,13 +36,7 @@ def generate(
         bool, typer.Option("--check", help="Write nothing; report what would change.")
     ] = False,
 ) -> None:
-    """Generate all bindings from a spec, or check that they are what it gives.
-
-    \b
-    Examples:
-      stagewire generate --spec spec --out generated
-      stagewire generate --check
-    """
+    """Generate all bindings from a spec, or check that they are what it gives."""
     with the_generator():
         from stagewire_generator import TARGETS, render
         from stagewire_generator.diagnostics import SpecError

@@ -1,4 +1,4 @@
-"""Hex in any spelling, block by block: blanks, commas, colons, ``0x``, ``\\x``, comments after ``#``."""
+"""Hex in any spelling, block by block: blanks, commas, colons, ``0x``, comments after ``#``."""
 
 from __future__ import annotations
 

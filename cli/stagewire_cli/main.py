@@ -23,6 +23,12 @@ __all__ = ["app", "main", "run"]
 
 _INTERRUPTED = 130
 
+EXAMPLE = """\b
+Examples:
+  stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
+  stagewire show MOT_MOVE_ABSOLUTE
+"""
+
 app = typer.Typer(
     name="stagewire",
     help="Protocols of motion controllers: check and generate bindings, encode, decode, test.",
@@ -32,12 +38,12 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("check")(check.check)
-app.command("generate")(generate.generate)
-app.command("show")(show.show)
-app.command("decode")(decode.decode)
-app.command("encode", context_settings={"ignore_unknown_options": True})(encode.encode)
-app.command("testee")(testee.testee)
+app.command("check", epilog=check.EXAMPLE)(check.check)
+app.command("generate", epilog=generate.EXAMPLE)(generate.generate)
+app.command("show", epilog=show.EXAMPLE)(show.show)
+app.command("decode", epilog=decode.EXAMPLE)(decode.decode)
+app.command("encode", epilog=encode.EXAMPLE)(encode.encode)
+app.command("testee", epilog=testee.EXAMPLE)(testee.testee)
 app.add_typer(conformance.app, name="conformance")
 
 
@@ -47,19 +53,13 @@ def _version(wanted: bool) -> None:
         raise typer.Exit(OK)
 
 
-@app.callback()
+@app.callback(epilog=EXAMPLE)
 def _options(
     version: bool = typer.Option(
         False, "--version", callback=_version, is_eager=True, help="Print the version and exit."
     ),
 ) -> None:
-    """Protocols of motion controllers: check and generate bindings, encode, decode, test.
-
-    \b
-    Examples:
-      stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
-      stagewire show MOT_MOVE_ABSOLUTE
-    """
+    """Protocols of motion controllers: check and generate bindings, encode, decode, test."""
 
 
 def run() -> None:

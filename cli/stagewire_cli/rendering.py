@@ -12,7 +12,15 @@ from stagewire_cli.terminal import printable, table
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.scales import factor
 
-__all__ = ["amount", "flag_names", "frame_line", "frame_table", "frame_title", "meaning", "raw_text"]
+__all__ = [
+    "amount",
+    "flag_names",
+    "frame_line",
+    "frame_table",
+    "frame_title",
+    "meaning",
+    "raw_text",
+]
 
 Json = dict[str, Any]
 _HEX_FROM = 10

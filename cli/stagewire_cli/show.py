@@ -16,7 +16,13 @@ from stagewire_cli.protocols import choose
 from stagewire_cli.terminal import console, table
 from stagewire_conformance.registry import Registry, registry_of
 
-__all__ = ["show"]
+__all__ = ["EXAMPLE", "show"]
+
+EXAMPLE = """\b
+Examples:
+  stagewire show MOT_MOVE_ABSOLUTE
+  stagewire show velocity
+"""
 
 Json = dict[str, Any]
 Found = tuple[str, str, str, Json]  # protocol, kind, name, entry
@@ -38,13 +44,7 @@ def show(
     protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="As it stands in the registry.")] = False,
 ) -> None:
-    """Show a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum.
-
-    \b
-    Examples:
-      stagewire show MOT_MOVE_ABSOLUTE
-      stagewire show velocity
-    """
+    """Show a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum."""
     registries = {
         choice: registry_of(choose(choice))
         for choice in ([protocol] if protocol else available_protocols())
@@ -56,7 +56,9 @@ def show(
     ]
     found = _find(name, everything)
     if not found:
-        raise CalledWronglyError(f"nothing in the registry is named {name}{_like(name, everything)}")
+        raise CalledWronglyError(
+            f"nothing in the registry is named {name}{_like(name, everything)}"
+        )
     if as_json:
         for _, _, _, entry in found:
             typer.echo(json.dumps(entry, indent=2, sort_keys=True, ensure_ascii=False))
@@ -66,6 +68,10 @@ def show(
         out.print(f"{kind} {known} ({choice})", style="bold")
         if kind == "message":
             _message(out, entry)
+        elif kind == "enumeration":
+            _values(out, entry)
+        elif kind == "flag table":
+            _bits(out, entry)
         else:
             _plain(out, entry)
 
@@ -155,12 +161,28 @@ def _notes(field: Json) -> Iterator[str]:
         yield str(field["note"])
 
 
+def _values(out: Console, entry: Json) -> None:
+    _plain(out, {key: value for key, value in entry.items() if key != "values"})
+    shown = table("value", "name", "note", right=("value",))
+    for name, value in sorted(entry["values"].items(), key=lambda item: item[1]["value"]):
+        shown.add_row(str(value["value"]), name, str(value["note"]))
+    out.print(shown)
+
+
+def _bits(out: Console, entry: Json) -> None:
+    _plain(out, {key: value for key, value in entry.items() if key != "bits"})
+    shown = table("bit", "mask", "name", "note", right=("bit",))
+    for name, bit in sorted(entry["bits"].items(), key=lambda item: item[1]["bit"]):
+        shown.add_row(str(bit["bit"]), f"{bit['mask']:#010x}", name, str(bit["note"]))
+    out.print(shown)
+
+
 def _plain(out: Console, entry: Json, indent: str = "") -> None:
     """Print any entry of the registry: one line per fact, deeper ones indented."""
     for key, value in entry.items():
         if value is None or value in ("", [], {}) or key == "name":
             continue
-        label = f"{indent}{key.replace('_', ' ') if key.islower() else key}"
+        label = f"{indent}{key}"
         if isinstance(value, dict) and not _is_small(value):
             out.print(f"{label}:", soft_wrap=True)
             _plain(out, value, indent + "  ")

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import sys
 
-__all__ = ["testee"]
+__all__ = ["EXAMPLE", "testee"]
+
+EXAMPLE = """\b
+Example:
+  echo '{"id":1,"op":"hello"}' | stagewire testee
+"""
 
 
 def testee() -> None:
-    """Answer requests, one JSON object per line, on standard input and output.
-
-    \b
-    Example:
-      echo '{"id":1,"op":"hello"}' | stagewire testee
-    """
+    """Answer requests, one JSON object per line, on standard input and output."""
     from stagewire_conformance.testee import lines_of, serve
 
     serve(lines_of(sys.stdin.buffer), _write)

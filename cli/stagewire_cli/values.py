@@ -46,7 +46,9 @@ def parse_value(name: str, text: str, field: Json) -> int | str:
     folded = {known.lower(): value for known, value in names.items()}
     if text.lower() in folded:
         return folded[text.lower()]
-    flags: dict[str, int] = {known.lower(): mask for known, mask in (field.get("flags") or {}).items()}
+    flags: dict[str, int] = {
+        known.lower(): mask for known, mask in (field.get("flags") or {}).items()
+    }
     parts = [part.strip().lower() for part in re.split(r"[|,+]", text)]
     if flags and all(part in flags for part in parts):
         value = 0

@@ -108,7 +108,9 @@ def encode_frame(protocol: Protocol, request: Mapping[str, Any]) -> Frame:
     if issubclass(cls, UndecidedMessage) and data is not None:
         size = cls.layout.length
         if len(data) < size:
-            raise Refusal("bad_length", f"{name}: its packet has {size} bytes, data has {len(data)}")
+            raise Refusal(
+                "bad_length", f"{name}: its packet has {size} bytes, data has {len(data)}"
+            )
         data, extra = data[:size], data[size:] + extra
     if issubclass(cls, UndocumentedMessage):
         if extra:
@@ -124,7 +126,9 @@ def encode_frame(protocol: Protocol, request: Mapping[str, Any]) -> Frame:
         if address not in request:
             raise MissingFieldError(f"{name} lacks {address}")
     if extra and not cls.layout.length:
-        raise BadValueError(f"{name} ({cls.layout.form}) has no packet that extra bytes could follow")
+        raise BadValueError(
+            f"{name} ({cls.layout.form}) has no packet that extra bytes could follow"
+        )
     return Frame(message, request["dest"], request["source"], extra)
 
 
@@ -149,9 +153,7 @@ def _form(protocol: Protocol, name: str, form: str | None, context: Context | No
     return form
 
 
-def _from_json(
-    protocol: Protocol, cls: type[Message], fields: Mapping[str, Any]
-) -> dict[str, Any]:
+def _from_json(protocol: Protocol, cls: type[Message], fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields with hex text made bytes where the layout holds a byte string."""
     layout = cls.layout
     known = registry_of(protocol).fields(layout.message, layout.form)

@@ -11,10 +11,16 @@ from stagewire.errors import UnknownScaleError
 from stagewire.quantities import Scale, exact
 from stagewire_conformance.registry import Registry
 
-__all__ = ["factor", "printed_factor", "scale_of", "stated_rule"]
+__all__ = ["factor", "in_unit", "printed_factor", "scale_of", "stated_rule"]
 
 Json = dict[str, Any]
 
+_THOUSAND = Fraction(1000)
+_SAME = (  # units that measure the same, in terms of the first
+    {"s": Fraction(1), "ms": 1 / _THOUSAND, "us": 1 / _THOUSAND**2},
+    {"m": Fraction(1), "mm": 1 / _THOUSAND, "um": 1 / _THOUSAND**2, "nm": 1 / _THOUSAND**3},
+    {"V": Fraction(1), "mV": 1 / _THOUSAND},
+)
 _NUMBER = re.compile(r"[0-9][0-9,]*(?:\.[0-9]+)?")
 
 
@@ -31,9 +37,37 @@ def factor(rule: Mapping[str, Any], unit: str) -> Scale | None:
 
 
 def printed_factor(scale: Scale) -> Fraction | None:
-    """Return the factor as the document prints it, in counts per unit; None if it prints no number."""
-    numbers = _NUMBER.findall(scale.printed)
-    return exact(numbers[-1].replace(",", "")) if len(numbers) == 1 else None
+    """Return the factor as the document prints it, in counts per unit; None if it prints no number.
+
+    It may be a number (``134218``), arithmetic with its result (``512 x 67 = 34,304``), or counts and the
+    units that they make (``3430 Encoder Counts/sec = 0.1 mm/sec``).
+    """
+    left, equals, right = scale.printed.partition("=")
+    numbers, results = _NUMBER.findall(left), _NUMBER.findall(right)
+    if not equals and len(numbers) == 1:
+        return _number(numbers[0])
+    if len(numbers) == 1 and len(results) == 1:
+        return _number(numbers[0]) / _number(results[0])
+    if len(numbers) > 1 and len(results) == 1:
+        return _number(results[0])
+    return None
+
+
+def _number(text: str) -> Fraction:
+    return exact(text.replace(",", ""))
+
+
+def in_unit(value: Fraction, unit: str, wanted: str) -> Fraction:
+    """Return a value in another unit of the same kind, such as 2 s in ms.
+
+    Raises :class:`UnknownScaleError` when the units measure different things.
+    """
+    if unit == wanted:
+        return value
+    for kind in _SAME:
+        if unit in kind and wanted in kind:
+            return value * kind[unit] / kind[wanted]
+    raise UnknownScaleError(f"the registry has it in {wanted}, not in {unit}")
 
 
 def stated_rule(registry: Registry, stated: Mapping[str, Any]) -> Json:
@@ -79,7 +113,9 @@ def scale_of(registry: Registry, stated: Mapping[str, Any]) -> Scale:
         setting = rule["setting"]
         value = stated.get("setting", {}).get(setting)
         if value is None:
-            raise UnknownScaleError(f"{stated['quantity']} depends on {setting}, which is not stated")
+            raise UnknownScaleError(
+                f"{stated['quantity']} depends on {setting}, which is not stated"
+            )
         return Scale(Fraction(rule["counts_at_setting"]) / exact(value), unit)
     found = factor(rule, unit)
     if found is None:

@@ -64,7 +64,9 @@ class Testee:
             return {"id": id} | refusal(error)
         except RecursionError:
             return {"id": id} | refusal(Refusal("bad_request", "nested too deeply"))
-        except Exception as error:  # a testee survives any line; tests see to it that none gets here
+        except (
+            Exception
+        ) as error:  # a testee survives any line; tests see to it that none gets here
             text = f"internal error: {type(error).__name__}: {error}"
             return {"id": id} | refusal(Refusal("unsupported", text))
 
@@ -113,8 +115,8 @@ class Testee:
 _Operation = Callable[[Testee, Json], Json]
 
 # operation -> (what answers it, its required keys, its optional keys); "id" and "op" go without saying
-_PROTOCOL = {"protocol": str}
-_CONTEXT = {"context": dict}
+_PROTOCOL: dict[str, type] = {"protocol": str}
+_CONTEXT: dict[str, type] = {"context": dict}
 _OPERATIONS: dict[str, tuple[_Operation, dict[str, type], dict[str, type]]] = {
     "hello": (Testee.hello, {}, {}),
     "decode": (Testee.decode, {**_PROTOCOL, "hex": str}, _CONTEXT),

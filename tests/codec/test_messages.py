@@ -90,11 +90,11 @@ def test_addresses_are_checked(dest: object, source: object) -> None:
 
 
 def test_enumerations_are_accepted_and_unknown_values_kept() -> None:
-    message = m.MotMoveJog(1, enumerations.Direction.FORWARD)
+    message = m.MotMoveJog(1, enumerations.MoveDirection.FORWARD)
     assert type(message.direction) is int
     assert m.MotMoveJog(1, 77).direction == 77
-    assert enumerations.Direction.of(1) is enumerations.Direction.FORWARD
-    assert enumerations.Direction.of(77) == 77
+    assert enumerations.MoveDirection.of(1) is enumerations.MoveDirection.FORWARD
+    assert enumerations.MoveDirection.of(77) == 77
 
 
 def test_flags_name_their_bits_and_keep_the_others() -> None:

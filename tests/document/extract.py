@@ -9,12 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from .text import Document
 
 ID = r"0x[0-9A-F]{2,4}H?"
 NAME = re.compile(r"MGMSG(?:\\?[_ \t])+[A-Z]+(?:\\?[_ ](?!MGMSG)[A-Z]{2,}[0-9]*)*")
-CONTENTS_ROW = re.compile(rf"(?P<name>MGMSG[A-Z_ ]+:?) (?P<id>0x[0-9A-F]{{4}}(?=\d{{3}}$)|0x\S+)")
+CONTENTS_ROW = re.compile(r"(?P<name>MGMSG[A-Z_ ]+:?) (?P<id>0x[0-9A-F]{4}(?=\d{3}$)|0x\S+)")
 NAMES_AND_IDS = re.compile(rf"(MGMSG[A-Z_ ]+?):? ({ID})")
 STRUCTURE = re.compile(r"(?:^|\s)[Ss]tructure \((\d+) bytes\)")
 PACKET = re.compile(r"([Ff])ollowed by (?:a )?(\d+)[- ]byte (?:\(0x[0-9A-F]+\) )?data packet")
@@ -49,6 +50,11 @@ class Heading:
     ids: tuple[str, ...]
     lines: tuple[int, ...]
 
+    def __add__(self, other: Heading) -> Heading:
+        return Heading(
+            self.line, self.names + other.names, self.ids + other.ids, self.lines + other.lines
+        )
+
 
 @dataclass
 class ByteTable:
@@ -72,10 +78,13 @@ class Example:
 @dataclass
 class FieldTable:
     line: int
-    rows: list[tuple[str, str]]
+    rows: list[tuple[str, str] | None]  # None: a row that cannot be read
+
+    def names(self) -> list[str]:
+        return [row[0] for row in self.rows if row is not None]
 
 
-@dataclass
+@dataclass(repr=False)
 class Reading:
     """All that was read."""
 
@@ -104,6 +113,11 @@ def plain(text: str) -> str:
 def squash(text: str) -> str:
     """Keep letters and digits only, for a blank between two pieces of a torn word is not seen."""
     return re.sub(r"[^a-z0-9]", "", text.casefold())
+
+
+def pairs(text: str) -> list[tuple[str, str]]:
+    """Return every name with its id in a row of the contents that has several."""
+    return NAMES_AND_IDS.findall(text)
 
 
 def short(name: str) -> str:
@@ -211,14 +225,15 @@ def read_headings(reading: Reading) -> None:
             continue
         pending += names
         if ids and len(ids) == len(pending) and number > reading.contents[-1].line:
-            reading.headings.append(
-                Heading(
-                    pending[0][0],
-                    tuple(short(name) for _, name in pending),
-                    tuple(ids),
-                    tuple(line for line, _ in pending),
-                )
+            heading = Heading(
+                pending[0][0],
+                tuple(short(name) for _, name in pending),
+                tuple(ids),
+                tuple(line for line, _ in pending),
             )
+            if reading.headings and reading.headings[-1].lines[-1] == number - 1:
+                heading = reading.headings.pop() + heading  # one heading in several lines
+            reading.headings.append(heading)
         if ids:
             pending = []
 
@@ -239,8 +254,8 @@ def read_mentions(reading: Reading) -> None:
 def read_pages(reading: Reading) -> None:
     """Where a footer is missing, the page that contents and lists print for a heading may help."""
     document = reading.document
-    for line, page in document.footers.items():
-        if page is None:
+    for line, number in document.footers.items():
+        if number is None:
             reading.cannot_read(line, "footer")
     missing = document.stretches()
     printed: dict[str, set[int]] = {}
@@ -248,9 +263,9 @@ def read_pages(reading: Reading) -> None:
     for row in rows:
         if re.fullmatch(r"\d+", row.page):
             printed.setdefault(short(row.name), set()).add(int(row.page))
-    for _, title, page in reading.titles:
-        if page:
-            printed.setdefault(title, set()).add(int(page))
+    for _, title, printed_page in reading.titles:
+        if printed_page:
+            printed.setdefault(title, set()).add(int(printed_page))
     anchors = [(h.line, name) for h in reading.headings for name in h.names]
     anchors += [(n, plain(document[n])) for n in document.numbers() if document[n].startswith("#")]
     for line, name in sorted(anchors):
@@ -303,20 +318,22 @@ def field_lines(document: Document, start: int) -> Iterator[int]:
 
 
 def read_field_table(reading: Reading, start: int) -> FieldTable:
-    rows: list[tuple[str, str]] = []
-    broken = False
+    """Read names and formats; a name without a format ends the name in the row above."""
+    rows: list[tuple[str, str] | None] = []
     for number in field_lines(reading.document, start):
-        cells = reading.document[number].split("\t")
-        name, text, form = cells[0].strip(), cells[1].strip(), cells[2].strip()
-        if len(name) > 24:  # the description has slipped into the name
-            if not broken:
-                reading.cannot_read(number, "field row")
-            broken = True
-        elif name and (form or (re.match("[A-Z]", text) and not name.startswith("("))):
-            rows.append((name, form if len(cells) == 3 or not form[:1].isupper() else ""))
-            broken = False
-        elif name and rows and not broken:
-            rows[-1] = (f"{rows[-1][0]} {name}", rows[-1][1])
+        row = cells_of(reading.document[number])
+        name, text, form = row[:3]
+        if not name:
+            continue
+        last = rows[-1] if rows else None
+        extra = form and not re.fullmatch(r"\w+(\[\w+\])?", form)  # a column too many
+        if not extra and (form or (re.match("[A-Z]", text) and not name.startswith("("))):
+            rows.append((name, form))
+        elif last is not None:
+            rows[-1] = (f"{last[0]} {name}", last[1])
+        else:
+            reading.cannot_read(number, "field row")
+            rows.append(None)
     return FieldTable(start, rows)
 
 
@@ -332,12 +349,14 @@ def numbers_in(cells: list[str]) -> list[int]:
 
 
 def is_number_row(cells: list[str]) -> bool:
-    """Three numbers that count up, and hardly anything else."""
+    """Numbers that count up, and hardly anything else."""
     found = numbers_in(cells)
     words = [word for cell in cells for word in cell.split()]
-    counting = sum(after == before + 1 for before, after in zip(found, found[1:], strict=False))
+    counting = sum(after == before + 1 for before, after in pairwise(found))
     plain_numbers = not any(re.match(r"0\d|\d{3}", word) for word in words)
-    return len(found) >= 3 and counting >= 2 and plain_numbers and len(found) >= len(words) - 2
+    if not plain_numbers or not counting:
+        return False
+    return len(found) == len(words) or (counting >= 2 and len(found) >= len(words) - 2)
 
 
 def is_label_row(cells: list[str]) -> bool:
@@ -347,7 +366,7 @@ def is_label_row(cells: list[str]) -> bool:
 
 def is_data_label(cells: list[str]) -> bool:
     """Recognise the word "data" over a row of data cells: "Do ta", "rta", "L Data"."""
-    return bool(re.fullmatch(r"[ldator1]{1,5}", squash("".join(cells))))
+    return bool(re.fullmatch(r"[ldatoirn1]{1,5}", squash("".join(cells))))
 
 
 @dataclass
@@ -358,6 +377,10 @@ class Context:
     direction: str = ""
     structure: int | None = None
     packet: int | None = None
+
+    def clear(self, label: str = "") -> None:
+        self.label, self.direction = label, ""
+        self.structure = self.packet = None
 
 
 def read_tables(reading: Reading) -> None:
@@ -374,7 +397,7 @@ def read_tables(reading: Reading) -> None:
             read_block(reading, block, context)
             block = []
         if number in starts:
-            context = Context()
+            context.clear()
         elif text:
             read_statement(reading, plain(text), context)
 
@@ -382,7 +405,7 @@ def read_tables(reading: Reading) -> None:
 def read_statement(reading: Reading, text: str, context: Context) -> None:
     label = LABEL.match(text)
     if label:
-        context.__init__(label=label[1])  # type: ignore[misc]
+        context.clear(label[1])
     direction = DIRECTION.match(text)
     if direction:
         context.direction = direction[1]
@@ -409,12 +432,10 @@ def read_block(reading: Reading, block: list[int], context: Context) -> None:
     rows = [(number, cells_of(reading.document[number])) for number in block]
     for index, (number, cells) in enumerate(rows):
         after = rows[index + 1 :]
-        ends = next(
-            (i for i, (_, later) in enumerate(after) if is_number_row(later)), len(after)
-        )
+        ends = next((i for i, (_, later) in enumerate(after) if is_number_row(later)), len(after))
         if is_number_row(cells):
             first = numbers_in(cells)[0]
-            if first <= 1 or starts_with_stray(cells):
+            if first < 6:  # also a first row that has lost its first numbers
                 open_table(reading, number, context)
                 read_first_part(reading, cells, after[1:ends])
             elif reading.tables:
@@ -424,11 +445,6 @@ def read_block(reading: Reading, block: list[int], context: Context) -> None:
         elif index == 0 and is_label_row(cells):
             open_table(reading, number, context)
             read_first_part(reading, [], after[:ends])
-
-
-def starts_with_stray(cells: list[str]) -> bool:
-    """Tell a damaged first number row, which has lost its first numbers, from a later one."""
-    return numbers_in(cells)[0] < 6
 
 
 def open_table(reading: Reading, line: int, context: Context) -> None:
@@ -452,31 +468,27 @@ def read_first_part(
     if not rows:
         return
     line, cells = rows[0]
+    has_data = table.packet is not None
     below = [row for _, row in rows[1:] if any(re.search(r"\w", cell) for cell in row)]
-    column = numbers.index("0") if numbers[:2].count("0") else None
-    table_packet = table.packet is not None and column_count(numbers) != 6
-    squeezed = any(len(re.findall(r"\b[0-9A-F]{2}\b", cell)) > 1 for cell in cells)
-    squeezed = squeezed and not any(len(cell.split()) == 6 for cell in cells)
-    if (
-        column is not None
-        and numbers[column : column + 6] == list("012345")
-        and not (squeezed and len(cells[column].split()) == 1 and not cells[column + 2])
-    ):
-        table.header = header_by_column(cells, below if not table_packet else [], column)
+    below = [] if has_data else below
+    column = numbers.index("0") if "0" in numbers[:2] else None
+    squeezed = any(len(cell.split()) in (3, 4, 5) for cell in cells[:6])
+    if column is not None and numbers[column : column + 6] == list("012345") and not squeezed:
+        table.header = header_by_column(cells, below, column)
         data = cells[column + 6 :]
-    elif numbers_in(numbers)[:6] == [0, 1, 2, 3, 4, 5]:
+        if has_data and not data[0]:  # nothing stands where the data begin
+            data = []
+    elif is_shared(numbers):
         table.header = header_by_share(numbers, cells)
         data = []
     else:
-        table.header, data = header_by_words(cells, below if not table_packet else [])
+        table.header, data = header_by_words(cells, below)
+    if "d" in table.header[:4]:  # cells are lost, and the others have moved up
+        table.header = [None] * 6
     if None in table.header:
         reading.cannot_read(line, "header")
-    if table_packet:
-        read_data(reading, table.line, [(line, data), *rows[1:]])
-
-
-def column_count(numbers: list[str]) -> int:
-    return len(numbers_in(numbers))
+    if has_data:
+        read_data(reading, line, [(line, data), *rows[1:]])
 
 
 def header_by_column(cells: list[str], below: list[list[str]], column: int) -> list[str | None]:
@@ -501,6 +513,12 @@ def header_by_column(cells: list[str], below: list[list[str]], column: int) -> l
     return header
 
 
+def is_shared(numbers: list[str]) -> bool:
+    """Tell whether cells of the number row hold several numbers, with none lost."""
+    shared = any(len(cell.split()) > 1 for cell in numbers)
+    return shared and numbers_in(numbers)[:6] == [0, 1, 2, 3, 4, 5]
+
+
 def header_by_share(numbers: list[str], cells: list[str]) -> list[str | None]:
     """Read the header where one cell of the number row holds several numbers."""
     header: list[str | None] = []
@@ -511,9 +529,7 @@ def header_by_share(numbers: list[str], cells: list[str]) -> list[str | None]:
     return header
 
 
-def header_by_words(
-    cells: list[str], below: list[list[str]]
-) -> tuple[list[str | None], list[str]]:
+def header_by_words(cells: list[str], below: list[list[str]]) -> tuple[list[str | None], list[str]]:
     """Read the header, without the help of a number row, word by word up to "d s"."""
     words = [(word, index) for index, cell in enumerate(cells) for word in cell.split()]
     words = [(word, index) for word, index in words if re.search(r"\w", word)]
@@ -555,10 +571,10 @@ def read_data(reading: Reading, line: int, rows: list[tuple[int, list[str]]]) ->
         reading.cannot_read(number, "data")
         table.columns.append(None)
         return
-    last = table.columns[-1] if table.columns else None
-    if last is not None and squash(last) == squash(names[0]):
+    last = [name for name in table.columns if name is not None][-1:]
+    if last and squash(last[0]) == squash(names[0]):
         names = names[1:]
-    table.columns += names
+    table.columns.extend(names)
 
 
 def vocabulary(reading: Reading, line: int) -> tuple[dict[str, str], dict[str, str]]:
@@ -567,8 +583,9 @@ def vocabulary(reading: Reading, line: int) -> tuple[dict[str, str], dict[str, s
     wide: dict[str, str] = {}
     here = heading_of(reading, line)
     for table in reading.fields:
-        for name, _ in table.rows:
-            wide.setdefault(squash(name), name)
+        for name in table.names():
+            if len(squash(name)) >= 8:
+                wide.setdefault(squash(name), name)
             if heading_of(reading, table.line) == here:
                 near.setdefault(squash(name), name)
     for name in printed_phrases(reading):
@@ -580,19 +597,35 @@ def vocabulary(reading: Reading, line: int) -> tuple[dict[str, str], dict[str, s
     return near, wide
 
 
+def byte_table_lines(document: Document) -> set[int]:
+    """Lines of all blocks that hold a row of byte numbers or a header label."""
+    found: set[int] = set()
+    block: list[int] = []
+    for number in document.numbers():
+        if "\t" in document[number]:
+            block.append(number)
+            continue
+        rows = [cells_of(document[line]) for line in block]
+        if any(is_number_row(row) or is_label_row(row) for row in rows):
+            found.update(block)
+        block = []
+    return found
+
+
 def printed_phrases(reading: Reading) -> list[str]:
     """Two or three capitalised words in a row, anywhere outside the byte tables."""
     if not reading.phrases:
         document = reading.document
+        cells = byte_table_lines(document)
         for number in document.numbers():
             text = plain(document[number])
-            if "\t" not in text or re.search(r"[a-z]{3,} [a-z]{2,} [a-z]{2,}", text):
+            if number not in cells:
                 for size in (2, 3):
                     one = r"[A-Z][A-Za-z]+"
                     found = re.findall(rf"(?=\b({one}(?: {one}){{{size - 1}}})\b)", text)
                     reading.phrases += found
         for table in reading.fields:
-            for name, _ in table.rows:
+            for name in table.names():
                 reading.phrases += re.findall(r"(?=\b([A-Z]\w+ [A-Z]\w+)\b)", name)
     return reading.phrases
 
@@ -641,27 +674,27 @@ def torn(words: list[tuple[str, int]], names: dict[str, str]) -> str | None:
         before = index
     if len(pieces) < 2:
         return None
-    pattern = tear_pattern(pieces)
-    found = [name for key, name in names.items() if pattern.fullmatch(key)]
+    pattern, sure = tear_pattern(pieces)
+    found = [name for key, name in names.items() if pattern.fullmatch(key) and 2 * sure >= len(key)]
     return found[0] if len(found) == 1 else None
 
 
-def tear_pattern(pieces: list[str]) -> re.Pattern[str]:
-    """At a tear the last and the first letter may be misread, and one letter may be lost."""
+def tear_pattern(pieces: list[str]) -> tuple[re.Pattern[str], int]:
+    """At a tear the last and the first letter may be misread, and one letter may be lost.
 
-    def optional(letter: str) -> str:
-        return f"{letter}?"
-
-    text = ""
+    Return the pattern and the number of letters that must be there.
+    """
+    text, sure = "", 0
     for index, piece in enumerate(pieces):
-        inner_start = 1 if index else 0
-        inner_end = len(piece) - (1 if index + 1 < len(pieces) else 0)
-        if index:
-            text += ".?" + optional(piece[0])
-        text += piece[inner_start : max(inner_end, inner_start)]
-        if index + 1 < len(pieces) and inner_end >= inner_start and len(piece) > inner_start:
-            text += optional(piece[-1])
-    return re.compile(text)
+        torn_before, torn_after = index > 0, index + 1 < len(pieces)
+        head = piece[:1] if torn_before and len(piece) > 1 else ""
+        tail = piece[len(head) :][-1:] if torn_after else ""
+        middle = piece[len(head) : len(piece) - len(tail)]
+        text += ".?" if torn_before else ""
+        text += "".join(f"{letter}?" for letter in head) + middle
+        text += "".join(f"{letter}?" for letter in tail)
+        sure += len(middle)
+    return re.compile(text), sure
 
 
 # --- worked examples ---------------------------------------------------------------------------

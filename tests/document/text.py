@@ -22,7 +22,7 @@ def find() -> Path | None:
     return path if path.is_file() else None
 
 
-@dataclass
+@dataclass(repr=False)
 class Document:
     """Lines (numbered from one), footers, and the range of pages on which each line can stand."""
 

@@ -1,0 +1,86 @@
+"""Runs the worked examples of a document, and the captures, against a protocol.
+
+Examples are read from the document and never made from the registry. Each is tried in both directions: what
+the prose states must encode to the bytes, the bytes must decode to what the prose states. Where the
+document is wrong (verdict ``erratum``) the printed bytes must do exactly what the example says that they do,
+and an erratum that passes after all is a failure, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from stagewire.protocol import Protocol
+from stagewire_conformance.frames import check_capture, check_frame
+from stagewire_conformance.registry import Registry, registry_of
+from stagewire_conformance.statements import (
+    check_claim,
+    check_number,
+    check_scaling,
+    check_stated,
+)
+from stagewire_conformance.verdict import Findings, Verdict
+
+__all__ = ["run", "run_capture", "run_example"]
+
+FRAMES = ("tx", "rx", "lost")
+NUMBERS = ("stream", "number_format")
+
+
+def run(protocol: Protocol) -> list[Verdict]:
+    """Run every worked example and every capture of the protocol, in the order of the document."""
+    vectors = protocol.vectors()
+    return [
+        *(run_example(protocol, entry) for entry in vectors["examples"]),
+        *(run_capture(protocol, entry) for entry in vectors["captures"]),
+    ]
+
+
+def run_example(protocol: Protocol, entry: Mapping[str, Any]) -> Verdict:
+    """Run one worked example."""
+    registry = registry_of(protocol)
+    findings = Findings()
+    _known_errata(registry, entry, findings)
+    kind = entry["kind"]
+    if kind in FRAMES:
+        check_frame(protocol, entry, findings)
+        for name, item in entry.get("stated", {}).items():
+            check_stated(registry, name, item, entry, findings)
+    elif kind in NUMBERS:
+        check_number(registry, entry, findings)
+    elif kind == "scaling":
+        check_scaling(registry, entry, findings)
+    else:
+        check_claim(registry, entry, findings)
+    return _verdict(entry, kind, findings)
+
+
+def run_capture(protocol: Protocol, entry: Mapping[str, Any]) -> Verdict:
+    """Run one capture: a frame that a third party sent or published."""
+    findings = Findings()
+    _known_errata(registry_of(protocol), entry, findings)
+    check_capture(protocol, entry, findings)
+    return _verdict(entry, entry["kind"], findings)
+
+
+def _verdict(entry: Mapping[str, Any], kind: str, findings: Findings) -> Verdict:
+    return Verdict(
+        id=entry["id"],
+        page=entry.get("page"),
+        line=entry.get("line"),
+        kind=kind,
+        message=entry.get("message") or "",
+        title=entry.get("title") or entry.get("says") or entry.get("note") or "",
+        # a statement without a verdict of its own is wrong when it has errata
+        expected=entry.get("verdict") or ("erratum" if entry.get("errata") else "reproduced"),
+        outcome=findings.outcome,
+        detail=findings.detail,
+    )
+
+
+def _known_errata(registry: Registry, entry: Mapping[str, Any], findings: Findings) -> None:
+    named = [*entry.get("errata", []), *entry.get("breakdown", {}).get("errata", [])]
+    known = registry.table("errata")
+    for slug in named:
+        findings.expect(slug in known, f"there is no erratum {slug}")

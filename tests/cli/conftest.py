@@ -1,0 +1,36 @@
+"""The command, run in this process: what it prints and how it ends."""
+
+from __future__ import annotations
+
+import io
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+from stagewire_cli.main import main
+
+
+@dataclass(frozen=True)
+class Result:
+    code: int
+    out: str
+    err: str
+
+
+Stagewire = Callable[..., Result]
+
+
+@pytest.fixture
+def stagewire(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Stagewire:
+    """Run the command with arguments and, perhaps, bytes on standard input."""
+
+    def run(*arguments: object, input: bytes = b"") -> Result:
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(input), encoding="utf-8"))
+        code = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        assert "Traceback" not in captured.err + captured.out
+        return Result(code, captured.out, captured.err)
+
+    return run

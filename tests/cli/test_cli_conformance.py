@@ -1,0 +1,80 @@
+"""``stagewire conformance examples``: a table, a summary, and exit 1 when one does not hold."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from stagewire.protocol import Protocol, load_protocol
+from stagewire_cli import conformance
+from stagewire_conformance import Verdict
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+
+def verdict(outcome: str) -> Verdict:
+    return Verdict("a-slug", 30, 1135, "tx", "MOT_X", "A title", "reproduced", outcome, "why\x1b")
+
+
+def test_all_of_them(stagewire: Stagewire) -> None:
+    vectors = load_protocol("thorlabs_apt").vectors()
+    result = stagewire("conformance", "examples")
+    failed = [line for line in result.out.splitlines() if " failed  " in line]
+    assert failed == []
+    assert result.code == 0
+    summary = result.out.splitlines()[-1]
+    assert summary.startswith(f"{len(vectors['examples'])} examples and ")
+    assert " 0 failed, " in summary
+    for example in vectors["examples"]:
+        assert f"{example['id']} " in result.out
+
+
+def test_json(stagewire: Stagewire) -> None:
+    result = stagewire("conformance", "examples", "--json")
+    rows = [json.loads(line) for line in result.out.splitlines()]
+    assert {"id", "page", "line", "kind", "expected", "outcome", "detail"} <= set(rows[0])
+
+
+def test_coverage(stagewire: Stagewire) -> None:
+    protocol = load_protocol("thorlabs_apt")
+    rows = [
+        json.loads(line)
+        for line in stagewire("conformance", "examples", "--coverage", "--json").out.splitlines()
+    ]
+    names = {entry["name"] for entry in protocol.registry()["messages"]}
+    assert {row["message"] for row in rows} == names
+    examples = [e for e in protocol.vectors()["examples"] if e.get("message") in names]
+    assert sum(row["examples"] for row in rows) == len(examples)
+    text = stagewire("conformance", "examples", "--coverage")
+    assert text.code == 0
+    assert f" of {len(rows)} messages have worked examples" in text.out
+
+
+@pytest.mark.parametrize(("found", "code"), [(["passed"], 0), (["passed", "failed"], 1), ([], 1)])
+def test_exit_code(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, found: list[str], code: int
+) -> None:
+    def run(_: Protocol) -> list[Verdict]:
+        return [verdict(outcome) for outcome in found]
+
+    monkeypatch.setattr(conformance, "run", run)
+    result = stagewire("conformance", "examples")
+    assert result.code == code
+    assert "\x1b" not in result.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--protocol", "nothing"], "no protocol nothing is installed"),
+        (["extra"], "unexpected extra argument"),
+        (["--cover"], "No such option"),
+    ],
+)
+def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+    result = stagewire("conformance", "examples", *arguments)
+    assert result.code == 2
+    assert said in result.err

@@ -1,0 +1,189 @@
+"""``stagewire decode``: one frame strictly, streams through the framer, nothing without an explanation."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+MOVE = "53 04 06 00 D0 01 01 00 40 0D 03 00"
+HOME = "43 04 01 00 50 01"
+COMPLETED = "64 04 0E 00 81 50 01 00 68 AA A0 01 00 00 00 00 30 00 00 80"
+SCHEMA = json.loads(
+    (Path(__file__).parents[2] / "spec/schema/testee.schema.json").read_text(encoding="utf-8")
+)
+
+
+def validate(name: str, answer: Any) -> None:
+    Draft202012Validator({"$ref": f"#/$defs/{name}", "$defs": SCHEMA["$defs"]}).validate(answer)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [MOVE],
+        MOVE.split(),
+        [MOVE.replace(" ", "")],
+        [MOVE.lower().replace(" ", ":")],
+        [MOVE.replace(" ", ", ")],
+        ["0x" + MOVE.replace(" ", ",0x")],
+        ["0x" + MOVE.replace(" ", "")],
+        ["\\x" + MOVE.replace(" ", "\\x")],
+        [f"[{MOVE.replace(' ', '-')}]"],
+        ["0x53,0x4,0x6,0x0,0xD0,0x1,0x1,0x0,0x40,0xD,0x3,0x0"],
+    ],
+    ids=range(10),
+)
+def test_one_frame_in_any_spelling(stagewire: Stagewire, words: list[str]) -> None:
+    result = stagewire("decode", *words)
+    assert result.code == 0, result
+    assert "MOT_MOVE_ABSOLUTE (id 0x0453, page 45)" in result.out
+    assert "form data, dest 0x50, source 0x01" in result.out
+    assert [line.split() for line in result.out.splitlines()[-1:]] == [
+        ["2", "absolute_distance", "200000", "mm", "by", "stage", "and", "controller"]
+    ]
+
+
+def test_json_is_the_answer_of_the_testee(stagewire: Stagewire) -> None:
+    result = stagewire("decode", "--json", MOVE)
+    answer = json.loads(result.out)
+    validate("decode_answer", answer)
+    assert answer["fields"] == {"chan_ident": 1, "absolute_distance": 200000}
+    refused = stagewire("decode", "--json", MOVE[:-3])
+    assert refused.code == 1
+    validate("refusal", json.loads(refused.out))
+
+
+def test_names_of_values_and_flags(stagewire: Stagewire) -> None:
+    undecided = stagewire("decode", COMPLETED)
+    assert "form data:undecided" in undecided.out
+    assert "--status dc or stepper" in undecided.out
+    result = stagewire("decode", COMPLETED, "--status", "dc")
+    assert "CHAN1" in result.out
+    assert "moving_forward | moving_reverse | channel_enabled" in result.out
+
+
+@pytest.mark.parametrize(
+    ("words", "marked", "said"),
+    [
+        ("53 04 06", [3], "truncated"),
+        ("53 04 06 00 D0 01 01 00 40 0D", [2, 3], "declare a packet of 6 bytes, 4 follow"),
+        (f"{MOVE} 00 00", [12, 13], "it ends before byte 12"),
+        ("53 04 04 00 D0 01 01 00 40 0D", [2, 3], "but a packet has 6 bytes"),
+        ("53 04 06 00 50 01 01 00 40 0D 03 00", [4], "lack the bit of a data packet (0xd0)"),
+        ("04 53 06 00 D0 01 01 00 40 0D 03 00", [0, 1], "0x0453 is MOT_MOVE_ABSOLUTE"),
+        (f"{HOME} {HOME}", [6, 7, 8, 9, 10, 11], "hint: several frames"),
+    ],
+)
+def test_a_broken_frame_is_explained(
+    stagewire: Stagewire, words: str, marked: list[int], said: str
+) -> None:
+    result = stagewire("decode", words)
+    assert result.code == 1
+    shown, marks, *rest = result.out.splitlines()
+    assert shown.split() == words.split()
+    assert [i for i in range(20) if marks[3 * i : 3 * i + 2] == "^^"] == marked
+    assert said in "\n".join(rest)
+
+
+def test_several_frames_on_the_command_line(stagewire: Stagewire) -> None:
+    result = stagewire("decode", HOME, HOME, "--end", "device")
+    assert result.code == 0
+    assert result.out.count("MOT_MOVE_HOME") == 2
+    assert result.err == "12 bytes: 2 message\n"
+
+
+@pytest.mark.parametrize("raw", [False, True], ids=["text", "raw"])
+@pytest.mark.parametrize("stdin", [False, True], ids=["file", "stdin"])
+def test_streams(stagewire: Stagewire, tmp_path: Path, raw: bool, stdin: bool) -> None:
+    text = f"# two frames, noise, one frame\n{HOME}\n{MOVE} ff\n{HOME}\n"
+    hexes = "".join(line.split("#")[0] for line in text.splitlines()).replace(" ", "")
+    data = bytes.fromhex(hexes) if raw else text.encode()
+    path = tmp_path / "capture"
+    path.write_bytes(data)
+    result = stagewire("decode", "-" if stdin else path, "--json", input=data if stdin else b"")
+    events = [json.loads(line) for line in result.out.splitlines()]
+    for event in events:
+        validate("event", event)
+    assert [event["event"] for event in events] == ["message", "message", "garbage", "message"]
+    assert result.code == 1  # there was garbage
+
+
+def test_a_list_of_captures(stagewire: Stagewire, tmp_path: Path) -> None:
+    path = tmp_path / "captures.json"
+    path.write_text(json.dumps([{"hex": MOVE, "message": "x"}, {"hex": HOME}]), encoding="utf-8")
+    result = stagewire("decode", path)
+    assert result.code == 0
+    assert f"entry 1: {MOVE}" in result.out
+    path.write_text('{"hex": "5304"}\n\n{"hex": "' + HOME + '"}\n', encoding="utf-8")
+    result = stagewire("decode", path, "--json")
+    assert [json.loads(line)["ok"] for line in result.out.splitlines()] == [False, True]
+    assert result.code == 1
+
+
+def test_what_is_left_at_the_end(stagewire: Stagewire) -> None:
+    result = stagewire("decode", "-", input=bytes.fromhex(MOVE)[:-2])
+    assert result.code == 1
+    assert "incomplete at the end: 53 04 06 00 D0 01 01 00 40 0D" in result.out
+    assert stagewire("decode", "-").err == "0 bytes: nothing\n"
+
+
+def test_text_from_a_controller_cannot_steer_the_terminal(stagewire: Stagewire) -> None:
+    info = bytearray(bytes.fromhex("060054008150") + bytes(84))
+    info[10:14] = b"\x1b[2J"
+    result = stagewire("decode", info.hex())
+    assert result.code == 0
+    assert "\x1b" not in result.out
+    assert "\\x1b[2J" in result.out
+
+
+def test_a_long_text_is_read_in_blocks(stagewire: Stagewire, tmp_path: Path) -> None:
+    path = tmp_path / "long.txt"
+    path.write_text(HOME.replace(" ", "") * 40_000, encoding="utf-8")  # one word of 480,000 digits
+    result = stagewire("decode", path, "--end", "device")
+    assert result.code == 0
+    assert result.err.endswith("240000 bytes: 40000 message\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "Missing argument"),
+        (["no such file"], "neither a file nor hex: 'no'"),
+        (["5 3 0 4"], "'5' is not bytes as pairs of hex digits"),
+        ([MOVE, "--status", "ac"], "--status: status is one of dc, stepper, not 'ac'"),
+        ([MOVE, "--end", "top"], "Invalid value"),
+        ([MOVE, "--protocol", "nothing"], "no protocol nothing is installed"),
+        (["/"], "stagewire: "),
+        (["x" * 5000], "neither a file nor hex"),
+    ],
+)
+def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+    result = stagewire("decode", *arguments)
+    assert result.code == 2
+    assert said in result.err
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"53 04\nhello\n", "line 2: 'hello' is not bytes as pairs of hex digits"),
+        (b'[{"hex": 5}]', 'entry 1 is no hex text and has none under "hex"'),
+        (b'[{"hex": "5"}]', "entry 1: "),
+        (b'[{"hex": "53"}', "not JSON"),
+        (b"[" + b'{"a":[' * 50_000, "nested too deeply"),
+        (b'{"hex": "53"}\n{', "not JSON"),
+        (b"53 \xff\xfe", ""),
+    ],
+    ids=range(7),
+)
+def test_input_that_is_none(stagewire: Stagewire, data: bytes, said: str) -> None:
+    result = stagewire("decode", "-", input=data)
+    assert result.code in (1, 2)
+    assert said in result.err

@@ -1,0 +1,126 @@
+"""The command as a whole: help with examples, exit codes, and an end without a traceback."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import pytest
+
+import stagewire as library
+from stagewire.errors import StagewireError
+from stagewire_cli import main as command
+from stagewire_cli import show
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+COMMANDS = ["check", "generate", "show", "decode", "encode", "testee", "conformance"]
+RUN = "from stagewire_cli.main import run; run()"
+
+
+def process(arguments: Sequence[str], **options: object) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(  # type: ignore[call-overload, no-any-return]
+        [sys.executable, "-c", RUN, *arguments], capture_output=True, timeout=60, **options
+    )
+
+
+@pytest.mark.parametrize("name", [*COMMANDS, ""])
+def test_help_has_an_example(stagewire: Stagewire, name: str) -> None:
+    result = stagewire(*name.split(), "--help")
+    assert result.code == 0
+    assert "Example" in result.out
+    assert "    stagewire " in result.out or "| stagewire " in result.out
+
+
+def test_version(stagewire: Stagewire) -> None:
+    assert stagewire("--version").out == f"stagewire {library.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["fly"], ["--fly"], ["decode", "--fly", "00"], ["conformance", "fly"], ["testee", "x"]],
+)
+def test_called_wrongly(stagewire: Stagewire, arguments: list[str]) -> None:
+    result = stagewire(*arguments)
+    assert result.code == 2
+    assert result.err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (StagewireError("a sentence"), 1, "stagewire: a sentence\n"),
+        (FileNotFoundError(2, "No such file", "x.txt"), 2, "stagewire: x.txt: No such file\n"),
+        (BrokenPipeError(32, "Broken pipe"), 1, ""),
+        (KeyboardInterrupt(), 130, ""),
+    ],
+    ids=["ours", "file", "pipe", "interrupt"],
+)
+def test_errors_become_sentences(
+    stagewire: Stagewire,
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    code: int,
+    said: str,
+) -> None:
+    def fail(_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(show, "registry_of", fail)
+    monkeypatch.setattr(command, "_drop_output", lambda: None)
+    result = stagewire("show", "x")
+    assert result.code == code
+    assert said in result.err
+
+
+def test_without_the_extra_of_the_generator(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [name for name in sys.modules if name.startswith("stagewire_generator")]:
+        monkeypatch.delitem(sys.modules, name)
+    for name in ("yaml", "jinja2", "jsonschema"):
+        monkeypatch.setitem(sys.modules, name, None)
+    for words in (["check"], ["generate"]):
+        result = stagewire(*words)
+        assert result.code == 2
+        assert "pip install 'stagewire[generator]'" in result.err
+
+
+def test_testee_in_a_process() -> None:
+    lines = b'{"id":1,"op":"hello"}\nnonsense\n{"id":"end","op":"hello"}'
+    done = process(["testee"], input=lines)
+    assert done.returncode == 0
+    assert done.stderr == b""
+    answers = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [(answer["id"], answer["ok"]) for answer in answers] == [
+        (1, True),
+        (None, False),
+        ("end", True),
+    ]
+
+
+def test_output_that_nobody_reads_any_more() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "wb") as closed:
+        done = subprocess.run(
+            [sys.executable, "-c", RUN, "decode", "-"],
+            input=bytes.fromhex("430401005001") * 20_000,
+            stdout=closed,
+            stderr=subprocess.PIPE,
+            timeout=60,
+        )
+    assert done.returncode == 1
+    assert b"Traceback" not in done.stderr
+    assert b"Exception ignored" not in done.stderr
+
+
+def test_output_in_a_narrow_encoding() -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    done = process(["show", "MOT_MOVE_ABSOLUTE"], env=environment)
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,53 @@
+"""``stagewire show``: the registry, asked by name."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("MOT_MOVE_ABSOLUTE", "id 0x0453, to controller, page 45"),
+        ("mgmsg_mot_move_absolute", "absolute_distance"),
+        ("0x0453", "message MOT_MOVE_ABSOLUTE"),
+        ("mot_velparams", "MOT_REQ_VELPARAMS"),
+        ("jog_mode", "CONTINUOUS"),
+        ("dc_status_bits", "settled"),
+        ("servo_cycles", "512/5"),
+        ("mls203", "16777216/125"),
+        ("HW_RICHRESPONSE", "the document gives no layout"),
+        ("MOT_SET_MOVEVELPARAMS", "without an id"),
+    ],
+)
+def test_show(stagewire: Stagewire, name: str, said: str) -> None:
+    result = stagewire("show", name)
+    assert result.code == 0, result.err
+    assert said in result.out
+
+
+def test_json(stagewire: Stagewire) -> None:
+    result = stagewire("show", "MOT_MOVE_HOME", "--json")
+    assert json.loads(result.out)["id"] == 0x0443
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "Missing argument"),
+        (["MOT_MOVE_ABSOLUT"], "did you mean MOT_MOVE_ABSOLUTE"),
+        (["0xZZ"], "nothing in the registry is named 0xZZ"),
+        (["velocity", "--protocol", "nothing"], "no protocol nothing is installed"),
+        ([""], "nothing in the registry is named"),
+    ],
+)
+def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+    result = stagewire("show", *arguments)
+    assert result.code == 2
+    assert said in result.err

@@ -1,0 +1,130 @@
+"""``stagewire check`` and ``generate``: all diagnostics, nothing written for a broken spec, no work lost."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+ROOT = Path(__file__).parents[2]
+SPEC = ROOT / "spec"
+
+
+@pytest.fixture
+def spec(tmp_path: Path) -> Path:
+    """A copy of the spec, to be broken."""
+    shutil.copytree(SPEC, tmp_path / "spec")
+    shutil.copytree(ROOT / "conformance", tmp_path / "conformance")
+    return tmp_path / "spec"
+
+
+def break_it(spec: Path) -> None:
+    for name in ("generic", "motor"):
+        path = spec / "thorlabs_apt" / "messages" / f"{name}.yaml"
+        path.write_text(path.read_text(encoding="utf-8") + "twice: 1\ntwice: 2\n", encoding="utf-8")
+
+
+def test_check(stagewire: Stagewire) -> None:
+    result = stagewire("check", SPEC)
+    assert result.code == 0, result.out
+    assert result.out.startswith("thorlabs_apt: ok; ")
+    for what in ("messages", "layouts", "fields", "errata", "witness places", "examples"):
+        assert f" {what}" in result.out
+
+
+def test_check_reports_everything(stagewire: Stagewire, spec: Path) -> None:
+    break_it(spec)
+    result = stagewire("check", spec)
+    assert result.code == 1
+    assert "messages/generic.yaml:" in result.out
+    assert "messages/motor.yaml:" in result.out
+    assert "hint: " in result.out
+    assert result.err.endswith(" errors\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (["check", "nowhere"], 2, "nowhere is no folder"),
+        (["check", ROOT / "pyproject.toml"], 2, "is no folder"),
+        (["check", SPEC, SPEC], 2, "unexpected extra argument"),
+        (["check", Path(__file__).parent], 1, "error"),
+        (["generate", "--spec", "nowhere"], 2, "nowhere is no folder"),
+        (["generate", "--target", "cobol"], 2, "there is no target cobol (there are: "),
+        (["generate", "--spec", SPEC, "--spec", SPEC, "--check"], 2, "from more than one"),
+        (["generate", "--all"], 2, "No such option"),
+    ],
+)
+def test_called_wrongly(
+    stagewire: Stagewire, arguments: list[object], code: int, said: str
+) -> None:
+    result = stagewire(*arguments)
+    assert result.code == code
+    assert said in result.err
+
+
+def test_nothing_drifted(stagewire: Stagewire) -> None:
+    result = stagewire("generate", "--spec", SPEC, "--out", ROOT / "generated", "--check")
+    assert result.code == 0, result.out
+    assert "not one byte drifted" in result.out
+
+
+def test_a_broken_spec_writes_nothing(stagewire: Stagewire, spec: Path, tmp_path: Path) -> None:
+    break_it(spec)
+    result = stagewire("generate", "--spec", spec, "--out", tmp_path / "out")
+    assert result.code == 1
+    assert "nothing was written" in result.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_generate_compare_and_write_again(stagewire: Stagewire, tmp_path: Path) -> None:
+    out = tmp_path / "out with a blank"
+    command = ("generate", "--spec", SPEC, "--out", out)
+    assert stagewire(*command, "--check").code == 1
+    assert stagewire(*command).code == 0
+    assert stagewire(*command, "--check").code == 0
+    manifest = json.loads((out / "manifest.json").read_text(encoding="utf-8"))
+    edited, missing = sorted(manifest["files"])[:2]
+    (out / edited).write_text("edited by hand\n", encoding="utf-8")
+    (out / missing).unlink()
+    (out / "mine.txt").write_text("my own\n", encoding="utf-8")
+    result = stagewire(*command, "--check")
+    assert result.code == 1
+    assert f"changed: {edited}" in result.out
+    assert "-edited by hand" in result.out
+    assert f"missing: {missing}" in result.out
+    assert "orphaned: mine.txt" in result.out
+    assert result.err.endswith("1 changed, 1 missing, 1 orphaned\n")
+
+
+def test_generate_does_not_delete_what_it_did_not_make(
+    stagewire: Stagewire, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    target = out / "registry" / "thorlabs_apt.json"
+    target.parent.mkdir(parents=True)
+    target.write_text("my own notes\n", encoding="utf-8")
+    result = stagewire("generate", "--spec", SPEC, "--out", out)
+    assert result.code == 1
+    assert "registry/thorlabs_apt.json" in result.err
+    assert target.read_text(encoding="utf-8") == "my own notes\n"
+    assert [path for path in out.rglob("*") if path.is_file()] == [target]
+
+
+def test_one_target_leaves_the_others_alone(stagewire: Stagewire, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    command = ("generate", "--spec", SPEC, "--out", out)
+    assert stagewire(*command).code == 0
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    (out / "vectors" / "thorlabs_apt.json").unlink()
+    assert stagewire(*command, "--target", "registry", "--check").code == 0
+    assert stagewire(*command, "--target", "vectors", "--check").code == 1
+    result = stagewire(*command, "--target", "vectors")
+    assert result.code == 0
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before

@@ -1,0 +1,71 @@
+"""The reading of the document and the files that it is compared with."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import yaml
+
+from . import extract, text
+
+PRINTED = text.ROOT / "spec" / "thorlabs_apt" / "printed"
+EXAMPLES = text.ROOT / "conformance" / "examples" / "thorlabs_apt.yaml"
+UNREADABLE = text.ROOT / "tests" / "document" / "unreadable.yaml"
+CHAPTERS = ("generic", "motor", "motor_2", "solenoid", "piezo")
+
+
+@pytest.fixture(scope="session")
+def reading() -> extract.Reading:
+    path = text.find()
+    if path is None:
+        reason = f"the text of the vendor's document is not here (see {text.VARIABLE})"
+        if os.environ.get("CI"):
+            pytest.fail(reason)
+        pytest.skip(reason)
+    return extract.read(text.Document.read(path))
+
+
+@pytest.fixture(scope="session")
+def printed() -> dict[str, Any]:
+    """Return the files of the witness by their names."""
+    return {
+        path.stem: yaml.safe_load(path.read_text(encoding="utf-8"))
+        for path in sorted(PRINTED.glob("*.yaml"))
+    }
+
+
+@pytest.fixture(scope="session")
+def messages(printed: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for chapter in CHAPTERS:
+        found.update(printed[chapter]["messages"])
+    return found
+
+
+@pytest.fixture(scope="session")
+def examples() -> dict[str, Any]:
+    content: dict[str, Any] = yaml.safe_load(EXAMPLES.read_text(encoding="utf-8"))
+    found: dict[str, Any] = content["examples"]
+    return found
+
+
+@pytest.fixture(scope="session")
+def listed() -> list[dict[str, Any]]:
+    content: dict[str, list[dict[str, Any]]] = yaml.safe_load(
+        UNREADABLE.read_text(encoding="utf-8")
+    )
+    return content["places"]
+
+
+@pytest.fixture(scope="session")
+def compared() -> Iterator[Counter[str]]:
+    """Count what was compared; the table is shown by pytest -s."""
+    counts: Counter[str] = Counter()
+    yield counts
+    print("\n\nread from the document and compared:")
+    for kind in sorted(counts):
+        print(f"  {counts[kind]:5d}  {kind}")
