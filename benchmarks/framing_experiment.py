@@ -215,6 +215,7 @@ def make_payload(random_: random.Random, length: int) -> bytes:
                 bytes(2),
                 bytes(4),
                 random_.randrange(256).to_bytes(2, "little"),
+                random_.randrange(2048).to_bytes(4, "little"),
                 random_.randrange(-500_000, 500_000).to_bytes(4, "little", signed=True),
                 random_.randbytes(4),
                 b"\xff\xff",
@@ -366,9 +367,7 @@ def main() -> None:
     rows = lines(table, options.silences)
     for number, line in enumerate(rows, 1):
         print(f"[{number}/{len(rows)}] {line.title} …", file=sys.stderr, flush=True)
-        results[line.title] = experiment(
-            line, table, options.runs, options.seed, options.silences
-        )
+        results[line.title] = experiment(line, table, options.runs, options.seed, options.silences)
     print(f"{options.table} table, {options.runs} runs, seed {options.seed}\n")
     show(results)
 

@@ -65,12 +65,13 @@ def write(out: Path, files: Mapping[str, str]) -> list[str]:
     Raises :class:`OutputError`, before anything is written, when that would overwrite or delete a file
     that the generator did not make, or that was edited since.
     """
+    targets = {path: _inside(out, path) for path in files}
     known = _manifest(out)
-    foreign = []
+    foreign = [f"{path} (a folder)" for path, target in targets.items() if target.is_dir()]
     stale = []
     for path in _present(out):
         current = hashlib.sha256((out / path).read_bytes()).hexdigest()
-        ours = known.get(path) == current or path == MANIFEST
+        ours = known.get(path) == current or (path == MANIFEST and bool(known))
         if path not in files:
             if ours:
                 stale.append(path)
@@ -86,16 +87,15 @@ def write(out: Path, files: Mapping[str, str]) -> list[str]:
             "move them away, or choose another folder with --out"
         )
     touched = []
-    for path, text in files.items():
-        target = _inside(out, path)
-        data = text.encode("utf-8")
-        if not target.is_file() or target.read_bytes() != data:
-            _replace(target, data)
-            touched.append(path)
     for path in stale:
         (out / path).unlink()
         touched.append(path)
         _prune(out, (out / path).parent)
+    for path in sorted(files, key=lambda path: path == MANIFEST):  # it says what is done: last
+        target, data = targets[path], files[path].encode("utf-8")
+        if not target.is_file() or target.read_bytes() != data:
+            _replace(target, data)
+            touched.append(path)
     return sorted(touched)
 
 
@@ -154,6 +154,8 @@ def _diff(path: str, current: bytes, text: str) -> str:
     lines = list(
         difflib.unified_diff(old, text.splitlines(), path, f"{path} (generated)", lineterm="")
     )
+    if not lines:
+        return f"--- {path}\n(only line ends differ)"
     if len(lines) > _DIFF_LINES:
         rest = len(lines) - _DIFF_LINES
         lines = [*lines[:_DIFF_LINES], f"... {rest} more lines of difference"]

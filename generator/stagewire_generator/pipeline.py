@@ -50,7 +50,7 @@ def check(
     folders = protocol_folders(spec)
     if not folders:
         diagnostics.add(Place(str(spec)), "SW006", "no folder with a protocol.yaml in it")
-    protocols = []
+    protocols: list[Protocol] = []
     for folder in folders:
         before = len(diagnostics.found)
         files = read(folder, diagnostics, say)
@@ -58,10 +58,18 @@ def check(
             continue  # a model of half a spec would only bring errors that are none
         protocol = resolve(files, diagnostics)
         say(f"{protocol.name}: names and layouts")
-        check_names(protocol, diagnostics)
+        check_names(protocol, next(iter(files.get("units", [])), None), diagnostics)
         check_layouts(protocol, diagnostics)
         say(f"{protocol.name}: witness and errata")
-        comparison = check_errata(protocol, files.get("printed", []), diagnostics)
+        comparison = check_errata(protocol, files, diagnostics)
+        for other in protocols:
+            head = files["protocol"][0]
+            if protocol.name == other.name:
+                place = head.place("protocol")
+                diagnostics.add(place, "SW020", f"the protocol {protocol.name} is defined twice")
+            elif protocol.package == other.package:
+                place = head.place("python", "package")
+                diagnostics.add(place, "SW020", f"the package {protocol.package} is defined twice")
         protocols.append(protocol)
         if counts is not None:
             layouts = [layout for message in protocol.messages for layout in message.layouts]

@@ -8,6 +8,7 @@ in ``conformance/`` beside the spec.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -39,7 +40,7 @@ _BESIDE = {"examples": "examples/{}.yaml", "captures": "captures/{}.yaml"}
 def protocol_folders(spec: Path) -> list[Path]:
     """Return the folders of the protocols in ``spec``, sorted."""
     if (spec / "protocol.yaml").is_file():
-        return [spec]
+        return [Path(os.path.abspath(spec))]  # "." has no name, and the examples go by the name
     return sorted(p.parent for p in spec.glob("*/protocol.yaml"))
 
 
@@ -76,15 +77,24 @@ def _valid(document: Document, kind: str, folder: Path, diagnostics: Diagnostics
         valid = False
         while error.context:  # of several alternatives, say what is wrong with the nearest
             error = max(error.context, key=lambda e: (len(e.absolute_path), -len(str(e.message))))
-        place = document.place(*error.absolute_path)
+        place = document.place(*error.absolute_path, *_culprit(error))
         where = ".".join(str(part) for part in error.absolute_path) or kind
         diagnostics.add(place, "SW010", f"{where}: {_plain(error)}")
     return valid
 
 
+def _culprit(error: jsonschema.ValidationError) -> list[str]:
+    """Return the key that an error about a whole mapping means, for its place."""
+    if error.validator == "additionalProperties" and isinstance(error.instance, dict):
+        return [key for key in error.instance if repr(key) in str(error.message)][:1]
+    if "propertyNames" in error.absolute_schema_path and isinstance(error.instance, str):
+        return [error.instance]
+    return []
+
+
 def _plain(error: jsonschema.ValidationError) -> str:
     described = error.schema.get("description") if isinstance(error.schema, dict) else None
-    message = str(error.message)
+    message = "not allowed here" if error.validator == "not" else str(error.message)
     if len(message) > 160:
         message = message[:157] + "..."
     return f"{message} ({described})" if described else message

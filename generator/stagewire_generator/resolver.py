@@ -6,8 +6,10 @@ not hide the next.
 
 from __future__ import annotations
 
+import keyword
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, TypeVar
 
@@ -48,6 +50,7 @@ class _Resolver:
 
     def protocol(self) -> model.Protocol:
         head = self.head.data
+        self.module(head["python"]["package"], self.head.place("python", "package"))
         for _, id, entry, place in self.entries("errata", "errata", self.errata):
             self.errata[id] = _erratum(id, entry, place)
         for _, name, entry, place in self.entries("quantities", "quantities", self.quantities):
@@ -116,6 +119,10 @@ class _Resolver:
         kind = "text" if match[1] == "char" else "bytes"
         return model.Format(text, count * entry["size"], False, kind)
 
+    def module(self, name: str, place: Place) -> None:
+        if keyword.iskeyword(name):
+            self.diagnostics.add(place, "SW023", f"{name} as the name of a module")
+
     # Quantities, stages
 
     def factor(self, entry: Json, place: Place) -> model.Factor | None:
@@ -146,6 +153,9 @@ class _Resolver:
         if "units" in rule:
             factors = {unit: self.factor(entry, place) for unit, entry in rule["units"].items()}
             rule["units"] = {unit: factor for unit, factor in factors.items() if factor}
+        for case in rule.get("cases", {}).values():
+            if not {"by", "unknown"} & set(case["scale"]):
+                self.factor(case["scale"], place)
         return rule
 
     def stages(self) -> tuple[tuple[model.Controller, ...], tuple[model.Stage, ...]]:
@@ -180,6 +190,7 @@ class _Resolver:
         for document in self.files.get("messages", []):
             data = document.data
             chapter = data["chapter"]
+            self.module(chapter, document.place("chapter"))
             if chapter not in self.chapters:
                 self.chapters[chapter] = model.Chapter(
                     chapter, data["title"], data["page"], data["order"], data.get("summary", "")
@@ -292,13 +303,14 @@ class _Resolver:
             self.diagnostics.add(place, "SW020", f"{name} is defined twice")
             return
         errata = tuple(id for id, e in sorted(self.errata.items()) if name in e.messages)
+        owners = {name} | ({facts["set"][0]} if facts["set"] else set())
         self.messages[name] = model.Message(
             name=name,
             chapter=document.data["chapter"],
             summary=entry["summary"],
             note=entry.get("note", ""),
             exchange=exchange,
-            layouts=layouts,
+            layouts=tuple(self.with_errata(layout, owners) for layout in layouts),
             errata=errata,
             place=place,
             **facts,
@@ -324,7 +336,8 @@ class _Resolver:
         if "data" in entry:
             at = (*path, "data")
             return (self.data(document, at, entry["data"], "data", page, str(message)),)
-        return (self.data(document, path, entry, "data", page, str(message)),)
+        bare = {**entry, "note": ""}  # the note is the message's
+        return (self.data(document, path, bare, "data", page, str(message)),)
 
     def header(
         self, document: Document, path: tuple[str | int, ...], entry: Json, page: int
@@ -360,9 +373,12 @@ class _Resolver:
         length = entry.get("length")
         fields_path = (*path, "fields")
         entries = entry.get("fields")
+        whole = True
         if "block" in entry:
             block = self.look_up(self.blocks, entry["block"], "block", place)
-            if block is not None:
+            if block is None:
+                whole = False
+            else:
                 document, fields_path, shared = block
                 fields_path = (*fields_path, "fields")
                 entries, page = shared["fields"], shared.get("page", page)
@@ -372,10 +388,12 @@ class _Resolver:
         for name, spelled in (entries or {}).items():
             offset = spelled.get("offset", offset)
             field = self.field(document, (*fields_path, name), name, spelled, offset, page)
-            if field is not None:
+            if field is None:
+                whole = False
+            else:
                 fields.append(field)
                 offset += field.format.size
-        if offset != length:
+        if whole and offset != length:
             self.diagnostics.add(
                 place, "SW031", f"{message}: the fields take {offset} bytes, the length is {length}"
             )
@@ -407,8 +425,6 @@ class _Resolver:
             found = self.look_up(self.flags, table_name, "flag table", place)
             if found:
                 by_unit[unit] = found
-        full = f"{path[1]}.{name}"
-        errata = tuple(id for id, e in sorted(self.errata.items()) if full in e.fields)
         role = entry.get("role", "value")
         return model.Field(
             name=name,
@@ -424,8 +440,22 @@ class _Resolver:
             constant=entry.get("constant", entry.get("value")),
             flags_by_unit=by_unit,
             note=entry.get("note", ""),
-            errata=errata,
             **facts,
+        )
+
+    def with_errata(self, layout: model.Layout, owners: set[str]) -> model.Layout:
+        """Return the layout with the errata of its fields, which name the message or its set."""
+
+        def marked(field: model.Field) -> model.Field:
+            names = {f"{owner}.{field.name}" for owner in owners}
+            found = tuple(id for id, e in sorted(self.errata.items()) if names & set(e.fields))
+            return replace(field, errata=found) if found else field
+
+        return replace(
+            layout,
+            param1=layout.param1 and marked(layout.param1),
+            param2=layout.param2 and marked(layout.param2),
+            fields=tuple(marked(field) for field in layout.fields),
         )
 
 

@@ -24,17 +24,18 @@ _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DECIMAL = re.compile(r"-?(0|[1-9][0-9]*)\Z")
 _HEX = re.compile(r"0x[0-9A-Fa-f]+\Z")
 _WORDS = {"true": True, "false": False, "null": None}
-_AMBIGUOUS = re.compile(
-    r"""(?: y|n|yes|no|on|off|~ | true|false|null                   # YAML 1.1 booleans, odd spellings
-    | [-+]?0[0-9_]+ | [-+]?0[oOxXbB][0-9A-Fa-f_]* | \+[0-9]+        # octal and other integers
-    | [-+]?[0-9][0-9_]*_[0-9_]*                                     # 1_000
-    | [-+]?[0-9]+(?::[0-5]?[0-9])+(?:\.[0-9]*)?                      # sexagesimal
-    | [-+]?(?:[0-9][0-9_]*)?\.[0-9_]+(?:e[-+]?[0-9]+)? | [-+]?[0-9]+\.(?:e[-+]?[0-9]+)?
-    | [-+]?[0-9]+e[-+]?[0-9]+ | [-+]?\.inf | \.nan                  # floats
+_AMBIGUOUS = re.compile(  # what is left after the forms above; linear, so that no text can stall it
+    r"""(?: y|n|yes|no|on|off|~|=|<< | true|false|null              # YAML 1.1 words, odd spellings
+    | [-+]?[0-9][0-9_]* | [-+]?0[oxb][0-9A-F_]*                     # octal, 1_000, +1
+    | [-+]?[0-9][0-9_]*(?::[0-5]?[0-9])+(?:\.[0-9_]*)?              # sexagesimal
+    | [-+]?[0-9][0-9_]*\.[0-9_]*(?:e[-+]?[0-9]+)? | [-+]?\.[0-9_]+(?:e[-+]?[0-9]+)?
+    | [-+]?[0-9][0-9_]*e[-+]?[0-9]+ | [-+]?\.inf | \.nan            # floats
     | [0-9]{4}-[0-9]{1,2}-[0-9]{1,2}.*                              # dates
     )\Z""",
-    re.VERBOSE | re.IGNORECASE,
+    re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
+_LONGEST_NUMBER = 40  # characters
+_DEEPEST = 64  # brackets and indentations around a value
 _DIRECTION = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\u061c")
 
 _CONTROL = frozenset({"Cc", "Cs", "Zl", "Zp"})
@@ -78,19 +79,20 @@ def load(
         return None
     if not _clean(text, name, diagnostics):
         return None
+    reader = _Reader(name, diagnostics, any_character)
     try:
+        if not reader.scan(text):
+            return None
         loader = _Loader(text)
         try:
             node = loader.get_single_node()
         finally:
             loader.dispose()
-    except RecursionError:
-        diagnostics.add(Place(name), "SW001", "nested too deeply")
-        return None
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = Place(name, mark.line + 1, mark.column + 1) if mark else Place(name)
-        diagnostics.add(place, "SW001", error.problem or "not YAML")
+        parts = [part for part in (error.context, error.problem) if part]
+        diagnostics.add(place, "SW001", ", ".join(parts) or "not YAML")
         return None
     except yaml.YAMLError as error:
         diagnostics.add(Place(name), "SW001", str(error).splitlines()[0])
@@ -98,8 +100,6 @@ def load(
     if node is None:
         diagnostics.add(Place(name), "SW001", "the file is empty")
         return None
-    reader = _Reader(name, diagnostics, any_character)
-    reader.find_aliases(text)
     data = reader.value(node, ())
     return Document(name, data, reader.places)
 
@@ -132,18 +132,32 @@ class _Reader:
         mark = node.start_mark
         return Place(self.name, mark.line + 1, mark.column + 1)
 
-    def find_aliases(self, text: str) -> None:
-        if "&" not in text and "*" not in text and "!" not in text and "%" not in text:
-            return
+    def scan(self, text: str) -> bool:
+        """Look for anchors, aliases and tags; return whether the values may be made.
+
+        An alias could stand for something that holds itself, or for far more than the file; and
+        whoever makes the values of a very deep file runs out of stack.
+        """
+        depth = 0
+        fit = True
         for event in yaml.parse(text, Loader=_Loader):
             mark = event.start_mark
             place = Place(self.name, mark.line + 1, mark.column + 1) if mark else Place(self.name)
+            if isinstance(event, yaml.CollectionStartEvent):
+                depth += 1
+                if depth > _DEEPEST:
+                    self.diagnostics.add(place, "SW001", "nested too deeply")
+                    return False
+            elif isinstance(event, yaml.CollectionEndEvent):
+                depth -= 1
             if isinstance(event, yaml.AliasEvent):
                 self.diagnostics.add(place, "SW003", f"alias *{event.anchor}")
+                fit = False
             elif isinstance(event, yaml.NodeEvent) and event.anchor:
                 self.diagnostics.add(place, "SW003", f"anchor &{event.anchor}")
-            elif getattr(event, "tag", None):
+            if getattr(event, "tag", None):
                 self.diagnostics.add(place, "SW003", f"tag {getattr(event, 'tag', '')}")
+        return fit
 
     def value(self, node: yaml.Node, path: Path_) -> Any:
         if isinstance(node, yaml.MappingNode):
@@ -164,10 +178,10 @@ class _Reader:
             if not isinstance(key_node, yaml.ScalarNode):
                 self.diagnostics.add(place, "SW005", "a key is a name, not a list or mapping")
                 continue
-            key = self.scalar(key_node)
             if not key_node.style and key_node.value == "<<":
                 self.diagnostics.add(place, "SW003", "merge key <<")
                 continue
+            key = self.scalar(key_node)
             if not isinstance(key, str):
                 self.diagnostics.add(place, "SW005", f"the key {key_node.value} is not text")
                 continue
@@ -192,15 +206,16 @@ class _Reader:
             return _WORDS[text]
         if text == "":
             return None
-        if len(text) > 40 and text[1:].isdigit():
-            self.diagnostics.add(self.at(node), "SW004", f"a number of {len(text)} digits")
-            return 0
-        if _DECIMAL.match(text):
-            return int(text)
-        if _HEX.match(text):
-            return int(text, 16)
+        hexadecimal = _HEX.match(text)
+        if hexadecimal or _DECIMAL.match(text):
+            if len(text) > _LONGEST_NUMBER:
+                found = f"a number of {len(text)} characters"
+                self.diagnostics.add(self.at(node), "SW004", found)
+                return 0
+            return int(text, 16 if hexadecimal else 10)
         if _AMBIGUOUS.match(text):
+            shown = text if len(text) <= _LONGEST_NUMBER else f"{text[:_LONGEST_NUMBER]}..."
             self.diagnostics.add(
-                self.at(node), "SW004", f"{text} is read as text, number, date or yes/no by turns"
+                self.at(node), "SW004", f"{shown} is read as text, number, date or yes/no by turns"
             )
         return text

@@ -224,7 +224,7 @@ class Protocol:
     def _like(self, message: str) -> str:
         import difflib
 
-        close = difflib.get_close_matches(message.upper(), self._by_name, n=3)
+        close = difflib.get_close_matches(message.upper()[:80], self._by_name, n=3)
         return f"; did you mean {' or '.join(close)}?" if close else ""
 
     def build(

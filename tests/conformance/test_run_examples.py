@@ -71,7 +71,7 @@ def passes(entry: Json, runner: Callable[..., Verdict] = run_example) -> str:
 
 @pytest.mark.parametrize("verdict", run(APT), ids=lambda verdict: verdict.id)
 def test_every_example_and_capture(verdict: Verdict) -> None:
-    prose = entry.get("claim", {}).get("prose", False)
+    prose = verdict.kind == "statement" and verdict.detail.startswith("prose")
     assert verdict.outcome == ("noted" if prose else "passed"), verdict.detail
 
 

@@ -13,7 +13,6 @@ __all__ = [
     "ButtonMode",
     "Channel",
     "CurrentPhase",
-    "Direction",
     "DisplayMode",
     "EnableState",
     "HardLimit",
@@ -23,6 +22,7 @@ __all__ = [
     "HubBay",
     "JogMode",
     "LutValueType",
+    "MoveDirection",
     "PositionControlMode",
     "ProfileMode",
     "RackBay",
@@ -127,18 +127,6 @@ class CurrentPhase(Enumeration):
     """Phase B."""
     PHASEA_AND_B = 0x02
     """Both phases."""
-
-
-class Direction(Enumeration):
-    """Values of ``direction`` (page 47).
-
-    Direction of a jog or of a move at constant velocity (page 48).
-    """
-
-    FORWARD = 0x01
-    """Forward."""
-    REVERSE = 0x02
-    """Reverse."""
 
 
 class DisplayMode(Enumeration):
@@ -274,6 +262,18 @@ class LutValueType(Enumeration):
     """Voltages, for open loop."""
     POSITION = 0x02
     """Positions, for closed loop."""
+
+
+class MoveDirection(Enumeration):
+    """Values of ``move_direction`` (page 47).
+
+    Direction of a jog or of a move at constant velocity (page 48).
+    """
+
+    FORWARD = 0x01
+    """Forward."""
+    REVERSE = 0x02
+    """Reverse."""
 
 
 class PositionControlMode(Enumeration):

@@ -6,7 +6,7 @@ difference and no worked example bears out.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics, Place
@@ -18,10 +18,10 @@ __all__ = ["check_errata"]
 
 
 def check_errata(
-    protocol: Protocol, printed: Iterable[Document], diagnostics: Diagnostics
+    protocol: Protocol, files: Mapping[str, list[Document]], diagnostics: Diagnostics
 ) -> Comparison:
     """Hold witness, registry, errata and examples against each other."""
-    comparison = Comparison(protocol, printed)
+    comparison = Comparison(protocol, files.get("printed", []))
     claimed: dict[str, str] = {}
     for erratum in protocol.errata:
         for place in erratum.places:
@@ -39,7 +39,7 @@ def check_errata(
                 "SW040",
                 f"{place}: printed {difference.printed!r}, registry {difference.encoded!r}",
             )
-    referred = _referred(protocol, diagnostics)
+    referred = _referred(protocol, files, diagnostics)
     for erratum in protocol.errata:
         if not erratum.places and erratum.id not in referred:
             diagnostics.add(erratum.place, "SW041", erratum.id)
@@ -76,17 +76,20 @@ def _known(
             diagnostics.add(place, "SW021", f"{id}: no field is named {name}")
 
 
-def _referred(protocol: Protocol, diagnostics: Diagnostics) -> set[str]:
+def _referred(
+    protocol: Protocol, files: Mapping[str, list[Document]], diagnostics: Diagnostics
+) -> set[str]:
     """Return the errata that examples and captures refer to."""
     known = {erratum.id for erratum in protocol.errata}
     found: set[str] = set()
-    for kind, data in (("examples", protocol.examples), ("captures", protocol.captures)):
-        for id, entry in data.get(kind, {}).items():
-            for erratum in _errata_of(entry):
-                found.add(erratum)
-                if erratum not in known:
-                    place = Place(f"conformance/{kind}/{protocol.name}.yaml")
-                    diagnostics.add(place, "SW021", f"{id}: no erratum is named {erratum}")
+    for kind in ("examples", "captures"):
+        for document in files.get(kind, []):
+            for id, entry in document.data[kind].items():
+                for erratum in _errata_of(entry):
+                    found.add(erratum)
+                    if erratum not in known:
+                        place = document.place(kind, id, "errata")
+                        diagnostics.add(place, "SW021", f"{id}: no erratum is named {erratum}")
     return found
 
 

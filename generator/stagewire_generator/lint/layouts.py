@@ -9,6 +9,8 @@ from stagewire_generator.model import Field, Layout, Message, Protocol
 
 __all__ = ["check_layouts"]
 
+_SIZES = (1, 2, 4, 8)
+
 
 def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
     """Check ids, layouts and fields of all messages."""
@@ -19,6 +21,10 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
         for layout in message.layouts:
             for field in layout.all_fields:
                 _field(message, field, diagnostics)
+            for param in (layout.param1, layout.param2):
+                if param and param.format.size != 1:
+                    what = f"{message.name}.{param.name}: a {param.format.name} in a header"
+                    diagnostics.add(param.place, "SW033", what)
     for enumeration in protocol.enumerations:
         values = [value.value for value in enumeration.values]
         for value in sorted({v for v in values if values.count(v) > 1}):
@@ -70,6 +76,10 @@ def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnost
                         f"{message.name} ({layout.form}): no context {context}: {value}",
                     )
         if len(layouts) == 1:
+            if layouts[0].when:
+                form = layouts[0].form
+                what = f"{message.name}: {form} has a `when`, though its length decides"
+                diagnostics.add(layouts[0].place, "SW032", what, "remove the `when`")
             continue
         contexts = [tuple(sorted(layout.when.items())) for layout in layouts]
         if len(set(contexts)) < len(contexts) or () in contexts:
@@ -88,6 +98,9 @@ def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
         if field.ranged or field.enum or field.flags or field.quantity:
             diagnostics.add(field.place, "SW033", f"{where}: a {format.name} has no range or unit")
         return
+    if format.size not in _SIZES:
+        what = f"{where}: no target has integers of {format.size} bytes"
+        diagnostics.add(field.place, "SW033", what)
     if not format.minimum <= field.minimum <= field.maximum <= format.maximum:
         diagnostics.add(
             field.place,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import keyword
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.model import Message, Protocol
+from stagewire_generator.strict_yaml import Document
 
 __all__ = ["RESERVED", "check_names"]
 
@@ -86,21 +87,35 @@ _MEMBERS = frozenset(
         "param2",
     ]
 )
+# What the modules of a generated package import, beside what Python keeps.
+_KEPT = frozenset({"False", "None", "True"})
+_IN_CHAPTERS = _KEPT | frozenset(
+    ["ClassVar", "Layout", "Message", "Self", "Struct", "UndecidedMessage", "UndocumentedMessage"]
+)
+_IN_MESSAGES = _IN_CHAPTERS | frozenset({"Direction", "Protocol"})
+_IN_FLAGS = _IN_CHAPTERS | frozenset({"Bit", "Flags"})
+_IN_ENUMERATIONS = _KEPT | frozenset({"Enumeration"})
+_IN_STAGES = _KEPT | frozenset({"Scale", "Stage", "UnknownScale"})
 RESERVED = _C_KEYWORDS | frozenset(keyword.kwlist) | frozenset({"self", "cls", "raw", "draft"})
 
 
-def check_names(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    """Check every name of the protocol."""
+def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnostics) -> None:
+    """Check every name of the protocol.
+
+    :param units: the file of the units, for the places of what is wrong in it.
+    """
     _fields(protocol, diagnostics)
     _classes(protocol, diagnostics)
     _exchanges(protocol, diagnostics)
-    _units(protocol, diagnostics)
+    if units is not None:
+        _units(protocol, units, diagnostics)
 
 
 def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
     for message in protocol.messages:
         for layout in message.layouts:
             seen: dict[str, str] = {}
+            with_flags = {field.name for field in layout.all_fields if field.flags}
             for field in layout.all_fields:
                 unnamed = field.role == "constant" and field.name in ("param1", "param2")
                 if (field.name in RESERVED or field.name in _MEMBERS) and not unnamed:
@@ -111,6 +126,10 @@ def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
                         field.place, "SW022", f"{message.name}: {field.name} and {seen[folded]}"
                     )
                 seen[folded] = field.name
+                flags = field.name.removesuffix("_flags")
+                if flags != field.name and flags in with_flags:
+                    what = f"{message.name}: {field.name} and the bits of {flags}"
+                    diagnostics.add(field.place, "SW022", what)
     for enumeration in protocol.enumerations:
         names = [value.name for value in enumeration.values]
         _distinct(names, f"the values of {enumeration.name}", enumeration.place, diagnostics)
@@ -146,12 +165,46 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
         if folded in seen and seen[folded] != name:
             diagnostics.add(place, "SW022", f"{name} and {seen[folded]}")
         seen[folded] = name
+    classes: dict[str, str] = {}
+    for table in protocol.flags:
+        name = _camel(table.name)
+        classes[name] = table.name  # its users import it beside the messages
+        if name in _IN_FLAGS:
+            diagnostics.add(table.place, "SW023", f"{table.name}: the class {name}")
+    for enumeration in protocol.enumerations:
+        name = _camel(enumeration.name)
+        if name in _IN_ENUMERATIONS:
+            diagnostics.add(enumeration.place, "SW023", f"{enumeration.name}: the class {name}")
+    for message in protocol.messages:
+        for name in _class_names(message):
+            if name in _IN_MESSAGES:
+                diagnostics.add(message.place, "SW023", f"{message.name}: the class {name}")
+            if name in classes and classes[name] != message.name:
+                what = f"{message.name} and {classes[name]}: the class {name}"
+                diagnostics.add(message.place, "SW022", what)
+            classes[name] = message.name
     stages: dict[str, str] = {}
     for stage in protocol.stages:
+        if stage.name in _IN_STAGES:
+            diagnostics.add(stage.place, "SW023", f"the stage {stage.name}")
         folded = stage.name.lower()
         if folded in stages:
             diagnostics.add(stage.place, "SW022", f"{stage.name} and {stages[folded]}")
         stages[folded] = stage.name
+
+
+def _camel(name: str) -> str:
+    return "".join(part.capitalize() for part in name.split("_"))
+
+
+def _class_names(message: Message) -> Iterator[str]:
+    """Yield the names of all classes that a message becomes."""
+    if message.layouts:
+        yield from message_classes(message).values()
+    else:
+        yield message.class_name
+    if any(layout.when for layout in message.layouts):
+        yield message.class_name + "Undecided"
 
 
 def _exchanges(protocol: Protocol, diagnostics: Diagnostics) -> None:
@@ -177,40 +230,33 @@ def _exchanges(protocol: Protocol, diagnostics: Diagnostics) -> None:
 _TO_HOST = frozenset({"answered_by", "completes_with", "stops_with", "announces"})
 
 
-def _units(protocol: Protocol, diagnostics: Diagnostics) -> None:
+def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:
     messages = {message.name for message in protocol.messages}
     stages = {stage.name for stage in protocol.stages}
     data = protocol.units
-    place = Place(f"{protocol.name}/units.yaml")
-    lists = data.get("lists", {})
-    families = data.get("families", {})
+    lists = data["lists"]
+    families = data["families"]
+
+    def known(names: Iterable[str], table: Iterable[str], kind: str, *path: str) -> None:
+        for index, name in enumerate(names):
+            if name not in table:
+                place = document.place(*path, index)
+                what = f"{path[0]}.{path[1]}: no {kind} is named {name}"
+                diagnostics.add(place, "SW021", what)
+
     for key, entry in lists.items():
-        named = [*entry["messages"], *entry.get("completes", []), *entry.get("misprinted", {})]
-        _known(named, messages, f"list {key}", "message", place, diagnostics)
+        for part in ("messages", "completes", "misprinted"):
+            known(entry.get(part, ()), messages, "message", "lists", key, part)
     for key, entry in families.items():
-        if isinstance(entry.get("messages"), list):
-            _known(entry["messages"], messages, f"family {key}", "message", place, diagnostics)
-    for key, entry in data.get("units", {}).items():
-        _known(entry.get("stages", []), stages, f"unit {key}", "stage", place, diagnostics)
-        _known([entry["family"]], set(families), f"unit {key}", "family", place, diagnostics)
+        known(entry.get("messages", ()), messages, "message", "families", key, "messages")
+    for key, entry in data["units"].items():
+        known(entry["stages"], stages, "stage", "units", key, "stages")
+        known([entry["family"]], families, "family", "units", key, "family")
         if "list" in entry:
-            _known([entry["list"]], set(lists), f"unit {key}", "list", place, diagnostics)
+            known([entry["list"]], lists, "list", "units", key, "list")
         keeper = entry.get("keep_alive", "none")
         if keeper != "none":
-            _known([keeper], messages, f"unit {key}", "message", place, diagnostics)
-
-
-def _known(
-    names: Iterable[str],
-    known: set[str],
-    where: str,
-    kind: str,
-    place: Place,
-    diagnostics: Diagnostics,
-) -> None:
-    for name in names:
-        if name not in known:
-            diagnostics.add(place, "SW021", f"{where}: no {kind} is named {name}")
+            known([keeper], messages, "message", "units", key, "keep_alive")
 
 
 def message_classes(message: Message) -> dict[str, str]:

@@ -25,6 +25,7 @@ Path = tuple[str | int, ...]
 _ID = re.compile(r"0x([0-9A-F]{4})\Z")
 _BYTE = re.compile(r"[0-9A-F]{2}\Z")
 _NUMBER = re.compile(r"(-?)(?:0x)?([0-9A-Fa-f][0-9A-Fa-f,]*)\Z")
+_TIME = re.compile(r"([0-9][0-9,]*)(m?)s\Z")
 _SYMBOL = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+\Z")
 _NAME = re.compile(r"[A-Z][a-z]+[A-Za-z]*[0-9]*\Z")
 _FILLERS = frozenset({"notused", "unused", "reserved", "futureuse", "na"})
@@ -260,14 +261,14 @@ class Comparison:
         found: dict[int, str] = {}
         unread = []
         for row in printed["rows"]:
-            if len(row) == 3 and _future(row[2]):
+            if _future(row[-1]):
                 continue
             number = _number(row[0], field.format.maximum)
             if number is None:
                 unread.append(row[0])
             else:
                 if row[0].startswith("to ") and found:  # "0x02 Bay 2 to 0x06 Bay 6"
-                    found.update(dict.fromkeys(range(max(found) + 1, number), ""))
+                    found.update(dict.fromkeys(range(next(reversed(found)) + 1, number), ""))
                 found[number] = row[1] if len(row) == 2 else ""
                 if len(row) == 3 and row[1].isdigit():
                     self.same(
@@ -323,6 +324,10 @@ class Comparison:
             if _NAME.match(text):
                 continue  # a limit that is itself a field, such as Wnd0
             number = _number(text, field.format.maximum)
+            factor = field.quantity.factor if field.quantity and field.unit == "ms" else None
+            if factor and (time := _TIME.match(text)):  # a limit in time, such as 10,000s
+                ms = int(time[1].replace(",", "")) * (1 if time[2] else 1000)
+                number = int(ms * factor.counts_per_unit)
             self.compared += 1
             if value is None or value not in (number, _hex(text)):
                 self.differs(f"{place}/{key}", path, text, value)
@@ -374,13 +379,18 @@ class Comparison:
     def one_list(self, key: str, printed: Json, entry: Json) -> None:
         seen: set[str] = set()
         self.same(f"lists/{key}/page", ("lists", key), printed["page"], entry["page"])
-        for path, row in self.rows_of_list(key, printed):
-            name = self.canonical(row["name"], path)
+        rows = [
+            (path, row, self.canonical(row["name"], path))
+            for path, row in self.rows_of_list(key, printed)
+        ]
+        ids = {(name, row["id"]) for _, row, name in rows}
+        right = {m.name for m in self.messages.values() if (m.name, self.id_of(m)) in ids}
+        for path, row, name in rows:
             message = self.messages.get(name)
             match = _ID.match(row["id"])
             meant = self.by_id.get(int(match[1], 16)) if match else None
             if meant is not None and meant is not message:
-                if name in seen or name not in entry["messages"] or message is None:
+                if name in right or name not in entry["messages"] or message is None:
                     self.same(f"lists/{key}/{meant.name}/name", path, name, meant.name)
                     message = meant
                 else:
@@ -426,14 +436,21 @@ class Comparison:
                     self.differs(f"units/{row[-2]}", (kind, index), row[-2], "no such unit")
                 self.compared += 1
         prefixes = {
-            int(unit["usb_prefix"]): name for name, unit in units.items() if "usb_prefix" in unit
+            int(unit[key]): name
+            for name, unit in units.items()
+            for key in ("usb_prefix", "card_usb_prefix")
+            if key in unit
         }
         printed_prefixes = set()
         for index, row in enumerate(data.get("usb_prefixes", [])):
             prefix = int(row[1][:2])
             printed_prefixes.add(prefix)
             codes = row[3].split("/")
-            if not all(str(units.get(c, {}).get("usb_prefix", "")) == str(prefix) for c in codes):
+            numbers = [
+                {units.get(c, {}).get(key) for key in ("usb_prefix", "card_usb_prefix")}
+                for c in codes
+            ]
+            if not all(prefix in of_unit for of_unit in numbers):
                 encoded = f"{prefix}: {prefixes.get(prefix, 'no unit')}"
                 self.differs(f"prefixes/{prefix}", ("usb_prefixes", index), row[3], encoded)
             self.compared += 1

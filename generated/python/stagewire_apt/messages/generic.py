@@ -51,6 +51,8 @@ class HwDisconnect(Message):
     """``HW_DISCONNECT`` (0x0002), either way, header only; page 19.
 
     Either side says that it is about to leave the USB or Ethernet bus.
+
+    Erratum ``apt-disconnect-example-source``: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
     """
 
     __slots__ = ("param1", "param2")
@@ -99,6 +101,9 @@ class HwReqInfo(Message):
     Request: what the unit is; serial number, model, type, firmware version and number of channels.
 
     Answered by ``HW_GET_INFO``.
+
+    Erratum ``apt-hw-info-example-addresses``: printed controller #1 is asked at 0x11 and answers
+        from 0x22; encoded an answer comes from the module that was asked.
     """
 
     __slots__ = ("param1", "param2")
@@ -152,6 +157,12 @@ class HwGetInfo(Message):
     :param software_version: minor, interim and major revision; the fourth byte is unused; 4 bytes.
     :param notes: free text about the unit; text of at most 64 characters.
     :param nchs: number of channels; 0 to 65535.
+
+    Erratum ``apt-hw-info-example-addresses``: printed controller #1 is asked at 0x11 and answers
+        from 0x22; encoded an answer comes from the module that was asked.
+    Erratum ``apt-hw-info-example-notes``: printed 11 00 01 00 00 00 in the last six bytes of the
+        notes; encoded 00 00 00 00 00 00.
+    Erratum ``apt-software-version-number``: printed 3735810; encoded minor 2, interim 1, major 57.
     """
 
     __slots__ = ("model_number", "nchs", "notes", "serial_number", "software_version", "type")
@@ -295,6 +306,8 @@ class HwStopUpdateMsgs(Message):
 
     Stops the periodic status messages; to be sent before a client ends so that the buffers of the
     host do not overflow.
+
+    Erratum ``apt-summary-stop-updatemsgs-id``: printed 0x0011; encoded 0x0012.
     """
 
     __slots__ = ("param1", "param2")
@@ -345,6 +358,9 @@ class RackReqBayUsed(Message):
     Answered by ``RACK_GET_BAYUSED``.
 
     :param bay_ident: :class:`~.RackBay`; 0 to 255.
+
+    Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 is the first bay.
+    Erratum ``apt-rack-bayused-example-id``: printed 06 00; encoded 60 00 and 61 00.
     """
 
     __slots__ = ("bay_ident", "param2")
@@ -394,6 +410,11 @@ class RackGetBayUsed(Message):
 
     :param bay_ident: :class:`~.RackBay`; 0 to 255.
     :param bay_state: :class:`~.BayState`; 0 to 255.
+
+    Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 is the first bay.
+    Erratum ``apt-rack-bayused-example-id``: printed 06 00; encoded 60 00 and 61 00.
+    Erratum ``apt-rack-get-bayused-example-addresses``: printed destination 11, source 01; encoded
+        destination 01, source 11.
     """
 
     __slots__ = ("bay_ident", "bay_state")
@@ -488,6 +509,8 @@ class HubGetBayUsed(Message):
     Report: which bay of the hub the addressed T-Cube is fitted in.
 
     :param bay_ident: :class:`~.HubBay`; 0 to 255.
+
+    Erratum ``apt-hub-bay-minus-one``: printed -0x01; encoded 0xFF.
     """
 
     __slots__ = ("bay_ident", "param2")
@@ -580,6 +603,9 @@ class HwRichResponse(UndocumentedMessage):
     """``HW_RICHRESPONSE`` (0x0081), to the host, layout not documented; page 13.
 
     Verbose error message; the document names it and does not describe its packet.
+
+    Erratum ``apt-richresponse-no-layout``: printed named as a message, without a description;
+        encoded no layout in this issue.
     """
 
     __slots__ = ()
@@ -741,6 +767,10 @@ class ModIdentify(Message):
     """``MOD_IDENTIFY`` (0x0223), to the controller, header only; page 16.
 
     The unit flashes its front panel LEDs so that it can be found.
+
+    Erratum ``apt-identify-table-bytes``: printed 23 02 22 02 00 00; encoded 23 02 00 00 d s.
+    Erratum ``apt-identify-tdc001-bay``: printed bay 0 of the TDC001 controller, destination 0x21;
+        encoded destination 0x21.
     """
 
     __slots__ = ("param1", "param2")
@@ -793,6 +823,8 @@ class RackReqStatusBits(Message):
 
     :param status_bits: the table names this byte and the document does not describe it; 0 to 255;
         by default 0.
+
+    Erratum ``apt-rack-req-statusbits-id``: printed 28 02; encoded 26 02.
     """
 
     __slots__ = ("param2", "status_bits")
@@ -843,6 +875,12 @@ class RackGetStatusBits(Message):
 
     :param status_bits: what further bits mean depends on the controller; :class:`~.RackStatusBits`;
         0 to 4294967295.
+
+    Erratum ``apt-digital-inputs-outputs``: printed Digital output 1 to 4 on page 25, Digital input
+        1 to 4 on page 26; encoded inputs on page 25, outputs on page 26.
+    Erratum ``apt-rack-get-statusbits-numbers``: printed 0 to 5, 7 to 10; encoded 0 to 9.
+    Erratum ``apt-rack-statusbits-example-flag``: printed destination 01 before a data packet;
+        encoded 81.
     """
 
     __slots__ = ("status_bits",)
@@ -892,6 +930,12 @@ class RackSetDigOutputs(Message):
     for card slot controllers with two or three channels such as the BSC103 and BPC202.
 
     :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; 0 to 255.
+
+    Erratum ``apt-digital-inputs-outputs``: printed Digital output 1 to 4 on page 25, Digital input
+        1 to 4 on page 26; encoded inputs on page 25, outputs on page 26.
+    Erratum ``apt-digoutputs-integer``: printed a single 32 bit integer parameter; encoded one byte
+        of the header.
+    Erratum ``apt-rack-digoutputs-example-bay``: printed 22 in byte 3; encoded 00.
     """
 
     __slots__ = ("dig_op", "param2")
@@ -946,6 +990,9 @@ class RackReqDigOutputs(Message):
     and for card slot controllers with two or three channels such as the BSC103 and BPC202.
 
     Answered by ``RACK_GET_DIGOUTPUTS``.
+
+    Erratum ``apt-digoutputs-integer``: printed a single 32 bit integer parameter; encoded one byte
+        of the header.
     """
 
     __slots__ = ("param1", "param2")
@@ -995,6 +1042,10 @@ class RackGetDigOutputs(Message):
     and for card slot controllers with two or three channels such as the BSC103 and BPC202.
 
     :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; 0 to 255.
+
+    Erratum ``apt-digoutputs-integer``: printed a single 32 bit integer parameter; encoded one byte
+        of the header.
+    Erratum ``apt-rack-get-digoutputs-parameter``: printed 00; encoded Dig OP.
     """
 
     __slots__ = ("dig_op", "param2")

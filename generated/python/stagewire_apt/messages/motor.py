@@ -121,6 +121,8 @@ class MotSetEncCounter(Message):
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param encoder_count: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+
+    Erratum ``apt-counter-examples-200000``: printed 04 0D 03 00; encoded 40 0D 03 00.
     """
 
     __slots__ = ("chan_ident", "encoder_count")
@@ -184,6 +186,8 @@ class MotReqEncCounter(Message):
     Answered by ``MOT_GET_ENCCOUNTER``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-req-enccounter-id``: printed 11 04; encoded 0A 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -296,6 +300,8 @@ class MotSetPosCounter(Message):
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param position: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+
+    Erratum ``apt-counter-examples-200000``: printed 04 0D 03 00; encoded 40 0D 03 00.
     """
 
     __slots__ = ("chan_ident", "position")
@@ -448,6 +454,16 @@ class MotSetVelParams(Message):
         -2147483648 to 2147483647; by default 0.
     :param acceleration: raw counts of mm/s^2, scale by stage; 0 to 4294967295.
     :param max_velocity: Final velocity; raw counts of mm/s, scale by stage; 0 to 4294967295.
+
+    Erratum ``apt-summary-velparams-id``: printed 0x0414; encoded 0x0413.
+    Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
+        bytes, unsigned.
+    Erratum ``apt-velocity-units``: printed encoder counts/sec and counts/sec/sec; encoded counts
+        per servo cycle × 65536, as section 7.1.
+    Erratum ``apt-velparams-example-acceleration``: printed B0 35 00 00 for an acceleration of 10
+        mm/s²; encoded 89 00 00 00.
+    Erratum ``apt-velparams-example-max-velocity``: printed CD CC CC 00 in the byte line, 9E C0 CA
+        00 in the breakdown, for 99 mm/s; encoded 83 C0 CA 00.
     """
 
     __slots__ = ("acceleration", "chan_ident", "max_velocity", "min_velocity")
@@ -675,6 +691,13 @@ class MotSetJogParams(Message):
     :param jog_max_velocity: final velocity; raw counts of mm/s, scale by stage; -2147483648 to
         2147483647.
     :param jog_stop_mode: :class:`~.StopMode`; 0 to 65535.
+
+    Erratum ``apt-jogparams-example-acceleration``: printed B0 35 00 00 for an acceleration of 10
+        mm/s²; encoded 89 00 00 00.
+    Erratum ``apt-jogparams-example-max-velocity``: printed CD CC CC 00 in the byte line, 9E C0 CA
+        00 in the breakdown, for 99 mm/s; encoded 83 C0 CA 00.
+    Erratum ``apt-velocity-units``: printed encoder counts/sec and counts/sec/sec; encoded counts
+        per servo cycle × 65536, as section 7.1.
     """
 
     __slots__ = (
@@ -1034,6 +1057,13 @@ class MotSetLimSwitchParams(Message):
         scale by stage; -2147483648 to 2147483647.
     :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; 0 to
         65535.
+
+    Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded units that
+        list the message.
+    Erratum ``apt-limswitch-soft-limit-factor``: printed 1 mm is equivalent to 134218; E8 CC CC 00
+        for 100 mm; encoded 20,000 per mm; 80 84 1E 00.
+    Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
+        bytes, unsigned.
     """
 
     __slots__ = (
@@ -1209,6 +1239,9 @@ class MotGetLimSwitchParams(Message):
         scale by stage; -2147483648 to 2147483647.
     :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; 0 to
         65535.
+
+    Erratum ``apt-get-limswitchparams-size``: printed Response structure (20 bytes); encoded 22
+        bytes.
     """
 
     __slots__ = (
@@ -1616,6 +1649,14 @@ class MotSetHomeParams(Message):
     :param home_velocity: raw counts of mm/s, scale by stage; 0 to 4294967295.
     :param offset_distance: not used for the MLS203; raw counts of mm, scale by stage; -2147483648
         to 2147483647.
+
+    Erratum ``apt-homeparams-example-velocity``: printed 33 33 33 00 for 24 mm/s; encoded E9 26 31
+        00.
+    Erratum ``apt-summary-homeparams-id``: printed 0x0442; encoded 0x0440.
+    Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
+        bytes, unsigned.
+    Erratum ``apt-velocity-units``: printed encoder counts/sec and counts/sec/sec; encoded counts
+        per servo cycle × 65536, as section 7.1.
     """
 
     __slots__ = ("chan_ident", "home_direction", "home_velocity", "limit_switch", "offset_distance")
@@ -2554,7 +2595,14 @@ class MotMoveVelocity(Message):
     Completes with ``MOT_MOVE_COMPLETED``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param direction: :class:`~.Direction`; 0 to 255.
+    :param direction: :class:`~.MoveDirection`; 0 to 255.
+
+    Erratum ``apt-header-parameters-as-word``: printed word; encoded one byte of the header each.
+    Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
+        relative, absolute, jog and velocity moves.
+    Erratum ``apt-movevelparams-undefined``: printed MGMSG_MOT_SET_MOVEVELPARAMS, which sets the
+        velocity parameters of a velocity move; encoded kept as a name without an id or a layout;
+        nothing is sent.
     """
 
     __slots__ = ("chan_ident", "direction")
@@ -2604,6 +2652,13 @@ class MotMoveCompletedHeader(Message):
     without the status
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
+        00.
+    Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
+        relative, absolute, jog and velocity moves.
+    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
+        0x80; encoded bytes 0 to 19, destination with 0x80.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2661,6 +2716,13 @@ class MotMoveCompletedDc(Message):
         -32768 to 32767.
     :param reserved: not used at present; reserved, sent as zero; 0 to 65535.
     :param status_bits: :class:`~.DcStatusBits`; 0 to 4294967295.
+
+    Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
+        00.
+    Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
+        relative, absolute, jog and velocity moves.
+    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
+        0x80; encoded bytes 0 to 19, destination with 0x80.
     """
 
     __slots__ = ("chan_ident", "position", "reserved", "status_bits", "velocity")
@@ -2758,6 +2820,13 @@ class MotMoveCompletedStepper(Message):
         of mm, scale by stage; -2147483648 to 2147483647.
     :param enc_count: encoder count; only for stages with an encoder; -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
+
+    Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
+        00.
+    Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
+        relative, absolute, jog and velocity moves.
+    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
+        0x80; encoded bytes 0 to 19, destination with 0x80.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
@@ -2823,7 +2892,7 @@ class MotMoveCompletedStepper(Message):
 
 
 class MotMoveCompletedUndecided(UndecidedMessage):
-    """``MOT_MOVE_COMPLETED`` (0x0464) whose layout no context has decided.
+    """``MOT_MOVE_COMPLETED`` (0x0464) whose layout no context has decided; page 44.
 
     A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
     the channel at that moment. Bytes do not tell its layouts apart (status dc or status stepper).
@@ -2843,19 +2912,19 @@ class MotMoveCompletedUndecided(UndecidedMessage):
     @property
     def chan_ident(self) -> int:
         """``chan_ident``, which all candidate layouts share."""
-        value: int = Struct("<0xH12x").unpack(self.data)[0]
+        value: int = Struct("<0xH").unpack_from(self.data)[0]
         return value
 
     @property
     def position(self) -> int:
         """``position``, which all candidate layouts share."""
-        value: int = Struct("<2xl8x").unpack(self.data)[0]
+        value: int = Struct("<2xl").unpack_from(self.data)[0]
         return value
 
     @property
     def status_bits(self) -> int:
         """``status_bits``, which all candidate layouts share."""
-        value: int = Struct("<10xL0x").unpack(self.data)[0]
+        value: int = Struct("<10xL").unpack_from(self.data)[0]
         return value
 
 
@@ -2868,6 +2937,8 @@ class MotMoveStop(Message):
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param stop_mode: :class:`~.StopMode`; 0 to 255.
+
+    Erratum ``apt-header-parameters-as-word``: printed word; encoded one byte of the header each.
     """
 
     __slots__ = ("chan_ident", "stop_mode")
@@ -2917,6 +2988,9 @@ class MotMoveStoppedHeader(Message):
     Without the status. The table is headed so, but its third byte is the length of the data form.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
+        0x80; encoded bytes 0 to 19, destination with 0x80.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2974,6 +3048,9 @@ class MotMoveStoppedDc(Message):
         -32768 to 32767.
     :param reserved: not used at present; reserved, sent as zero; 0 to 65535.
     :param status_bits: :class:`~.DcStatusBits`; 0 to 4294967295.
+
+    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
+        0x80; encoded bytes 0 to 19, destination with 0x80.
     """
 
     __slots__ = ("chan_ident", "position", "reserved", "status_bits", "velocity")
@@ -3071,6 +3148,9 @@ class MotMoveStoppedStepper(Message):
         of mm, scale by stage; -2147483648 to 2147483647.
     :param enc_count: encoder count; only for stages with an encoder; -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
+
+    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
+        0x80; encoded bytes 0 to 19, destination with 0x80.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
@@ -3136,7 +3216,7 @@ class MotMoveStoppedStepper(Message):
 
 
 class MotMoveStoppedUndecided(UndecidedMessage):
-    """``MOT_MOVE_STOPPED`` (0x0466) whose layout no context has decided.
+    """``MOT_MOVE_STOPPED`` (0x0466) whose layout no context has decided; page 50.
 
     A stop command has brought the channel to rest; the data packet is the status of the channel at
     that moment. Bytes do not tell its layouts apart (status dc or status stepper). The fields that
@@ -3156,19 +3236,19 @@ class MotMoveStoppedUndecided(UndecidedMessage):
     @property
     def chan_ident(self) -> int:
         """``chan_ident``, which all candidate layouts share."""
-        value: int = Struct("<0xH12x").unpack(self.data)[0]
+        value: int = Struct("<0xH").unpack_from(self.data)[0]
         return value
 
     @property
     def position(self) -> int:
         """``position``, which all candidate layouts share."""
-        value: int = Struct("<2xl8x").unpack(self.data)[0]
+        value: int = Struct("<2xl").unpack_from(self.data)[0]
         return value
 
     @property
     def status_bits(self) -> int:
         """``status_bits``, which all candidate layouts share."""
-        value: int = Struct("<10xL0x").unpack(self.data)[0]
+        value: int = Struct("<10xL").unpack_from(self.data)[0]
         return value
 
 
@@ -3180,7 +3260,11 @@ class MotMoveJog(Message):
     Completes with ``MOT_MOVE_COMPLETED``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param direction: :class:`~.Direction`; 0 to 255.
+    :param direction: :class:`~.MoveDirection`; 0 to 255.
+
+    Erratum ``apt-header-parameters-as-word``: printed word; encoded one byte of the header each.
+    Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
+        relative, absolute, jog and velocity moves.
     """
 
     __slots__ = ("chan_ident", "direction")
@@ -3272,6 +3356,9 @@ class MotResumeEndOfMoveMsgs(Message):
     """``MOT_RESUME_ENDOFMOVEMSGS`` (0x046C), to the controller, header only; page 83.
 
     Switches the unsolicited end-of-move and error messages on again; they are on after power-up.
+
+    Erratum ``apt-resume-disables``: printed The command also disables the error messages; encoded
+        resumes the error messages.
     """
 
     __slots__ = ("param1", "param2")
@@ -3322,6 +3409,8 @@ class MotReqStatusUpdate(Message):
     Answered by ``MOT_GET_STATUSUPDATE``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-req-statusupdate-table-id``: printed 90 04; encoded 80 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -3500,6 +3589,11 @@ class MotGetDcStatusUpdate(Message):
         -32768 to 32767.
     :param reserved: not used at present; reserved, sent as zero; 0 to 65535.
     :param status_bits: :class:`~.DcStatusBits`; 0 to 4294967295.
+
+    Erratum ``apt-dcstatus-velocity-word``: printed word; encoded short.
+    Erratum ``apt-list-tdc001-dcstatus``: printed MOT_REQ_DCSTATUSUPDATE and MOT_ACK_DCSTATUSUPDATE;
+        encoded MOT_GET_DCSTATUSUPDATE, too.
+    Erratum ``apt-status-velocity-factor``: printed 204.8 per mm/s; encoded 2.048 per mm/s.
     """
 
     __slots__ = ("chan_ident", "position", "reserved", "status_bits", "velocity")
@@ -3588,6 +3682,10 @@ class MotAckDcStatusUpdate(Message):
 
     Server alive. USB only; due at least once a second, or the controller stops sending after about
     50 status messages, completed moves included. There is no answer.
+
+    Erratum ``apt-ack-dcstatusupdate-table-id``: printed 62 06; encoded 92 04.
+    Erratum ``apt-ack-fifty``: printed stops responding after ~50 commands; encoded stops sending
+        status messages after 50 of them.
     """
 
     __slots__ = ("param1", "param2")
@@ -3642,6 +3740,10 @@ class MotSetDcPidParams(Message):
     :param integral_limit: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
     :param filter_control: One bit for each of the four parameters above, set if it is applied;
         which bit is whose is not said; 0 to 65535; by default 15.
+
+    Erratum ``apt-dcpidparams-example-short``: printed 41 00 AF 00 58 02: gains of two bytes, 14
+        bytes of packet; encoded 41 00 00 00 AF 00 00 00 58 02 00 00: gains of four bytes, 20 bytes
+        of packet.
     """
 
     __slots__ = (
@@ -3747,6 +3849,8 @@ class MotReqDcPidParams(Message):
     Answered by ``MOT_GET_DCPIDPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-dcpidparams-table-ids``: printed A0 04 in both; encoded A1 04 and A2 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -3801,6 +3905,8 @@ class MotGetDcPidParams(Message):
     :param integral_limit: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
     :param filter_control: One bit for each of the four parameters above, set if it is applied;
         which bit is whose is not said; 0 to 65535; by default 15.
+
+    Erratum ``apt-dcpidparams-table-ids``: printed A0 04 in both; encoded A1 04 and A2 04.
     """
 
     __slots__ = (
@@ -3917,6 +4023,11 @@ class MotSetPotParams(Message):
         2147483647.
     :param wnd3: deflection where vel3 ends; above wnd2; 0 to 127.
     :param vel4: speed beyond wnd3; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
+
+    Erratum ``apt-potparams-example-bytes``: printed a packet of 22 bytes, that of the jog example
+        on page 33; encoded a packet of 26 bytes with the values of the breakdown.
+    Erratum ``apt-potparams-velocities-multiplied``: printed 6860 for 0.2 mm/s, 10290 for 0.3 mm/s;
+        encoded 6861 and 10291.
     """
 
     __slots__ = ("chan_ident", "vel1", "vel2", "vel3", "vel4", "wnd1", "wnd2", "wnd3", "zero_wnd")
@@ -4031,6 +4142,8 @@ class MotReqPotParams(Message):
     Answered by ``MOT_GET_POTPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-req-potparams-table-id``: printed 17 04; encoded B1 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4092,6 +4205,9 @@ class MotGetPotParams(Message):
         2147483647.
     :param wnd3: deflection where vel3 ends; above wnd2; 0 to 127.
     :param vel4: speed beyond wnd3; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
+
+    Erratum ``apt-get-potparams-size``: printed 28 bytes, 22 byte data packet; encoded 32 bytes, 26
+        byte data packet.
     """
 
     __slots__ = ("chan_ident", "vel1", "vel2", "vel3", "vel4", "wnd1", "wnd2", "wnd3", "zero_wnd")
@@ -4203,6 +4319,8 @@ class MotSetAvModes(Message):
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param mode_bits: :class:`~.LedMode`; 0 to 65535.
+
+    Erratum ``apt-avmodes-decimal``: printed the hex value; '11' for all modes; encoded 0x0B.
     """
 
     __slots__ = ("chan_ident", "mode_bits")
@@ -4257,6 +4375,8 @@ class MotReqAvModes(Message):
     Answered by ``MOT_GET_AVMODES``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-req-avmodes-table-id``: printed 11 04; encoded B4 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4366,6 +4486,14 @@ class MotSetButtonParams(Message):
     :param time_out: How long both buttons are held to home, or one to store the present position,
         in either mode; raw counts of ms, ms_per_count 1; 0 to 65535.
     :param not_used_1: reserved, sent as zero; 0 to 65535.
+
+    Erratum ``apt-buttonparams-example-bytes``: printed C0 12 and zeros, a packet of 14 bytes;
+        encoded both positions and the time out, a packet of 16 bytes.
+    Erratum ``apt-buttonparams-length``: printed 0E 00 in both tables; 20 bytes for the GET; encoded
+        10 00; 22 bytes.
+    Erratum ``apt-buttonparams-position2``: printed CC A0 00 00 (41164) for 1.2 mm; encoded CD A0 00
+        00 (41165).
+    Erratum ``apt-buttonparams-unused-row``: printed two words Not Used; encoded one word Not Used.
     """
 
     __slots__ = ("chan_ident", "mode", "not_used_1", "position1", "position2", "time_out")
@@ -4459,6 +4587,8 @@ class MotReqButtonParams(Message):
     Answered by ``MOT_GET_BUTTONPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-req-buttonparams-table-id``: printed DB 04; encoded B7 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4515,6 +4645,10 @@ class MotGetButtonParams(Message):
     :param time_out: How long both buttons are held to home, or one to store the present position,
         in either mode; raw counts of ms, ms_per_count 1; 0 to 65535.
     :param not_used_1: reserved, sent as zero; 0 to 65535.
+
+    Erratum ``apt-buttonparams-length``: printed 0E 00 in both tables; 20 bytes for the GET; encoded
+        10 00; 22 bytes.
+    Erratum ``apt-get-buttonparams-table-id``: printed B6 04; encoded B8 04.
     """
 
     __slots__ = ("chan_ident", "mode", "not_used_1", "position1", "position2", "time_out")
@@ -4796,6 +4930,8 @@ class MotReqPmdCurrentLoopParams(Message):
     Answered by ``MOT_GET_PMDCURRENTLOOPPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-req-current-loop-table-id``: printed D8 04; encoded D5 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4995,10 +5131,14 @@ class MotSetPmdPositionLoopParams(Message):
         13107/20; 0 to 65535.
     :param kvff_pos: velocity feed-forward; 0 to 32767.
     :param kaff_pos: acceleration feed-forward; 0 to 32767.
-    :param pos_err_lim: A greater position error stops the axis and sets motion_error; the limit is
-        printed with seven digits; raw counts of mm, scale by stage; 0 to 134217727.
+    :param pos_err_lim: A greater position error stops the axis and sets motion_error; the maximum
+        is printed as 7FFFFFF; raw counts of mm, scale by stage; 0 to 2147483647.
     :param not_used_1: reserved, sent as zero; 0 to 65535.
     :param not_used_2: reserved, sent as zero; 0 to 65535.
+
+    Erratum ``apt-pmdpositionloop-example-short``: printed 26 bytes of packet, one unused word;
+        encoded 28 bytes, two unused words.
+    Erratum ``apt-pos-err-lim-range``: printed 7FFFFFF; encoded 7FFFFFFF.
     """
 
     __slots__ = (
@@ -5092,8 +5232,8 @@ class MotSetPmdPositionLoopParams(Message):
             kvff_pos = check_integer(cls.layout, "kvff_pos", kvff_pos, 0, 0x7FFF)
         if kaff_pos.__class__ is not int or not 0 <= kaff_pos <= 0x7FFF:
             kaff_pos = check_integer(cls.layout, "kaff_pos", kaff_pos, 0, 0x7FFF)
-        if pos_err_lim.__class__ is not int or not 0 <= pos_err_lim <= 134217727:
-            pos_err_lim = check_integer(cls.layout, "pos_err_lim", pos_err_lim, 0, 134217727)
+        if pos_err_lim.__class__ is not int or not 0 <= pos_err_lim <= 0x7FFFFFFF:
+            pos_err_lim = check_integer(cls.layout, "pos_err_lim", pos_err_lim, 0, 0x7FFFFFFF)
         if not_used_1.__class__ is not int or not 0 <= not_used_1 <= 0xFFFF:
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
@@ -5225,8 +5365,8 @@ class MotGetPmdPositionLoopParams(Message):
         13107/20; 0 to 65535.
     :param kvff_pos: velocity feed-forward; 0 to 32767.
     :param kaff_pos: acceleration feed-forward; 0 to 32767.
-    :param pos_err_lim: A greater position error stops the axis and sets motion_error; the limit is
-        printed with seven digits; raw counts of mm, scale by stage; 0 to 134217727.
+    :param pos_err_lim: A greater position error stops the axis and sets motion_error; the maximum
+        is printed as 7FFFFFF; raw counts of mm, scale by stage; 0 to 2147483647.
     :param not_used_1: reserved, sent as zero; 0 to 65535.
     :param not_used_2: reserved, sent as zero; 0 to 65535.
     """
@@ -5322,8 +5462,8 @@ class MotGetPmdPositionLoopParams(Message):
             kvff_pos = check_integer(cls.layout, "kvff_pos", kvff_pos, 0, 0x7FFF)
         if kaff_pos.__class__ is not int or not 0 <= kaff_pos <= 0x7FFF:
             kaff_pos = check_integer(cls.layout, "kaff_pos", kaff_pos, 0, 0x7FFF)
-        if pos_err_lim.__class__ is not int or not 0 <= pos_err_lim <= 134217727:
-            pos_err_lim = check_integer(cls.layout, "pos_err_lim", pos_err_lim, 0, 134217727)
+        if pos_err_lim.__class__ is not int or not 0 <= pos_err_lim <= 0x7FFFFFFF:
+            pos_err_lim = check_integer(cls.layout, "pos_err_lim", pos_err_lim, 0, 0x7FFFFFFF)
         if not_used_1.__class__ is not int or not 0 <= not_used_1 <= 0xFFFF:
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
@@ -5404,6 +5544,11 @@ class MotSetPmdMotorOutputParams(Message):
         applied while the position loop is on; -32767 to 32767; by default 0.
     :param not_used_1: reserved, sent as zero; 0 to 65535.
     :param not_used_2: reserved, sent as zero; 0 to 65535.
+
+    Erratum ``apt-motor-bias-range``: printed -32767 to 32768, format word; encoded -32767 to 32767,
+        two bytes signed.
+    Erratum ``apt-motoroutput-example-energy``: printed C0 12 for 14%; encoded EB 11.
+    Erratum ``apt-motoroutput-example-motor-limit``: printed 00 00 for 100%; encoded FF 7F.
     """
 
     __slots__ = (
@@ -5714,6 +5859,10 @@ class MotSetPmdTrackSettleParams(Message):
         stopped; raw counts of mm, scale by stage; 0 to 65535.
     :param not_used_1: reserved, sent as zero; 0 to 65535.
     :param not_used_2: reserved, sent as zero; 0 to 65535.
+
+    Erratum ``apt-tracksettle-example-long``: printed 14 bytes of packet; encoded 12 bytes.
+    Erratum ``apt-tracksettle-example-percentages``: printed 20%, 14% and 100%; encoded 0 cycles, 20
+        counts, 0 counts.
     """
 
     __slots__ = ("chan_ident", "not_used_1", "not_used_2", "settle_window", "time", "track_window")
@@ -5867,6 +6016,8 @@ class MotGetPmdTrackSettleParams(Message):
         stopped; raw counts of mm, scale by stage; 0 to 65535.
     :param not_used_1: reserved, sent as zero; 0 to 65535.
     :param not_used_2: reserved, sent as zero; 0 to 65535.
+
+    Erratum ``apt-contents-get-tracksettle-id``: printed 0x04E1; encoded 0x04E2.
     """
 
     __slots__ = ("chan_ident", "not_used_1", "not_used_2", "settle_window", "time", "track_window")
@@ -5963,6 +6114,8 @@ class MotSetPmdProfileModeParams(Message):
         stage; 0 to 4294967295.
     :param not_used_1: reserved, sent as zero; 0 to 65535.
     :param not_used_2: reserved, sent as zero; 0 to 65535.
+
+    Erratum ``apt-jerk-unit``: printed specified in mm/s³; encoded 92.2337 units per mm/s³.
     """
 
     __slots__ = ("chan_ident", "jerk", "mode", "not_used_1", "not_used_2")
@@ -6336,6 +6489,8 @@ class MotReqPmdSettledCurrentLoopParams(Message):
     Answered by ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-req-settled-current-loop-table-id``: printed D8 04; encoded EA 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -6859,6 +7014,14 @@ class MotGetPmdStageAxisParams(Message):
     :param reserved_6: reserved, sent as zero; 0 to 4294967295.
     :param reserved_7: reserved, sent as zero; 0 to 4294967295.
     :param reserved_8: reserved, sent as zero; 0 to 4294967295.
+
+    Erratum ``apt-stageaxis-example-addresses``: printed A2 01; encoded 81 22.
+    Erratum ``apt-stageaxis-length``: printed 12 00; encoded 4A 00.
+    Erratum ``apt-stageaxis-part-no-format``: printed char; encoded char[16].
+    Erratum ``apt-stageaxis-rows``: printed no row for the channel, two rows Reserved (word and
+        dword); encoded the channel, four words and four dwords reserved.
+    Erratum ``apt-stageaxis-units``: printed encoder counts per cycle, per cycle per cycle; encoded
+        the same times 65536.
     """
 
     __slots__ = (

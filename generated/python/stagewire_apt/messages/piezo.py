@@ -225,6 +225,9 @@ class PzSetOutputVolts(Message):
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param voltage: Share of the maximum output voltage that is set, 32767 for 100 %; raw counts of
         V, scale by maximum_volts; -32768 to 32767.
+
+    Erratum ``apt-signed-range-7fff``: printed -32768 to 32767 (-7FFF to 7FFF); encoded -32768 to
+        32767, with 32767 for 100%.
     """
 
     __slots__ = ("chan_ident", "voltage")
@@ -374,6 +377,8 @@ class PzSetOutputPos(Message):
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param position_sw: Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by
         maximum_travel; 0 to 32767.
+
+    Erratum ``apt-outputpos-example-position``: printed 66 26 for 15 µm of 100 µm; encoded 33 13.
     """
 
     __slots__ = ("chan_ident", "position_sw")
@@ -525,6 +530,8 @@ class PzReqMaxTravel(Message):
     Answered by ``PZ_GET_MAXTRAVEL``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -576,6 +583,10 @@ class PzGetMaxTravel(Message):
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param travel: in steps of 100 nm; no format is printed; raw counts of um, um_per_count 1/10; 0
         to 65535.
+
+    Erratum ``apt-maxtravel-example-addresses``: printed 01 A2; encoded 81 22.
+    Erratum ``apt-maxtravel-format-missing``: printed no format of Travel; encoded word.
+    Erratum ``apt-maxtravel-unit``: printed a value (in microns); encoded steps of 100 nm.
     """
 
     __slots__ = ("chan_ident", "travel")
@@ -1054,6 +1065,10 @@ class PzGetPzStatusBits(Message):
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param status_bits: What the bits mean depends on the controller; :class:`~.BpcStatusBits`; 0 to
         4294967295.
+
+    Erratum ``apt-pz-digital-input-8-mask``: printed 0x0800000 for bit 28; encoded 0x08000000.
+    Erratum ``apt-pz-status-bits-13-15``: printed bits 13 to 15 on page 102, for future use on page
+        104; encoded the maximum voltage of the BPC30x in both.
     """
 
     __slots__ = ("chan_ident", "status_bits")
@@ -1113,6 +1128,15 @@ class PzGetPzStatusUpdate(Message):
         maximum_travel; 0 to 32767.
     :param status_bits: What the bits mean depends on the controller; :class:`~.BpcStatusBits`; 0 to
         4294967295.
+
+    Erratum ``apt-pz-digital-input-8-mask``: printed 0x0800000 for bit 28; encoded 0x08000000.
+    Erratum ``apt-pz-status-bits-13-15``: printed bits 13 to 15 on page 102, for future use on page
+        104; encoded the maximum voltage of the BPC30x in both.
+    Erratum ``apt-pzstatusupdate-header``: printed 91 04 0E 00; encoded 61 06 0A 00.
+    Erratum ``apt-pzstatusupdate-no-request``: printed sent each time the function is called;
+        encoded no request in this issue.
+    Erratum ``apt-signed-range-7fff``: printed -32768 to 32767 (-7FFF to 7FFF); encoded -32768 to
+        32767, with 32767 for 100%.
     """
 
     __slots__ = ("chan_ident", "op_voltage", "position", "status_bits")
@@ -1181,6 +1205,9 @@ class PzAckPzStatusUpdate(Message):
 
     Server alive. USB only; due at least once a second, or the controller stops sending after about
     50 status messages. There is no answer.
+
+    Erratum ``apt-ack-fifty``: printed stops responding after ~50 commands; encoded stops sending
+        status messages after 50 of them.
     """
 
     __slots__ = ("param1", "param2")
@@ -1235,6 +1262,10 @@ class PzSetIoSettings(Message):
     :param feedback_sig: for future use, locked at AC (strain gauge); no format is printed;
         reserved, sent as zero; 0 to 65535.
     :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; 0 to 65535.
+
+    Erratum ``apt-iosettings-formats-missing``: printed no format of FeedbackSig and BNCTrigORLVOut;
+        encoded word.
+    Erratum ``apt-iosettings-length``: printed 0E 00; encoded 0A 00.
     """
 
     __slots__ = (
@@ -1399,6 +1430,8 @@ class PzGetIoSettings(Message):
     :param feedback_sig: for future use, locked at AC (strain gauge); no format is printed;
         reserved, sent as zero; 0 to 65535.
     :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; 0 to 65535.
+
+    Erratum ``apt-iosettings-length``: printed 0E 00; encoded 0A 00.
     """
 
     __slots__ = (
@@ -1511,6 +1544,12 @@ class PzSetOutputMaxVolts(Message):
     :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V,
         v_per_count 1/10; 0 to 1500.
     :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; 0 to 65535; by default 0.
+
+    Erratum ``apt-outputmaxvolts-flag-8``: printed flags 08, 00: 150 V max voltage; encoded 0x08 is
+        the flag VOLTAGELIMIT_150V.
+    Erratum ``apt-outputmaxvolts-length``: printed 0C 00; encoded 06 00.
+    Erratum ``apt-outputmaxvolts-values``: printed 0 to 1500; either 750, 1000 or 1500; encoded
+        steps of 0.1 V.
     """
 
     __slots__ = ("chan_ident", "flags", "voltage")
@@ -1578,6 +1617,8 @@ class PzReqOutputMaxVolts(Message):
     Answered by ``PZ_GET_OUTPUTMAXVOLTS``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1630,6 +1671,15 @@ class PzGetOutputMaxVolts(Message):
     :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V,
         v_per_count 1/10; 0 to 1500.
     :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; 0 to 65535; by default 0.
+
+    Erratum ``apt-outputmaxvolts-flag-150v``: printed 0x05; encoded 0x08.
+    Erratum ``apt-outputmaxvolts-flag-8``: printed flags 08, 00: 150 V max voltage; encoded 0x08 is
+        the flag VOLTAGELIMIT_150V.
+    Erratum ``apt-outputmaxvolts-get-addresses``: printed D0 01; encoded 81 50.
+    Erratum ``apt-outputmaxvolts-values``: printed 0 to 1500; either 750, 1000 or 1500; encoded
+        steps of 0.1 V.
+    Erratum ``apt-voltage-limit-values``: printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on
+        page 122; encoded two sets of values.
     """
 
     __slots__ = ("chan_ident", "flags", "voltage")
@@ -1699,6 +1749,8 @@ class PzSetTpzSlewRates(Message):
         maximum_volts; 0 to 32767.
     :param slew_closed: closed loop; values as in open loop; raw counts of V/ms, scale by
         maximum_volts; 0 to 32767.
+
+    Erratum ``apt-slewrates-cut``: printed F2 04 (1266) for 10 V/ms; encoded F3 04 (1267).
     """
 
     __slots__ = ("chan_ident", "slew_closed", "slew_open")
@@ -1761,6 +1813,8 @@ class PzReqTpzSlewRates(Message):
     Answered by ``PZ_GET_TPZ_SLEWRATES``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1873,6 +1927,8 @@ class MotSetPzStageParamDefaults(Message):
     Sets the parameters back to the defaults in the EEPROM, for a system that has become unstable.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-pzstageparamdefaults-table-id``: printed 58 06; encoded 86 06.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1926,6 +1982,15 @@ class PzSetOutputLut(Message):
     :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; 0 to 7999.
     :param output: Share of the maximum output voltage, 32767 for 100 %; raw counts of unit by
         setting, scale by lut_value_type; -32768 to 32767.
+
+    Erratum ``apt-lut-bandwidth``: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC,
+        4 kHz for TPZ.
+    Erratum ``apt-lut-limits-by-unit``: printed 0 to 7999 for BPC and MPZ, 0 to 512 for TPZ; encoded
+        0 to 7999; the notes name the limit of the TPZ.
+    Erratum ``apt-lut-meaning``: printed decided by the loop mode at output; encoded decided by
+        PZ_SET_LUTVALUETYPE before the download.
+    Erratum ``apt-lut-ranges``: printed index 0 to 512 for TPZ, cycle length 0 to 7999, trigger
+        start 1 to 8000; encoded counts and positions that fit 8000 samples.
     """
 
     __slots__ = ("chan_ident", "index", "output")
@@ -2112,13 +2177,27 @@ class PzSetOutputLutParams(Message):
         says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
     :param post_cycle_rest: How long the last sample is held after a cycle, whatever delay_time
         says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
-    :param op_trig_start: Sample that starts an output trigger; must be less than cycle_length. Only
-        with outputlut_outputtrig; 1 to 8000.
+    :param op_trig_start: Sample that starts an output trigger, from 1, less than cycle_length; only
+        with outputlut_outputtrig. 0 where no trigger is used; 0 to 8000.
     :param op_trig_width: width of the output trigger; raw counts of ms, scale by unit; -2147483648
         to 2147483647.
     :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
         Above cycle_length no trigger repeats within a cycle. Only with outputlut_outputtrig_repeat;
         0 to 7999.
+
+    Erratum ``apt-lut-bandwidth``: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC,
+        4 kHz for TPZ.
+    Erratum ``apt-lut-limits-by-unit``: printed 0 to 7999 for BPC and MPZ, 0 to 512 for TPZ; encoded
+        0 to 7999; the notes name the limit of the TPZ.
+    Erratum ``apt-lut-long-range``: printed up to 2147483648; encoded up to 2147483647.
+    Erratum ``apt-lut-ranges``: printed index 0 to 512 for TPZ, cycle length 0 to 7999, trigger
+        start 1 to 8000; encoded counts and positions that fit 8000 samples.
+    Erratum ``apt-outputlutparams-breakdown-length``: printed Header: 03, 07, 06, 00; encoded 03,
+        07, 1E, 00.
+    Erratum ``apt-outputlutparams-breakdown-order``: printed 00, 28; 00, 00, 00, 14; 00, 64; encoded
+        28 00; 14 00 00 00; 64 00.
+    Erratum ``apt-outputlutparams-trigger-start``: printed values in the range 1 to 8000; the worked
+        example sets 0; encoded 0 to 8000.
     """
 
     __slots__ = (
@@ -2204,8 +2283,8 @@ class PzSetOutputLutParams(Message):
                 0,
                 0x7FFFFFFF,
             )
-        if op_trig_start.__class__ is not int or not 1 <= op_trig_start <= 8000:
-            op_trig_start = check_integer(cls.layout, "op_trig_start", op_trig_start, 1, 8000)
+        if op_trig_start.__class__ is not int or not 0 <= op_trig_start <= 8000:
+            op_trig_start = check_integer(cls.layout, "op_trig_start", op_trig_start, 0, 8000)
         if op_trig_width.__class__ is not int or not -0x80000000 <= op_trig_width <= 0x7FFFFFFF:
             op_trig_width = check_integer(
                 cls.layout,
@@ -2348,13 +2427,15 @@ class PzGetOutputLutParams(Message):
         says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
     :param post_cycle_rest: How long the last sample is held after a cycle, whatever delay_time
         says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
-    :param op_trig_start: Sample that starts an output trigger; must be less than cycle_length. Only
-        with outputlut_outputtrig; 1 to 8000.
+    :param op_trig_start: Sample that starts an output trigger, from 1, less than cycle_length; only
+        with outputlut_outputtrig. 0 where no trigger is used; 0 to 8000.
     :param op_trig_width: width of the output trigger; raw counts of ms, scale by unit; -2147483648
         to 2147483647.
     :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
         Above cycle_length no trigger repeats within a cycle. Only with outputlut_outputtrig_repeat;
         0 to 7999.
+
+    Erratum ``apt-get-outputlutparams-table-id``: printed 03 07; encoded 05 07.
     """
 
     __slots__ = (
@@ -2440,8 +2521,8 @@ class PzGetOutputLutParams(Message):
                 0,
                 0x7FFFFFFF,
             )
-        if op_trig_start.__class__ is not int or not 1 <= op_trig_start <= 8000:
-            op_trig_start = check_integer(cls.layout, "op_trig_start", op_trig_start, 1, 8000)
+        if op_trig_start.__class__ is not int or not 0 <= op_trig_start <= 8000:
+            op_trig_start = check_integer(cls.layout, "op_trig_start", op_trig_start, 0, 8000)
         if op_trig_width.__class__ is not int or not -0x80000000 <= op_trig_width <= 0x7FFFFFFF:
             op_trig_width = check_integer(
                 cls.layout,
@@ -2621,6 +2702,9 @@ class PzSetLutValueType(Message):
     they are loaded, so this comes first, and after a change they must be loaded again.
 
     :param lut_type: :class:`~.LutValueType`; 0 to 255.
+
+    Erratum ``apt-lut-meaning``: printed decided by the loop mode at output; encoded decided by
+        PZ_SET_LUTVALUETYPE before the download.
     """
 
     __slots__ = ("lut_type", "param2")
@@ -2718,6 +2802,8 @@ class PzSetTpzDispSettings(Message):
 
     :param disp_intensity: 0 off, 255 brightest; raw counts of percent, counts_per_percent 51/20; 0
         to 255.
+
+    Erratum ``apt-dispsettings-percent``: printed 100 (40%); encoded 100 (39%).
     """
 
     __slots__ = ("disp_intensity",)
@@ -2861,6 +2947,10 @@ class PzSetTpzIoSettings(Message):
         :class:`~.HubAnalogueInput`; 0 to 65535.
     :param future_use_1: reserved, sent as zero; 0 to 65535.
     :param future_use_2: reserved, sent as zero; 0 to 65535.
+
+    Erratum ``apt-tpz-iosettings-length``: printed 0E 00; encoded 0A 00.
+    Erratum ``apt-voltage-limit-values``: printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on
+        page 122; encoded two sets of values.
     """
 
     __slots__ = ("chan_ident", "future_use_1", "future_use_2", "hub_analog_input", "voltage_limit")
@@ -2953,6 +3043,8 @@ class PzReqTpzIoSettings(Message):
     Answered by ``PZ_GET_TPZ_IOSETTINGS``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -3006,6 +3098,9 @@ class PzGetTpzIoSettings(Message):
         :class:`~.HubAnalogueInput`; 0 to 65535.
     :param future_use_1: reserved, sent as zero; 0 to 65535.
     :param future_use_2: reserved, sent as zero; 0 to 65535.
+
+    Erratum ``apt-get-tpz-iosettings-table-id``: printed D4 07; encoded D6 07.
+    Erratum ``apt-tpz-iosettings-length``: printed 0E 00; encoded 0A 00.
     """
 
     __slots__ = ("chan_ident", "future_use_1", "future_use_2", "hub_analog_input", "voltage_limit")
@@ -3105,6 +3200,9 @@ class PzSetTsgIoSettings(Message):
     :param future_use_1: reserved, sent as zero; 0 to 65535.
     :param future_use_2: The table gives the last six bytes to two cells and does not show where the
         first ends; reserved, sent as zero; 0 to 4294967295.
+
+    Erratum ``apt-force-calib-range``: printed between 1 and 1000; encoded up to at least 30000.
+    Erratum ``apt-tsg-iosettings-example-short``: printed 13 bytes of packet; encoded 14 bytes.
     """
 
     __slots__ = (
@@ -3218,6 +3316,8 @@ class PzReqTsgIoSettings(Message):
     Answered by ``PZ_GET_TSG_IOSETTINGS``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -3275,6 +3375,9 @@ class PzGetTsgIoSettings(Message):
     :param future_use_1: reserved, sent as zero; 0 to 65535.
     :param future_use_2: The table gives the last six bytes to two cells and does not show where the
         first ends; reserved, sent as zero; 0 to 4294967295.
+
+    Erratum ``apt-get-tsg-iosettings-size``: printed 16 bytes, 10 byte data packet; encoded 20
+        bytes, 14 byte data packet.
     """
 
     __slots__ = (
@@ -3442,6 +3545,13 @@ class PzGetTsgReading(Message):
         unit by setting, scale by display_mode; -32767 to 32767.
     :param smoothed: smoothed reading; the page does not describe it further; raw counts of unit by
         setting, scale by display_mode; 0 to 65535.
+
+    Erratum ``apt-tsg-reading-columns``: printed StatusBits in bytes 8 to 11; encoded Reading in
+        bytes 8 and 9, Smoothed in bytes 10 and 11.
+    Erratum ``apt-tsg-reading-example-addresses``: printed D0 00; d=D0, s=01 (PC); encoded 81 50.
+    Erratum ``apt-tsg-reading-range``: printed -32767 to 32768; encoded -32767 to 32767.
+    Erratum ``apt-tsg-reading-unit``: printed a position in microns, a voltage or newtons; encoded a
+        share of the maximum output.
     """
 
     __slots__ = ("chan_ident", "reading", "smoothed")

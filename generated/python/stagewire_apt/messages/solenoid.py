@@ -37,6 +37,8 @@ class MotSetSolOperatingMode(Message):
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param operating_mode: :class:`~.SolenoidOperatingMode`; 0 to 255.
+
+    Erratum ``apt-four-bit-integer``: printed a 4 bit integer; encoded one byte.
     """
 
     __slots__ = ("chan_ident", "operating_mode")
@@ -369,6 +371,8 @@ class MotSetSolInterlockMode(Message):
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param interlock_mode: :class:`~.SolenoidInterlockMode`; 0 to 255.
+
+    Erratum ``apt-four-bit-integer``: printed a 4 bit integer; encoded one byte.
     """
 
     __slots__ = ("chan_ident", "interlock_mode")
@@ -513,6 +517,8 @@ class MotSetSolState(Message):
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param state: :class:`~.SolenoidState`; 0 to 255.
+
+    Erratum ``apt-four-bit-integer``: printed a 4 bit integer; encoded one byte.
     """
 
     __slots__ = ("chan_ident", "state")

@@ -5,11 +5,14 @@ Whatever comes from the spec passes through here, so that a text can never becom
 
 from __future__ import annotations
 
+import re
 import textwrap
+import unicodedata
 from collections.abc import Sequence
 
 __all__ = [
     "WIDTH",
+    "bracketed",
     "call",
     "docstring",
     "imported",
@@ -17,8 +20,10 @@ __all__ = [
     "list_of",
     "literal",
     "long_text",
+    "natural",
     "paragraph",
     "tuple_of",
+    "width",
 ]
 
 WIDTH = 100
@@ -26,7 +31,7 @@ WIDTH = 100
 
 def literal(text: str) -> str:
     """Return a string literal, in the quotes that a formatter would choose."""
-    quote = "'" if '"' in text and "'" not in text else '"'
+    quote = "'" if text.count('"') > text.count("'") else '"'
     escaped = []
     for char in text:
         if char in ("\\", quote):
@@ -36,6 +41,16 @@ def literal(text: str) -> str:
         else:
             escaped.append(ascii(char)[1:-1])
     return quote + "".join(escaped) + quote
+
+
+def width(source: str) -> int:
+    """Return the columns that a formatter counts for a line: two for a wide sign, none for an accent."""
+    if source.isascii():
+        return len(source)
+    return sum(
+        0 if unicodedata.combining(c) else 1 + (unicodedata.east_asian_width(c) in "WF")
+        for c in source
+    )
 
 
 def integer(value: int) -> str:
@@ -50,17 +65,24 @@ def tuple_of(items: Sequence[str]) -> str:
     return f"({', '.join(items)}{',' if len(items) == 1 else ''})"
 
 
-def call(head: str, arguments: Sequence[str], tail: str, indent: int, width: int = WIDTH) -> str:
+def call(head: str, arguments: Sequence[str], tail: str, indent: int, limit: int = WIDTH) -> str:
     """Return ``head(arguments)tail``: on one line if it fits, else one argument a line.
 
     The first line carries no indentation (the template has it); the others carry theirs.
     """
-    line = f"{head}({', '.join(arguments)}){tail}"
-    if indent + len(line) <= width or not arguments:
+    return bracketed(f"{head}(", arguments, f"){tail}", indent, limit)
+
+
+def bracketed(
+    opening: str, items: Sequence[str], closing: str, indent: int, limit: int = WIDTH
+) -> str:
+    """Return the items between brackets: on one line if it fits, else one item a line."""
+    line = f"{opening}{', '.join(items)}{closing}"
+    if indent + width(line) <= limit or not items:
         return line
     pad = " " * indent
-    body = "".join(f"{pad}    {argument},\n" for argument in arguments)
-    return f"{head}(\n{body}{pad}){tail}"
+    body = "".join(f"{pad}    {item},\n" for item in items)
+    return f"{opening}\n{body}{pad}{closing}"
 
 
 def paragraph(text: str, indent: int, hanging: int = 0) -> str:
@@ -78,15 +100,13 @@ def paragraph(text: str, indent: int, hanging: int = 0) -> str:
 
 def docstring(text: str) -> str:
     """Escape a text for the inside of a triple-quoted docstring."""
-    escaped = text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
-    if escaped.endswith('"'):
-        escaped = escaped[:-1] + '\\"'
-    return escaped
+    escaped = text.replace("\\", "\\\\")
+    return re.sub(r'\A"+|"{3,}|"+\Z', lambda quotes: '\\"' * len(quotes[0]), escaped)
 
 
 def long_text(head: str, text: str, indent: int) -> str:
     """Return ``head`` and a text literal, in pieces inside brackets if it is long."""
-    if indent + len(head) + len(literal(text)) + 1 <= WIDTH:
+    if indent + width(head + literal(text)) + 1 <= WIDTH:
         return head + literal(text)
     pad = " " * indent
     pieces = textwrap.wrap(text, WIDTH - indent - 8, drop_whitespace=False)
@@ -101,8 +121,14 @@ def list_of(items: Sequence[str]) -> str:
     return "[\n" + "".join(f"    {item},\n" for item in items) + "]"
 
 
+def natural(name: str) -> list[str | int]:
+    """Return a key that sorts ``Bay2`` before ``Bay10``."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"([0-9]+)", name)]
+
+
 def imported(module: str, names: Sequence[str]) -> str:
-    """Return an import statement, in brackets if it is long."""
+    """Return an import statement, in brackets if it is long; the names as a linter sorts them."""
+    names = sorted(names, key=lambda n: (not n[:1].isupper(), natural(n.lower()), n))
     line = f"from {module} import {', '.join(names)}"
     if len(line) <= WIDTH:
         return line

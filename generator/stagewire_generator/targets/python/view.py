@@ -18,6 +18,7 @@ from stagewire_generator.model import (
 )
 from stagewire_generator.targets.python.source import (
     WIDTH,
+    bracketed,
     call,
     docstring,
     imported,
@@ -25,13 +26,17 @@ from stagewire_generator.targets.python.source import (
     list_of,
     literal,
     long_text,
+    natural,
     paragraph,
     tuple_of,
+    width,
 )
 
 __all__ = ["ChapterView", "ClassView", "PackageView", "camel", "package_view"]
 
-_CODES = {(1, False): "B", (2, False): "H", (2, True): "h", (4, False): "L", (4, True): "l"}
+_CODES = {1: "b", 2: "h", 4: "l", 8: "q"}  # capitals without a sign
+_TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
+_DECODE = '.rstrip(b"\\0").decode("latin-1")'
 _ROLES = {"set": "Set", "req": "Request", "get": "Report"}
 _EXCHANGES = {"answered_by": "Answered by", "completes_with": "Completes with"}
 _DIRECTIONS = {
@@ -126,7 +131,8 @@ class PackageView:
 
 def package_view(protocol: Protocol) -> PackageView:
     """Make the view of a whole package."""
-    chapters = tuple(_chapter(protocol, chapter.name) for chapter in protocol.chapters)
+    made = {message.chapter for message in protocol.messages if message.id is not None}
+    chapters = tuple(_chapter(protocol, c.name) for c in protocol.chapters if c.name in made)
     document = protocol.document
     flags = tuple(_flag_table(t) for t in sorted(protocol.flags, key=lambda t: t.name))
     enumerations = tuple(
@@ -140,10 +146,9 @@ def package_view(protocol: Protocol) -> PackageView:
     kinds += ["UnknownScale"] if any(isinstance(f, str) for f in factors) else []
     return PackageView(
         package=protocol.package,
-        title=protocol.python_title,
-        doc=docstring(
-            f"{protocol.title}, issue {document['issue']} of {document['date']}.\n\n"
-            + paragraph(protocol.summary, 0)
+        title=docstring(_plain(protocol.python_title)),
+        doc=_head(
+            f"{protocol.title}, issue {document['issue']} of {document['date']}.", protocol.summary
         ),
         chapters=chapters,
         enumerations=enumerations,
@@ -158,11 +163,21 @@ def package_view(protocol: Protocol) -> PackageView:
     )
 
 
+def _plain(text: str) -> str:
+    """Return a text with single blanks, and none at its ends."""
+    return " ".join(text.split())
+
+
+def _head(title: str, summary: str) -> str:
+    """Return the beginning of a module's docstring."""
+    return docstring("\n\n".join(filter(None, (_plain(title), paragraph(summary, 0)))))
+
+
 def _all(names: list[str]) -> str:
     """Return the value of ``__all__``, sorted as the linter wants it: constants, classes, functions."""
 
-    def key(name: str) -> tuple[int, str]:
-        return (0 if name.isupper() else 1 if name[:1].isupper() else 2, name)
+    def key(name: str) -> tuple[int, list[str | int]]:
+        return (0 if name.isupper() else 1 if name[:1].isupper() else 2, natural(name))
 
     return list_of([literal(name) for name in sorted(names, key=key)])
 
@@ -175,7 +190,8 @@ def _protocol(protocol: Protocol) -> str:
         for message in protocol.messages
         if message.id is not None and message.direction == "both"
     ]
-    devices = ", ".join(f"0x{d:02X}" for d in framing["devices"])
+    devices = [f"0x{d:02X}" for d in framing["devices"]]
+    reasons = [f"{literal(n)}: {literal(w)}" for n, w in nameless.items()]
     table = [
         f"0x{m.id:04X}: Direction.{m.direction.upper()}"
         for m in protocol.messages
@@ -188,11 +204,18 @@ def _protocol(protocol: Protocol) -> str:
         "MESSAGES",
         "directions={\n" + "".join(f"        {entry},\n" for entry in table) + "    }",
         f"host=0x{framing['host']:02X}",
-        f"devices=frozenset({{{devices}}})",
-        "nameless={" + ", ".join(f"{literal(n)}: {literal(w)}" for n, w in nameless.items()) + "}",
-        "parameterless=frozenset({" + ", ".join(parameterless) + "})" if parameterless else "",
+        _frozenset("devices", devices),
+        bracketed("nameless={", reasons, "}", 4, WIDTH - 1),
+        _frozenset("parameterless", parameterless) if parameterless else "",
     ]
-    return call("PROTOCOL = Protocol", [line for line in lines if line], "", 0, width=0)
+    return call("PROTOCOL = Protocol", [line for line in lines if line], "", 0, 0)
+
+
+def _frozenset(name: str, items: list[str]) -> str:
+    line = f"{name}=frozenset({{{', '.join(items)}}})"
+    if 4 + width(line) + 1 <= WIDTH:
+        return line
+    return call(f"{name}=frozenset", [bracketed("{", items, "}", 8, 0)], "", 4, 0)
 
 
 # Messages
@@ -217,15 +240,13 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
     if "undocumented" in kinds:
         checks.append("UndocumentedMessage")
     checks += [f"check_{k}" for k in ("bytes", "integer", "text") if f"check_{k}(" in source]
-    checks.sort(key=lambda n: (not n[0].isupper(), n))
     imports = [imported("stagewire.message", checks)]
     if used:
-        imports.append(imported(f"{protocol.package}.flags", sorted(used)))
-    text = f"{chapter.title} (document page {chapter.page}).\n\n{paragraph(chapter.summary, 0)}"
+        imports.append(imported(f"{protocol.package}.flags", list(used)))
     names = sorted(view.name for view in classes)
     return ChapterView(
         name=name,
-        doc=docstring(text),
+        doc=_head(f"{chapter.title} (document page {chapter.page}).", chapter.summary),
         classes=tuple(classes),
         imports=tuple(imports),
         all=_all(names),
@@ -267,7 +288,7 @@ def _class(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         arguments.append("*")
         arguments += [f"{f.name}: {f.type} = {_default(s)}" for f, s in optional]
     payload = f"<2x{codes}2x" if header else f"<6x{codes}"
-    frame = "<HBBBB" if header else f"<HHBB{codes}"
+    frame = f"<H{codes}BB" if header else f"<HHBB{codes}"
     targets = [f.name if f.unpacked else f"draft.{f.name}" for f in fields]
     packed = [_packed(slot) for slot in slots]
     if header:
@@ -278,7 +299,7 @@ def _class(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         name=name,
         kind="plain",
         doc=_doc(protocol, message, layout),
-        slots=_class_slots(names),
+        slots=_names("__slots__ = ", sorted(names)),
         layout=_layout(message, layout, slots),
         signature=call("def __new__", arguments, " -> Self:", 4),
         fields=fields,
@@ -289,13 +310,10 @@ def _class(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
     )
 
 
-def _class_slots(names: list[str]) -> str:
-    ordered = [literal(n) for n in sorted(names)]
-    return (
-        call("__slots__ = ", ordered, "", 4)
-        if len(ordered) > 1
-        else f"__slots__ = {tuple_of(ordered)}"
-    )
+def _names(head: str, names: list[str]) -> str:
+    """Return the assignment of a tuple of names in the body of a class."""
+    quoted = [literal(name) for name in names]
+    return call(head, quoted, "", 4) if len(quoted) > 1 else head + tuple_of(quoted)
 
 
 def _assign(targets: list[str]) -> str:
@@ -314,7 +332,8 @@ def _code(slot: Field | str) -> str:
         return "B"
     if slot.format.kind != "integer":
         return f"{slot.format.size}s"
-    return _CODES[slot.format.size, slot.format.signed]
+    code = _CODES[slot.format.size]
+    return code if slot.format.signed else code.upper()
 
 
 def _optional(slot: Field | str) -> bool:
@@ -343,7 +362,7 @@ def _field(slot: Field | str) -> FieldView:
     name, format = slot.name, slot.format
     if format.kind == "text":
         check = f'{name} = check_text(cls.layout, "{name}", {name}, {format.size})'
-        unpacked = f'draft.{name} = {name}.rstrip(b"\\0").decode("latin-1")'
+        unpacked = f"draft.{name} = {name}{_DECODE}"
         return FieldView(name, "str", check, "", unpacked)
     if format.kind == "bytes":
         check = f'{name} = check_bytes(cls.layout, "{name}", {name}, {format.size})'
@@ -390,13 +409,13 @@ def _layout(message: Message, layout: Layout, slots: list[Field | str]) -> str:
     if unnamed:
         arguments.append(f"unnamed={tuple_of([literal(n) for n in unnamed])}")
     if layout.when:
-        pairs = ", ".join(f"{literal(k)}: {literal(v)}" for k, v in layout.when.items())
-        arguments.append(f"when={{{pairs}}}")
+        pairs = [f"{literal(k)}: {literal(v)}" for k, v in layout.when.items()]
+        arguments.append(bracketed("when={", pairs, "}", 8, WIDTH - 1))
     constants = {s.name: s.constant for s in slots if isinstance(s, Field) and s.constant}
     if constants:
-        pairs = ", ".join(f"{literal(k)}: {v}" for k, v in constants.items())
-        arguments.append(f"constants={{{pairs}}}")
-    return call("layout: ClassVar[Layout] = Layout", arguments, "", 4, width=0)
+        pairs = [f"{literal(k)}: {v}" for k, v in constants.items()]
+        arguments.append(bracketed("constants={", pairs, "}", 8, WIDTH - 1))
+    return call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0)
 
 
 def _undocumented(protocol: Protocol, message: Message) -> ClassView:
@@ -414,7 +433,7 @@ def _undocumented(protocol: Protocol, message: Message) -> ClassView:
         kind="undocumented",
         doc=_doc(protocol, message, None),
         slots="__slots__ = ()",
-        layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, width=0),
+        layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0),
         signature="", fields=(), payload="", frame="", unpack="", pack="",
     )  # fmt: skip
 
@@ -453,10 +472,11 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
     views = tuple(
         FieldView(
             name=field.name,
-            type="int",
-            check="",
+            type=_TYPES[field.format.kind],
+            check="value" + (_DECODE if field.format.kind == "text" else ""),
             flags="",
-            unpacked=f"<{field.offset}x{_code(field)}{first.length - field.offset - field.format.size}x",
+            unpacked=f"value: {'int' if field.format.kind == 'integer' else 'bytes'} = "
+            f'Struct("<{field.offset}x{_code(field)}").unpack_from(self.data)[0]',
         )
         for field in shared
     )
@@ -465,10 +485,10 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
         kind="undecided",
         doc=docstring(text),
         slots="__slots__ = ()",
-        layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, width=0),
+        layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0),
         signature="", fields=(), payload="", frame="", unpack="", pack="",
         shared=views,
-        shared_names=tuple_of([literal(view.name) for view in views]),
+        shared_names=_names("shared: ClassVar[tuple[str, ...]] = ", [view.name for view in views]),
     )  # fmt: skip
 
 
@@ -542,6 +562,8 @@ def _unit(field: Field) -> str:
     if quantity.factor:
         factor = quantity.factor
         return f"raw counts of {unit}, {factor.key} {factor.value}"
+    if "unknown" in quantity.rule:
+        return f"raw counts of {unit}, scale unknown"
     by = quantity.rule.get("by")
     setting = quantity.rule.get("setting")
     return f"raw counts of {unit}, scale by {setting or by}"
@@ -558,7 +580,8 @@ def _erratum(erratum: Erratum) -> str:
 def _enumeration(enumeration: Enumeration) -> NamedView:
     members = []
     for value in enumeration.values:
-        members.append(f"{value.name} = 0x{value.value:02X}")
+        sign = "-" if value.value < 0 else ""
+        members.append(f"{value.name} = {sign}0x{abs(value.value):02X}")
         if value.note:
             members.append(f'"""{docstring(paragraph(_sentence(value.note), 4))}"""')
     doc = _named_doc("Values", enumeration.name, enumeration.page, enumeration.summary)
@@ -600,7 +623,7 @@ def _stage(protocol: Protocol, stage: Stage) -> StageView:
         scales.append(f"        {literal(controller)}: {{\n{lines}        }},\n")
         names = [literal(unit) for unit in controllers[controller]]
         listed = tuple_of(names)
-        if len(f"        {literal(controller)}: {listed},") > 100:
+        if len(f"        {literal(controller)}: {listed},") > WIDTH:
             listed = call("", names, "", 8)
         families.append(f"        {literal(controller)}: {listed},\n")
     source = (
@@ -618,7 +641,7 @@ def _stage(protocol: Protocol, stage: Stage) -> StageView:
 def _scale(factor: Factor | str, unit: str) -> str:
     if isinstance(factor, str):
         reason = long_text("", " ".join(factor.split()), 16)
-        return call("UnknownScale", [literal(unit), reason], "", 12, width=0)
+        return call("UnknownScale", [literal(unit), reason], "", 12, 0)
     value = factor.value
     method = "unit_per" if factor.key.endswith("_per_count") else "counts_per"
     arguments = [literal(unit), str(value.numerator), str(value.denominator)]
@@ -626,4 +649,4 @@ def _scale(factor: Factor | str, unit: str) -> str:
         arguments.append(f"printed={literal(factor.printed)}")
     if factor.source:
         arguments.append(long_text("source=", factor.source, 16))
-    return call(f"Scale.{method}", arguments, "", 12, width=70)
+    return call(f"Scale.{method}", arguments, "", 12, 70)

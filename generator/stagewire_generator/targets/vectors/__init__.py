@@ -15,6 +15,11 @@ def render(protocol: Protocol) -> dict[str, str]:
     return {f"vectors/{protocol.name}.json": canonical(vectors_json(protocol))}
 
 
+def _verdict(entry: dict[str, Any]) -> str:
+    """Return the verdict of a prose example, which follows from its errata."""
+    return "erratum" if entry.get("errata") else "reproduced"
+
+
 def vectors_json(protocol: Protocol) -> dict[str, Any]:
     """Return the examples and captures as lists, in the order of the document."""
     examples = protocol.examples.get("examples", {})
@@ -23,7 +28,7 @@ def vectors_json(protocol: Protocol) -> dict[str, Any]:
         "schema_version": 1,
         "protocol": protocol.name,
         "examples": sorted(
-            ({"id": id, **entry} for id, entry in examples.items()),
+            ({"id": id, "verdict": _verdict(entry), **entry} for id, entry in examples.items()),
             key=lambda entry: (entry["page"], entry["line"], entry["id"]),
         ),
         "captures": [{"id": id, **entry} for id, entry in captures.items()],
