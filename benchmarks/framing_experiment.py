@@ -1,16 +1,17 @@
 """Damage streams of frames everywhere, and count what each framing rule loses and invents.
 
-Runs of 20 frames are damaged in one byte, at every position: each bit flipped, the byte lost, the byte
-doubled, a byte inserted before it. Each rule then frames what is left, and the damaged frame and the 19
-after it are looked up where they were sent. A frame is *missing* when it was not given out as it was sent.
-A message that nobody sent is *altered* when it begins where a frame began (a flipped byte inside a payload:
-no rule can see that without a checksum) and *invented* when it begins anywhere else.
+Runs of 20 frames are damaged in one byte, at every position: each bit flipped, the byte lost, the
+byte doubled, a byte inserted before it. Each rule then frames what is left, and the damaged frame
+and the 19 after it are looked up where they were sent. A frame is *missing* when it was not given
+out as it was sent. A message that nobody sent is *altered* when it begins where a frame began (a
+flipped byte inside a payload: no rule can see that without a checksum) and *invented* when it
+begins anywhere else.
 
     python benchmarks/framing_experiment.py --runs 40
     python benchmarks/framing_experiment.py --runs 5 --silences   # a pause after the damage, too
 
-The first table shows the worst case, most frames missing from 20, and in brackets the most invented;
-the second shows sums over all damages.
+The first table shows the worst case, most frames missing from 20, and in brackets the most
+invented; the second shows sums over all damages.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ def generated_table() -> FramingTable | None:
 
 
 class Message(NamedTuple):
-    """A frame and where it begins; ``known`` when it was given out as a message of a known layout."""
+    """A frame and where it begins; ``known`` when it was given out as a message."""
 
     start: int
     raw: bytes
@@ -169,7 +170,7 @@ def make_run(
     addresses: str = "right",
     newer: bool = False,
 ) -> list[bytes]:
-    """Return 20 frames as one controller, or its host, would send them, and as many as any rule waits for.
+    """Return twice 20 frames of one controller, or its host, and as many as a rule may wait for.
 
     A damaged length makes a rule wait. That is no loss when the stream goes on; what it costs when
     the line falls silent is what ``--silences`` asks.

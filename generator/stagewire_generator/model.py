@@ -278,6 +278,7 @@ class Protocol:
     python_title: str
     name_prefix: str
     groups: tuple[str, ...]
+    formats: Json  # name -> size, signed
     framing: Json
     contexts: Json
     chapters: tuple[Chapter, ...]

@@ -70,6 +70,7 @@ class _Resolver:
             python_title=head["python"].get("title", head["title"]),
             name_prefix=head.get("name_prefix", ""),
             groups=tuple(head.get("groups", ())),
+            formats=self.formats,
             framing=head["framing"],
             contexts=head.get("contexts", {}),
             chapters=tuple(sorted(self.chapters.values(), key=lambda c: (c.order, c.name))),

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.lint.witness import Comparison
+from stagewire_generator.lint.witness import Comparison, compare_witness
 from stagewire_generator.model import Protocol
 from stagewire_generator.strict_yaml import Document
 
@@ -21,7 +21,7 @@ def check_errata(
     protocol: Protocol, files: Mapping[str, list[Document]], diagnostics: Diagnostics
 ) -> Comparison:
     """Hold witness, registry, errata and examples against each other."""
-    comparison = Comparison(protocol, files.get("printed", []))
+    comparison = compare_witness(protocol, files.get("printed", []))
     claimed: dict[str, str] = {}
     for erratum in protocol.errata:
         for place in erratum.places:

@@ -1,0 +1,97 @@
+"""Bookkeeping of the comparison: what was compared, what differs, and where."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from stagewire_generator.diagnostics import Place
+from stagewire_generator.model import Message, Protocol
+from stagewire_generator.strict_yaml import Document
+
+__all__ = ["ID", "Comparison", "Difference", "Json", "Path"]
+
+Json = dict[str, Any]
+Path = tuple[str | int, ...]
+
+ID = re.compile(r"0x([0-9A-F]{4})\Z")
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One place where document and registry differ."""
+
+    place: str
+    at: Place
+    printed: str
+    encoded: str
+
+
+class Comparison:
+    """What was found so far; ``differences`` holds it by place.
+
+    :param document: the file of the witness that is being compared.
+    """
+
+    def __init__(self, protocol: Protocol, document: Document) -> None:
+        self.protocol = protocol
+        self.document = document
+        self.messages = {message.name: message for message in protocol.messages}
+        self.by_id = {m.id: m for m in protocol.messages if m.id is not None}
+        self.differences: dict[str, Difference] = {}
+        self.compared = 0
+        self.witnessed: set[str] = set()  # messages that the witness names anywhere
+        self.headed: set[str] = set()  # messages that have a heading
+        self.unknown: list[tuple[Place, str]] = []  # names that are no message's
+
+    def same(self, place: str, path: Path, printed: object, encoded: object) -> bool:
+        """Compare one place; note a difference."""
+        self.compared += 1
+        if printed == encoded:
+            return True
+        if place not in self.differences:
+            at = self.document.place(*path)
+            self.differences[place] = Difference(place, at, str(printed), str(encoded))
+        return False
+
+    def differs(self, place: str, path: Path, printed: object, encoded: object) -> None:
+        """Note a difference that was found otherwise."""
+        self.compared += 1
+        at = self.document.place(*path)
+        self.differences.setdefault(place, Difference(place, at, str(printed), str(encoded)))
+
+    def canonical(self, printed: str, path: Path) -> str:
+        """Return a printed message name as the registry spells it, noting lost underscores."""
+        prefix = self.protocol.name_prefix
+        name = printed.strip().replace("\t", " ")
+        bare = name.rstrip(":;. ")
+        self.same("names/punctuation", path, name, bare)
+        joined = re.sub(r"[ _]+", "_", bare)
+        self.same("names/blanks", path, bare, joined)
+        return joined.removeprefix(prefix)
+
+    def named(self, where: str, printed: str, id: str | None, path: Path) -> Message | None:
+        """Find the message that a row means: by its name, else by its id."""
+        name = self.canonical(printed, path)
+        message = self.messages.get(name)
+        if message is None and id and (match := ID.match(id)):
+            message = self.by_id.get(int(match[1], 16))
+            if message is not None:
+                self.same(f"{where}/{message.name}/name", path, name, message.name)
+        if message is None:
+            close = difflib.get_close_matches(name, self.messages, 1, 0.9)
+            if close:
+                self.same(f"{where}/{close[0]}/name", path, name, close[0])
+                message = self.messages[close[0]]
+        if message is None:
+            self.unknown.append((self.document.place(*path), printed))
+            return None
+        self.witnessed.add(message.name)
+        return message
+
+    @staticmethod
+    def id_of(message: Message) -> str:
+        """Return the id of a message as the document prints ids."""
+        return "none" if message.id is None else f"0x{message.id:04X}"

@@ -1,0 +1,172 @@
+"""What the witness lists: contents, overview, mentions, cross-reference lists, units, addresses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stagewire_generator.lint.witness.comparison import ID, Comparison, Json, Path
+
+__all__ = ["compare_contents", "compare_lists", "compare_summary"]
+
+
+def compare_contents(comparison: Comparison) -> None:
+    """Compare the rows of the contents: name, id, page, and what is missing."""
+    listed: set[str] = set()
+    for index, row in enumerate(comparison.document.data["rows"]):
+        path = ("rows", index)
+        if row.get("damaged"):
+            comparison.differs(
+                f"contents/line-{row['line']}", path, row["text"], "one row a message"
+            )
+            listed |= {comparison.canonical(name, path) for name, _ in row.get("names", [])}
+            continue
+        message = comparison.named("contents", row["name"], row["id"], path)
+        if message is None:
+            continue
+        listed.add(message.name)
+        place = f"contents/{message.name}"
+        comparison.same(f"{place}/id", path, row["id"], comparison.id_of(message))
+        if "page" in row:
+            comparison.same(f"{place}/page", path, row["page"], str(message.pages[0]))
+        if row.get("run_together"):
+            comparison.differs("contents/run-together", path, "id and page in one", "id, page")
+    for name in sorted(comparison.headed - listed):
+        comparison.differs(f"contents/{name}/missing", ("rows",), "nothing", name)
+
+
+def compare_summary(comparison: Comparison) -> None:
+    """Compare the overview of the command reference, and every mention in prose."""
+    for index, row in enumerate(comparison.document.data["rows"]):
+        path: Path = ("rows", index)
+        message = comparison.named("summary", row["name"], row["id"], path)
+        if message:
+            comparison.same(
+                f"summary/{message.name}/id", path, row["id"], comparison.id_of(message)
+            )
+    for index, row in enumerate(comparison.document.data["mentions"]):
+        path = ("mentions", index)
+        message = comparison.named("mention", row["name"], row.get("id"), path)
+        if message and "id" in row:
+            comparison.same(
+                f"mention/{message.name}/id", path, row["id"], comparison.id_of(message)
+            )
+
+
+def compare_lists(comparison: Comparison) -> None:
+    """Compare the cross-reference lists, and the lists of units, prefixes, addresses and formats."""
+    data = comparison.document.data
+    for key, printed in data["lists"].items():
+        entry = comparison.protocol.units.get("lists", {}).get(key)
+        if entry is None:
+            comparison.differs(f"lists/{key}", ("lists", key), printed["title"], "no such list")
+            continue
+        _list(comparison, key, printed, entry)
+    _units(comparison, data)
+    _prefixes(comparison, data)
+    _addresses(comparison, data)
+    _formats(comparison, data)
+
+
+def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
+    seen: set[str] = set()
+    comparison.same(f"lists/{key}/page", ("lists", key), printed["page"], entry["page"])
+    rows = [
+        (path, row, comparison.canonical(row["name"], path))
+        for path, row in _rows_of_list(comparison, key, printed)
+    ]
+    ids = {(name, row["id"]) for _, row, name in rows}
+    right = {m.name for m in comparison.messages.values() if (m.name, comparison.id_of(m)) in ids}
+    for path, row, name in rows:
+        message = comparison.messages.get(name)
+        match = ID.match(row["id"])
+        meant = comparison.by_id.get(int(match[1], 16)) if match else None
+        if meant is not None and meant is not message:
+            if name in right or name not in entry["messages"] or message is None:
+                comparison.same(f"lists/{key}/{meant.name}/name", path, name, meant.name)
+                message = meant
+            else:
+                comparison.same(f"lists/{key}/{name}/id", path, row["id"], name)
+        if message is None:
+            comparison.unknown.append((comparison.document.place(*path), row["name"]))
+            continue
+        comparison.witnessed.add(message.name)
+        seen.add(message.name)
+        place = f"lists/{key}/{message.name}"
+        if row["id"]:
+            comparison.same(f"{place}/id", path, row["id"], comparison.id_of(message))
+        if "page" in row:
+            comparison.same(f"{place}/page", path, row["page"], str(message.pages[0]))
+        if message.name not in entry["messages"]:
+            comparison.differs(f"{place}/extra", path, message.name, "not in the list")
+    for name in entry["messages"]:
+        if name not in seen:
+            comparison.differs(f"lists/{key}/{name}/missing", ("lists", key), "nothing", name)
+    for name in entry.get("completes", []):
+        comparison.differs(f"lists/{key}/{name}/missing", ("lists", key), "nothing", name)
+    for name in entry.get("misprinted", {}):
+        if f"lists/{key}/{name}/name" not in comparison.differences:
+            comparison.differs(f"lists/{key}/{name}/misprinted", ("lists", key), name, "as printed")
+
+
+def _rows_of_list(comparison: Comparison, key: str, printed: Json) -> Iterator[tuple[Path, Json]]:
+    """Yield the rows of a list; of a damaged one what can be read."""
+    for index, row in enumerate(printed["rows"]):
+        path = ("lists", key, "rows", index)
+        if not row.get("damaged"):
+            yield path, row
+            continue
+        comparison.differs(
+            f"lists/{key}/line-{row['line']}", path, row["text"], "one row a message"
+        )
+        for name, id in row["names"]:
+            yield path, {"name": name, "id": id}
+
+
+def _units(comparison: Comparison, data: Json) -> None:
+    units = comparison.protocol.units.get("units", {})
+    for kind in ("motor_controllers", "piezo_controllers"):
+        for index, (_, name, _) in enumerate(data.get(kind, [])):
+            comparison.compared += 1
+            if name not in units:
+                comparison.differs(f"units/{name}", (kind, index), name, "no such unit")
+
+
+def _prefixes(comparison: Comparison, data: Json) -> None:
+    units = comparison.protocol.units.get("units", {})
+    known = {
+        name: {entry[key] for key in ("usb_prefix", "card_usb_prefix") if key in entry}
+        for name, entry in units.items()
+    }
+    printed = set()
+    for index, (_, text, _, codes) in enumerate(data.get("usb_prefixes", [])):
+        prefix = int(text[:2])
+        printed.add(prefix)
+        for code in codes.split("/"):
+            right = prefix in known.get(code, ())
+            comparison.same(f"prefixes/{prefix}/{code}", ("usb_prefixes", index), right, True)
+    for prefix in sorted(set().union(*known.values()) - printed):
+        comparison.differs(f"prefixes/{prefix}/missing", ("usb_prefixes",), "nothing", prefix)
+
+
+def _addresses(comparison: Comparison, data: Json) -> None:
+    framing = comparison.protocol.framing
+    known = {f"0x{address:02X}" for address in (framing["host"], *framing["devices"])}
+    seen: set[str] = set()
+    for index, (_, address, _) in enumerate(data.get("addresses", [])):
+        path = ("addresses", index)
+        if address in seen:
+            comparison.differs(f"addresses/{address}/twice", path, address, "once")
+        comparison.same(f"addresses/{address}", path, address in known, True)
+        seen.add(address)
+    missing = ", ".join(sorted(known - seen))
+    if seen and missing:
+        comparison.differs("addresses/missing", ("addresses",), ", ".join(sorted(seen)), missing)
+
+
+def _formats(comparison: Comparison, data: Json) -> None:
+    formats = comparison.protocol.formats
+    for index, (_, name, says) in enumerate(data.get("formats", [])):
+        if not name.endswith("[N]"):
+            size = f"{formats[name]['size']} byte" if name in formats else "no such format"
+            path = ("formats", index)
+            comparison.same(f"formats/{name}", path, says.removesuffix("s"), size)

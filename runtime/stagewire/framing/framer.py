@@ -1,0 +1,134 @@
+"""The framer: bytes in, events out. The rule is stated in :mod:`stagewire.framing`."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from stagewire.framing.events import Event, Garbage, Received, Undocumented, Unknown, join_garbage
+from stagewire.framing.rule import HEADER_SIZE, Rule, TooLong
+from stagewire.framing.table import End, FramingTable
+
+__all__ = ["Framer"]
+
+_NEVER: Final = 1 << 62  # the size of a frame that no buffer will ever hold
+_REMEMBERED_HEADERS: Final = 1024
+
+
+class Framer:
+    """Cuts one stream into events, for the end of the line that it sits on.
+
+    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
+    Nothing that comes from outside makes it raise.
+
+    :param table: what framing has to know of the protocol.
+    :param end: which end receives here; a framer that knows it recovers sooner.
+    """
+
+    __slots__ = ("_in_step", "_needed", "_pending", "_rule", "_sizes")
+
+    def __init__(self, table: FramingTable, end: End = End.NONE) -> None:
+        self._rule = Rule(table, end)
+        # Headers that were messages in step -> size of their frame: a controller says the same few
+        # things again and again. No more than _REMEMBERED_HEADERS, whatever comes.
+        self._sizes: dict[bytes, int] = {}
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what is pending and be in step, as at the beginning of a stream."""
+        self._pending = b""
+        self._needed = HEADER_SIZE
+        self._in_step = True
+
+    @property
+    def pending(self) -> bytes:
+        """The bytes that wait for more to come: the beginning of a frame."""
+        return self._pending
+
+    def abandon(self) -> list[Event]:
+        """Give up waiting: the frame that is pending is garbage, and nothing is pending any more.
+
+        The session calls this after a silence in which the rest of a frame would have come. Whole
+        frames behind a header that was damaged are given out (rule 6). The framer is out of step,
+        unless such a frame was the last that came.
+        """
+        events: list[Event] = []
+        while pending := self._pending:
+            given_up = len(pending) if self._waits_for_unknown() else 1
+            events.append(Garbage(pending[:given_up]))
+            self._pending = b""
+            self._needed = HEADER_SIZE
+            self._in_step = False
+            events += self.feed(pending[given_up:])
+        return join_garbage(events)
+
+    def _waits_for_unknown(self) -> bool:
+        if not self._in_step or len(self._pending) < HEADER_SIZE:
+            return False
+        kind, _ = self._rule.in_step(self._pending[:HEADER_SIZE])
+        return kind in (Unknown, Undocumented)
+
+    def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
+        """Take the next bytes of the stream and return what they complete."""
+        if not isinstance(data, bytes):
+            if not isinstance(data, (bytearray, memoryview)):
+                raise TypeError(f"a framer is fed bytes, not {type(data).__name__}")
+            data = bytes(data)
+        if self._pending:
+            data = self._pending + data
+        available = len(data)
+        if available < self._needed:
+            self._pending = data
+            return []
+
+        events: list[Event] = []
+        append, new, size_of = events.append, object.__new__, self._sizes.get
+        position = 0  # everything before it has been given out, or is garbage since `garbage`
+        garbage = 0
+        in_step = self._in_step
+        while True:
+            if in_step:
+                # Headers seen before. A part of a header is never among them.
+                while (
+                    end := position + size_of(data[position : position + 6], _NEVER)
+                ) <= available:
+                    event = new(Received)
+                    event.raw = data[position:end]
+                    append(event)
+                    position = end
+                garbage = position
+            if available - position < HEADER_SIZE:
+                needed = HEADER_SIZE
+                break
+            if in_step:
+                header = data[position : position + HEADER_SIZE]
+                kind, size = self._rule.in_step(header)
+                if available - position < size:
+                    needed = size
+                    break
+                if kind is TooLong:
+                    _, found = self._rule.find(data, position + 1, position + size)
+                    kind, size = (Garbage, 1) if found else (Received, size)
+                elif kind is Received and len(self._sizes) < _REMEMBERED_HEADERS:
+                    self._sizes[header] = size
+                if kind is Garbage:
+                    in_step = False
+                else:
+                    append(kind(data[position : position + size]))
+                position += size
+            else:
+                position, size = self._rule.find(data, position, available)
+                if not size or available - position < size:
+                    needed = size or HEADER_SIZE
+                    break
+                if garbage < position:
+                    append(Garbage(data[garbage:position]))
+                append(Received(data[position : position + size]))
+                position += size
+                in_step = True
+
+        if garbage < position:
+            append(Garbage(data[garbage:position]))
+        self._pending = data[position:]
+        self._needed = needed
+        self._in_step = in_step
+        return events

@@ -1,0 +1,96 @@
+"""What framing has to know of a protocol: which end receives what, ids, forms and addresses."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+__all__ = ["Direction", "End", "Forms", "FramingTable"]
+
+
+class Direction(enum.Flag):
+    """Which way a message travels."""
+
+    TO_CONTROLLER = 1
+    TO_HOST = 2
+    BOTH = 3
+
+
+class End(enum.Enum):
+    """Which end of the line a framer sits on, hence which messages reach it.
+
+    ``HOST`` receives what controllers send, ``DEVICE`` what the host sends, ``NONE`` listens to
+    both.
+    """
+
+    HOST = "host"
+    DEVICE = "device"
+    NONE = "none"
+
+    @property
+    def receives(self) -> Direction:
+        """The directions of the messages that reach this end."""
+        return _RECEIVES[self]
+
+
+_RECEIVES: Final = {
+    End.HOST: Direction.TO_HOST,
+    End.DEVICE: Direction.TO_CONTROLLER,
+    End.NONE: Direction.BOTH,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Forms:
+    """What framing has to know of one message id.
+
+    :param name: name of the message, for people.
+    :param direction: which way it travels.
+    :param header: whether it has a form without a packet.
+    :param lengths: packet lengths of its data forms; empty when it has none.
+    :param documented: False for an id that is known without a layout.
+    :param only_zero_parameters: the header form counts only with both parameter bytes zero.
+    """
+
+    name: str
+    direction: Direction
+    header: bool
+    lengths: frozenset[int]
+    documented: bool = True
+    only_zero_parameters: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class FramingTable:
+    """Everything that framing has to know of a protocol.
+
+    :param forms: message id -> its forms.
+    :param host: address of the host.
+    :param devices: addresses that controllers have.
+    :param data_flag: the bit of the destination that says that a packet follows.
+    :param maximum_length: the longest packet that a header may declare.
+    """
+
+    forms: Mapping[int, Forms]
+    host: int
+    devices: frozenset[int]
+    data_flag: int = 0x80
+    maximum_length: int = 255
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that no frame can carry."""
+        if not 0 < self.data_flag <= 0xFF:
+            raise ValueError(f"the data flag is a bit of one byte, not {self.data_flag:#x}")
+        for address in (self.host, *self.devices):
+            if not 0 <= address <= 0xFF or address & self.data_flag:
+                raise ValueError(f"{address:#x} is no address: it has to leave the data flag free")
+        for id, forms in self.forms.items():
+            if not 0 <= id <= 0xFFFF:
+                raise ValueError(f"{forms.name}: a message id has 16 bits, {id:#x} has more")
+            for length in forms.lengths:
+                if not 0 < length <= self.maximum_length:
+                    raise ValueError(
+                        f"{forms.name}: a packet has 1 to {self.maximum_length} bytes, not {length}"
+                    )
