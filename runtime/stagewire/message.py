@@ -32,6 +32,7 @@ __all__ = [
 
 _HEADER = Struct("<HBBBB")
 _DATA_HEADER = Struct("<HHBB")
+_MAXIMUM_PACKET = 255
 
 
 class Layout:
@@ -199,9 +200,18 @@ class UndocumentedMessage(Message, abstract=True):
     param2: int
 
     def __new__(cls, data: bytes | None = None, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message from the bytes that it is to carry."""
+        """Make the message from the bytes that it is to carry: a packet, or two parameters."""
         if data is not None:
-            data = check_bytes(cls.layout, "data", data, min(len(data), 255))
+            if not isinstance(data, (bytes, bytearray, memoryview)):
+                raise BadValueError(f"{cls.layout.message}.data takes bytes, not {data!r}")
+            if len(data) > _MAXIMUM_PACKET:
+                raise OutOfRangeError(
+                    f"{cls.layout.message}.data takes at most {_MAXIMUM_PACKET} bytes, "
+                    f"not {len(data)}"
+                )
+            if param1 or param2:
+                raise BadValueError(f"{cls.layout.message} carries data or parameters, not both")
+            data = bytes(data)
         check_integer(cls.layout, "param1", param1, 0, 255)
         check_integer(cls.layout, "param2", param2, 0, 255)
         return cls.keep({"data": data, "param1": param1, "param2": param2})

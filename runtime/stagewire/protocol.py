@@ -196,7 +196,7 @@ class Protocol:
 
     def framer(self, end: End = End.NONE) -> Framer:
         """Return a new framer for one stream; ``end`` says which end of the line this is."""
-        return Framer(self.framing, end)
+        return Framer(self.framing, end, self.decode)
 
     # Encoding by name
 
@@ -261,7 +261,7 @@ class Protocol:
         missing = [f for f in layout.fields if f not in fields and f not in layout.optional]
         if missing:
             raise MissingFieldError(f"{message} ({layout.form}) lacks {', '.join(missing)}")
-        made: Message = cls(**fields)  # type: ignore[call-arg]
+        made: Message = cls(**fields)
         return made
 
     # What the registry says

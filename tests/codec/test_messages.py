@@ -6,9 +6,10 @@ import copy
 import pickle
 
 import pytest
-from stagewire import Frame
-from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError
-from stagewire_apt import enumerations, flags
+from stagewire import End, Frame
+from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError, UnsupportedError
+from stagewire.framing import Received
+from stagewire_apt import PROTOCOL, enumerations, flags
 from stagewire_apt import messages as m
 
 MOVE = bytes.fromhex("5304 0600 d001 0100 400d0300")
@@ -119,3 +120,29 @@ def test_unnamed_header_parameters_are_kept() -> None:
     assert frame.message == m.ModIdentify(param1=7)
     assert frame.encode() == raw
     assert repr(m.ModIdentify()) == "ModIdentify()"
+
+
+def test_a_framer_yields_frames_that_are_decoded_when_asked() -> None:
+    completed = bytes.fromhex("64040E0081500100 68AAA001 0000 0000 30000080".replace(" ", ""))
+    framer = PROTOCOL.framer(End.HOST)
+    (event,) = framer.feed(completed)
+    assert isinstance(event, Received)
+    assert isinstance(event.frame.message, m.MotMoveCompletedUndecided)
+    framer.tell(0x50, status="dc")
+    first, second = framer.feed(completed + completed.replace(b"\x81\x50", b"\x81\x22"))
+    assert isinstance(first, Received)
+    assert isinstance(second, Received)
+    assert isinstance(first.frame.message, m.MotMoveCompletedDc)
+    assert isinstance(second.frame.message, m.MotMoveCompletedUndecided)
+    with pytest.raises(UnsupportedError, match=r"Protocol\.framer"):
+        _ = Received(completed).frame
+
+
+def test_an_undocumented_message_carries_data_or_parameters() -> None:
+    assert Frame(m.HwRichResponse(b"ab"), 1, 0x50).encode() == bytes.fromhex("810002008150") + b"ab"
+    assert Frame(m.HwRichResponse(param1=3), 1, 0x50).encode() == bytes.fromhex("810003000150")
+    for wrong in (lambda: m.HwRichResponse("ab"), lambda: m.HwRichResponse(b"ab", 1)):  # type: ignore[arg-type]
+        with pytest.raises(BadValueError):
+            wrong()
+    with pytest.raises(OutOfRangeError):
+        m.HwRichResponse(bytes(256))

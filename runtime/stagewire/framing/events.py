@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Final
+
+from stagewire.errors import UnsupportedError
+from stagewire.frame import Frame
 
 __all__ = [
     "BadLength",
+    "DecodableEvent",
     "Event",
     "FrameEvent",
     "Garbage",
@@ -63,13 +67,36 @@ class FrameEvent(Event):
         return self.raw[5]
 
 
-class Received(FrameEvent):
-    """A message of a known layout, perhaps with extra bytes; decoded by whoever asks."""
+class DecodableEvent(FrameEvent):
+    """A frame that is decoded when somebody asks for it."""
+
+    __slots__ = ("decoder",)
+
+    decoder: Callable[[bytes], Frame] | None
+
+    def __init__(self, raw: bytes, decoder: Callable[[bytes], Frame] | None = None) -> None:
+        self.raw = raw
+        self.decoder = decoder
+
+    @property
+    def frame(self) -> Frame:
+        """The decoded frame, by the context that the framer was told for its source.
+
+        Raises :class:`~stagewire.errors.UnsupportedError` for an event of a framer that was made
+        without a protocol; ``Protocol.framer`` makes them with one.
+        """
+        if self.decoder is None:
+            raise UnsupportedError("this event's framer knows no protocol; use Protocol.framer")
+        return self.decoder(self.raw)
+
+
+class Received(DecodableEvent):
+    """A message of a known layout, perhaps with extra bytes."""
 
     __slots__ = ()
 
 
-class Undocumented(FrameEvent):
+class Undocumented(DecodableEvent):
     """A frame whose id is known and whose layout is not."""
 
     __slots__ = ()

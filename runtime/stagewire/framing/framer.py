@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Final
 
-from stagewire.framing.events import Event, Garbage, Received, Undocumented, Unknown, join_garbage
+from stagewire.frame import Frame
+from stagewire.framing.events import (
+    DecodableEvent,
+    Event,
+    Garbage,
+    Received,
+    Undocumented,
+    Unknown,
+    join_garbage,
+)
 from stagewire.framing.rule import HEADER_SIZE, Rule, TooLong
 from stagewire.framing.table import End, FramingTable
 
 __all__ = ["Framer"]
+
+Decode = Callable[[bytes, Mapping[str, str] | None], Frame]
 
 _NEVER: Final = 1 << 62  # the size of a frame that no buffer will ever hold
 _REMEMBERED_HEADERS: Final = 1024
@@ -22,12 +34,17 @@ class Framer:
 
     :param table: what framing has to know of the protocol.
     :param end: which end receives here; a framer that knows it recovers sooner.
+    :param decode: makes a frame of bytes and the context of their source, for ``event.frame``.
     """
 
-    __slots__ = ("_in_step", "_needed", "_pending", "_rule", "_sizes")
+    __slots__ = ("_contexts", "_decode", "_in_step", "_needed", "_pending", "_rule", "_sizes")
 
-    def __init__(self, table: FramingTable, end: End = End.NONE) -> None:
+    def __init__(
+        self, table: FramingTable, end: End = End.NONE, decode: Decode | None = None
+    ) -> None:
         self._rule = Rule(table, end)
+        self._decode = decode
+        self._contexts: dict[int, dict[str, str]] = {}
         # Headers that were messages in step -> size of their frame: a controller says the same few
         # things again and again. No more than _REMEMBERED_HEADERS, whatever comes.
         self._sizes: dict[bytes, int] = {}
@@ -38,6 +55,18 @@ class Framer:
         self._pending = b""
         self._needed = HEADER_SIZE
         self._in_step = True
+
+    def tell(self, source: int, **context: str) -> None:
+        """Say once what decides between layouts of messages from ``source``.
+
+        ``framer.tell(0x22, status="dc")``: from then on ``event.frame`` of messages from 0x22 has
+        the DC status, where without it the layout stays undecided.
+        """
+        self._contexts[source] = context
+
+    def _frame(self, raw: bytes) -> Frame:
+        assert self._decode is not None
+        return self._decode(raw, self._contexts.get(raw[5]))
 
     @property
     def pending(self) -> bytes:
@@ -82,6 +111,7 @@ class Framer:
 
         events: list[Event] = []
         append, new, size_of = events.append, object.__new__, self._sizes.get
+        decoder = self._frame if self._decode else None
         position = 0  # everything before it has been given out, or is garbage since `garbage`
         garbage = 0
         in_step = self._in_step
@@ -93,6 +123,7 @@ class Framer:
                 ) <= available:
                     event = new(Received)
                     event.raw = data[position:end]
+                    event.decoder = decoder
                     append(event)
                     position = end
                 garbage = position
@@ -112,6 +143,8 @@ class Framer:
                     self._sizes[header] = size
                 if kind is Garbage:
                     in_step = False
+                elif issubclass(kind, DecodableEvent):
+                    append(kind(data[position : position + size], decoder))
                 else:
                     append(kind(data[position : position + size]))
                 position += size
@@ -122,7 +155,7 @@ class Framer:
                     break
                 if garbage < position:
                     append(Garbage(data[garbage:position]))
-                append(Received(data[position : position + size]))
+                append(Received(data[position : position + size], decoder))
                 position += size
                 in_step = True
 
