@@ -6,6 +6,7 @@ import copy
 import pickle
 
 import pytest
+
 from stagewire import End, Frame
 from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError, UnsupportedError
 from stagewire.framing import Received
@@ -49,7 +50,9 @@ def test_messages_are_equal_only_to_their_own_class() -> None:
     assert len(both) == 2
 
 
-@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
+)
 def test_copies_and_pickles_are_equal(copied) -> None:  # type: ignore[no-untyped-def]
     out_of_range = bytes.fromhex("a0041400d001 0100 ffffffff 00000000 00000000 00000000 0f00")
     for raw in (MOVE, out_of_range, bytes.fromhex("8100 0200 81 50 abcd")):
@@ -72,7 +75,9 @@ def test_values_out_of_range_are_kept_when_decoded_and_refused_when_set() -> Non
     message = m.decode(raw).message
     assert isinstance(message, m.MotSetDcPidParams)
     assert message.proportional == -1
-    with pytest.raises(OutOfRangeError, match=r"MOT_SET_DCPIDPARAMS\.proportional takes 0 to 32767"):
+    with pytest.raises(
+        OutOfRangeError, match=r"MOT_SET_DCPIDPARAMS\.proportional takes 0 to 32767"
+    ):
         message.replace(integral=1)
 
 

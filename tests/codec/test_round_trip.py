@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from stagewire import Frame
 from stagewire.errors import (
     BadLengthError,
@@ -26,7 +27,9 @@ from stagewire_apt import PROTOCOL
 
 CLASSES = {(cls.layout.message, cls.layout.form): cls for cls in PROTOCOL.messages}
 LAYOUTS = [
-    (message, layout) for message in PROTOCOL.registry()["messages"] for layout in message["layouts"]
+    (message, layout)
+    for message in PROTOCOL.registry()["messages"]
+    for layout in message["layouts"]
 ]
 NAMES = [f"{message['name']}-{layout['form']}" for message, layout in LAYOUTS]
 

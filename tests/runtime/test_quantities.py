@@ -8,6 +8,7 @@ from fractions import Fraction
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from stagewire.errors import BadValueError, UnknownScaleError
 from stagewire.quantities import Scale, UnknownScale, exact, round_half_away
 from stagewire_apt import stages
