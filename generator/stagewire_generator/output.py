@@ -68,6 +68,7 @@ def write(out: Path, files: Mapping[str, str]) -> list[str]:
     targets = {path: _inside(out, path) for path in files}
     known = _manifest(out)
     foreign = [f"{path} (a folder)" for path, target in targets.items() if target.is_dir()]
+    needed = {parent.as_posix() for path in files for parent in PurePosixPath(path).parents}
     stale = []
     for path in _present(out):
         current = hashlib.sha256((out / path).read_bytes()).hexdigest()
@@ -77,6 +78,8 @@ def write(out: Path, files: Mapping[str, str]) -> list[str]:
                 stale.append(path)
             elif path in known:
                 foreign.append(f"{path} (edited by hand, and no longer generated)")
+            elif path in needed:
+                foreign.append(f"{path} (a file where a folder belongs)")
             continue
         if not ours and path not in known and current != digest(files[path]):
             foreign.append(f"{path} (not made by the generator)")

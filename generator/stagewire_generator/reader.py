@@ -71,7 +71,7 @@ def _find(folder: Path) -> Iterator[tuple[str, Path, str]]:
 
 
 def _valid(document: Document, kind: str, folder: Path, diagnostics: Diagnostics) -> bool:
-    validator = _validator(kind, folder.parent / "schema")
+    validator = _validator(kind, _schema_folder(folder.parent / "schema"))
     valid = True
     for error in validator.iter_errors(document.data):
         valid = False
@@ -101,8 +101,8 @@ def _plain(error: jsonschema.ValidationError) -> str:
 
 
 @cache
-def _validator(kind: str, beside: Path) -> Any:
-    path = _schema_folder(beside) / f"{kind}.schema.json"
+def _validator(kind: str, folder: Path) -> Any:
+    path = folder / f"{kind}.schema.json"
     return jsonschema.Draft202012Validator(json.loads(path.read_text(encoding="utf-8")))
 
 

@@ -143,20 +143,24 @@ class _Resolver:
 
     def quantity(self, name: str, entry: Json, place: Place) -> model.Quantity:
         scale = entry["scale"]
-        factor = None if "by" in scale or "unknown" in scale else self.factor(scale, place)
-        rule = self.rule(scale, place) if factor is None else {}
+        found = self.scale(scale, place)
+        factor, rule = (found, {}) if isinstance(found, model.Factor) else (None, found)
         unit = entry.get("unit", "")
         return model.Quantity(name, unit, entry["page"], entry["summary"], factor, rule, place)
 
-    def rule(self, scale: Json, place: Place) -> Json:
-        """Return a scale that depends on something, with its factors made exact."""
+    def scale(self, scale: Json, place: Place) -> model.Factor | Json:
+        """Return an exact factor, or a scale that depends on something with its factors made exact."""
+        if "by" not in scale and "unknown" not in scale:
+            return self.factor(scale, place) or {}
         rule = dict(scale)
         if "units" in rule:
             factors = {unit: self.factor(entry, place) for unit, entry in rule["units"].items()}
             rule["units"] = {unit: factor for unit, factor in factors.items() if factor}
-        for case in rule.get("cases", {}).values():
-            if not {"by", "unknown"} & set(case["scale"]):
-                self.factor(case["scale"], place)
+        if "cases" in rule:
+            rule["cases"] = {
+                name: {**case, "scale": self.scale(case["scale"], place)}
+                for name, case in rule["cases"].items()
+            }
         return rule
 
     def stages(self) -> tuple[tuple[model.Controller, ...], tuple[model.Stage, ...]]:

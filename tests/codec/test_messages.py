@@ -83,7 +83,7 @@ def test_values_out_of_range_are_kept_when_decoded_and_refused_when_set() -> Non
 
 def test_wrong_kinds_are_refused() -> None:
     for wrong in ("1", 1.0, None, True, b"1"):
-        with pytest.raises(BadValueError, match="MOT_MOVE_ABSOLUTE.chan_ident"):
+        with pytest.raises(BadValueError, match=r"MOT_MOVE_ABSOLUTE\.chan_ident"):
             m.MotMoveAbsolute(wrong, 5)  # type: ignore[arg-type]
     with pytest.raises(BadValueError, match=r"€"):
         m.HwGetInfo(1, "€", 44, bytes(4), "", 1)

@@ -109,7 +109,9 @@ def long_text(head: str, text: str, indent: int) -> str:
     if indent + width(head + literal(text)) + 1 <= WIDTH:
         return head + literal(text)
     pad = " " * indent
-    pieces = textwrap.wrap(text, WIDTH - indent - 8, drop_whitespace=False)
+    pieces = [text]
+    if indent + 4 + width(literal(text)) > WIDTH:
+        pieces = textwrap.wrap(text, WIDTH - indent - 8, drop_whitespace=False)
     return f"{head}(\n" + "".join(f"{pad}    {literal(piece)}\n" for piece in pieces) + f"{pad})"
 
 

@@ -36,7 +36,7 @@ __all__ = ["ChapterView", "ClassView", "PackageView", "camel", "package_view"]
 
 _CODES = {1: "b", 2: "h", 4: "l", 8: "q"}  # capitals without a sign
 _TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
-_DECODE = '.rstrip(b"\\0").decode("latin-1")'
+_DECODE = '.rstrip(b"\\0").decode'
 _ROLES = {"set": "Set", "req": "Request", "get": "Report"}
 _EXCHANGES = {"answered_by": "Answered by", "completes_with": "Completes with"}
 _DIRECTIONS = {
@@ -361,11 +361,13 @@ def _field(slot: Field | str) -> FieldView:
         return FieldView(slot, "int", _integer_check(slot, 0, 0xFF), "", "")
     name, format = slot.name, slot.format
     if format.kind == "text":
-        check = f'{name} = check_text(cls.layout, "{name}", {name}, {format.size})'
-        unpacked = f"draft.{name} = {name}{_DECODE}"
+        arguments = ["cls.layout", literal(name), name, str(format.size)]
+        check = call(f"{name} = check_text", arguments, "", 8)
+        unpacked = call(f"draft.{name} = {name}{_DECODE}", ['"latin-1"'], "", 8)
         return FieldView(name, "str", check, "", unpacked)
     if format.kind == "bytes":
-        check = f'{name} = check_bytes(cls.layout, "{name}", {name}, {format.size})'
+        arguments = ["cls.layout", literal(name), name, str(format.size)]
+        check = call(f"{name} = check_bytes", arguments, "", 8)
         return FieldView(name, "bytes", check, "", "")
     flags = camel(slot.flags.name) if slot.flags else ""
     minimum, maximum = slot.minimum, slot.maximum
@@ -473,7 +475,7 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
         FieldView(
             name=field.name,
             type=_TYPES[field.format.kind],
-            check="value" + (_DECODE if field.format.kind == "text" else ""),
+            check=f'value{_DECODE}("latin-1")' if field.format.kind == "text" else "value",
             flags="",
             unpacked=f"value: {'int' if field.format.kind == 'integer' else 'bytes'} = "
             f'Struct("<{field.offset}x{_code(field)}").unpack_from(self.data)[0]',

@@ -176,7 +176,16 @@ def _factor(factor: Factor) -> Json:
 def _rule(rule: Json) -> Json:
     if "units" in rule:
         return {**rule, "units": {unit: _factor(factor) for unit, factor in rule["units"].items()}}
+    if "cases" in rule:
+        cases = {
+            name: {**case, "scale": _case(case["scale"])} for name, case in rule["cases"].items()
+        }
+        return {**rule, "cases": cases}
     return rule
+
+
+def _case(scale: Factor | Json) -> Json:
+    return _factor(scale) if isinstance(scale, Factor) else _rule(scale)
 
 
 def _rational(value: Fraction) -> Json:

@@ -1,0 +1,131 @@
+"""One broken spec for each diagnostic: exactly the expected messages, exit code 1, nothing written.
+
+The first comments of a broken file say what is expected (``# expect: file:line:column: code message``) and
+which file of the good spec it takes the place of (``# replaces: messages/core.yaml``). A folder is laid over
+the good spec as it stands; what is expected stands in one of its files.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from stagewire_cli.main import main
+from stagewire_generator.diagnostics import CODES, SpecError
+from stagewire_generator.pipeline import check
+
+BAD = Path(__file__).parents[1] / "bad_specs"
+CASES = sorted(BAD.iterdir())
+_EXPECT = re.compile(r"^# expect: (.*)$", re.MULTILINE)
+_REPLACES = re.compile(r"^# replaces: (\S+)$", re.MULTILINE)
+
+
+def texts(case: Path) -> dict[Path, str]:
+    files = [case] if case.is_file() else sorted(p for p in case.rglob("*") if p.is_file())
+    return {path: path.read_bytes().decode("utf-8", "replace") for path in files}
+
+
+def expected(case: Path) -> list[str]:
+    return [line for text in texts(case).values() for line in _EXPECT.findall(text)]
+
+
+def apply(case: Path, spec: Path) -> None:
+    if case.is_dir():
+        shutil.copytree(case, spec, dirs_exist_ok=True)
+        return
+    found = _REPLACES.findall(texts(case)[case])
+    assert len(found) == 1, f"{case.name} does not say what it replaces"
+    beside = found[0].startswith("conformance/")
+    shutil.copyfile(case, spec / found[0] if beside else spec / "tiny" / found[0])
+
+
+def test_the_good_spec_is_good(good_spec: Path) -> None:
+    assert [protocol.name for protocol in check(good_spec)] == ["tiny"]
+
+
+def test_every_code_has_a_bad_spec() -> None:
+    found = {line.split(" ")[1] for case in CASES for line in expected(case)}
+    assert found == set(CODES)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_bad_spec(
+    case: Path, spec: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    apply(case, spec)
+    wanted = expected(case)
+    assert case.stem.split("-")[0].upper() in {line.split(" ")[1] for line in wanted}
+    out = tmp_path / "generated"
+    assert main(["generate", "--spec", str(spec), "--out", str(out)]) == 1
+    said = capsys.readouterr().out
+    assert [line for line in said.splitlines() if not line.startswith("    ")] == wanted
+    assert said.count("\n    hint: ") == len(wanted)
+    assert not out.exists()
+
+
+def test_command_check(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(spec)]) == 0
+    case = BAD / "sw004-plain-words.yaml"
+    apply(case, spec)
+    capsys.readouterr()
+    assert main(["check", str(spec)]) == 1
+    said = capsys.readouterr().out
+    assert [line for line in said.splitlines() if not line.startswith("    ")] == expected(case)
+
+
+def test_a_protocol_by_its_own_folder(good_spec: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From whichever folder it is named, the examples are found and the places are the same."""
+    assert check(good_spec / "tiny")[0].examples
+    monkeypatch.chdir(good_spec / "tiny")
+    protocol = check(Path())[0]
+    assert protocol.examples
+    assert protocol.messages[0].place.file == "tiny/messages/core.yaml"
+
+
+def test_no_protocol(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("empty").mkdir()
+    with pytest.raises(SpecError) as caught:
+        check(Path("empty"))
+    assert [str(d).splitlines()[0] for d in caught.value.diagnostics] == [
+        "empty:1:1: SW006 no folder with a protocol.yaml in it"
+    ]
+
+
+def test_a_file_that_is_a_folder(spec: Path) -> None:
+    (spec / "tiny" / "units.yaml").unlink()
+    (spec / "tiny" / "units.yaml").mkdir()
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    [found] = caught.value.diagnostics
+    assert (str(found.place), found.code) == ("tiny/units.yaml:1:1", "SW006")
+
+
+def test_all_diagnostics_of_a_run(spec: Path) -> None:
+    """Errors in several files come together, sorted by file and line."""
+    names = ["sw001-syntax", "sw002-duplicate-key", "sw004-long-number", "sw010-wrong-type"]
+    for name in names:
+        apply(BAD / f"{name}.yaml", spec)
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    found = caught.value.diagnostics
+    assert {d.code for d in found} == {"SW001", "SW002", "SW004", "SW010"}
+    assert found == sorted(found)
+    wanted = sorted(line for name in names for line in expected(BAD / f"{name}.yaml"))
+    assert sorted(str(d).splitlines()[0] for d in found) == wanted
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_codes_have_title_and_hint(code: str) -> None:
+    assert re.fullmatch(r"SW0\d\d", code)
+    assert CODES[code].title
+    assert CODES[code].hint
+
+
+def test_documentation_lists_every_code() -> None:
+    text = (BAD.parents[1] / "docs" / "diagnostics.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (SW\d+) \| (.*) \| (.*) \|$", text, re.MULTILINE)
+    assert rows == [(name, code.title, code.hint) for name, code in CODES.items()]

@@ -1,0 +1,185 @@
+"""What is generated: its JSON Schemas, its digests, its formatting, its canonical form."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from stagewire_generator import check, render
+from stagewire_generator.targets.canonical import canonical
+
+ROOT = Path(__file__).parents[2]
+GENERATED = ROOT / "generated"
+COMMITTED = {
+    path.relative_to(GENERATED).as_posix(): path.read_bytes()
+    for path in sorted(GENERATED.rglob("*"))
+    if path.is_file() and "__pycache__" not in path.parts
+}
+
+
+def validate(data: Any, kind: str) -> None:
+    schema = json.loads((ROOT / "spec" / "schema" / f"{kind}.schema.json").read_text("utf-8"))
+    validator = jsonschema.Draft202012Validator(schema)
+    assert [f"{e.json_path}: {e.message}" for e in validator.iter_errors(data)] == []
+
+
+@pytest.fixture(params=["good", "committed"])
+def tree(request: pytest.FixtureRequest, files: dict[str, str]) -> dict[str, bytes]:
+    if request.param == "committed":
+        return COMMITTED
+    return {path: text.encode("utf-8") for path, text in files.items()}
+
+
+def parsed(tree: dict[str, bytes], kind: str) -> list[Any]:
+    found = [json.loads(data) for path, data in tree.items() if path.startswith(f"{kind}/")]
+    assert found
+    return found
+
+
+def test_ruff_format() -> None:
+    folder = GENERATED / "python"
+    config = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
+    command = [sys.executable, "-m", "ruff", "format", "--check", *config, str(folder)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+@pytest.mark.parametrize("kind", ["registry", "vectors"])
+def test_json_is_as_its_schema_says(tree: dict[str, bytes], kind: str) -> None:
+    for data in parsed(tree, kind):
+        validate(data, kind)
+
+
+def test_manifest(tree: dict[str, bytes]) -> None:
+    manifest = json.loads(tree["manifest.json"])
+    validate(manifest, "manifest")
+    digests = {path: hashlib.sha256(data).hexdigest() for path, data in tree.items()}
+    del digests["manifest.json"]
+    assert manifest["files"] == digests
+    names = [data["protocol"] for data in parsed(tree, "registry")]
+    assert manifest["registry"] == {name: digests[f"registry/{name}.json"] for name in names}
+
+
+def test_json_is_canonical(tree: dict[str, bytes]) -> None:
+    """Read and written again it is the same, byte for byte."""
+    for path, data in tree.items():
+        if path.endswith(".json"):
+            assert canonical(json.loads(data)).encode("utf-8") == data, path
+
+
+def test_lists_are_sorted(tree: dict[str, bytes]) -> None:
+    for data in parsed(tree, "registry"):
+        keys = [
+            (m["id"] is None, m["id"] if m["id"] is not None else 0, m["name"])
+            for m in data["messages"]
+        ]
+        assert keys == sorted(keys)
+        for kind in ("units", "stages"):
+            names = [entry["name"] for entry in data[kind]]
+            assert names == sorted(names)
+        slugs = [erratum["id"] for erratum in data["errata"]]
+        assert slugs == sorted(slugs)
+        for message in data["messages"]:
+            assert message["errata"] == sorted(message["errata"])
+            for layout in message["layouts"]:
+                ends = [(f["offset"], f["offset"] + f["size"]) for f in layout["fields"]]
+                assert all(left[1] == right[0] for left, right in pairwise(ends))
+                assert (ends[-1][1] if ends else 0) == layout["length"]
+    for data in parsed(tree, "vectors"):
+        places = [(e["page"], e["line"], e["id"]) for e in data["examples"]]
+        assert places == sorted(places)
+
+
+def test_no_floats(tree: dict[str, bytes]) -> None:
+    def refuse(text: str) -> None:
+        raise AssertionError(f"a float: {text}")
+
+    for path, data in tree.items():
+        if path.startswith("registry/"):
+            json.loads(data, parse_float=refuse)
+
+
+def test_exact_scales(files: dict[str, str]) -> None:
+    data = json.loads(files["registry/tiny.json"])
+    quantities = data["quantities"]
+    assert quantities["interval"]["scale"] == {
+        "us_per_count": {"numerator": 512, "denominator": 5},
+        "printed": "102.4",
+        "source": "the crystal",
+    }
+    assert quantities["distance"]["scale"] == {"by": "stage"}
+    assert quantities["samples"]["scale"]["units"]["TP1"]["ms_per_count"] == {
+        "numerator": 1,
+        "denominator": 7,
+    }
+    cases = quantities["reading"]["scale"]["cases"]
+    assert cases["VOLTAGE"]["scale"] == {"counts_per_v": {"numerator": 10, "denominator": 3}}
+    assert cases["DISTANCE"]["scale"]["counts_at_setting"] == 4095
+    assert cases["FORCE"]["scale"] == {"unknown": "no page says so"}
+    [stage] = data["stages"]
+    assert stage["controllers"]["TP9"]["speed"] == {"unknown": "no page says so"}
+    velocity = stage["controllers"]["TPx"]["speed"]["counts_per_mm_per_s"]
+    assert velocity == {"numerator": 16777216, "denominator": 125}
+
+
+def test_targets_are_part_of_the_whole(good_spec: Path, files: dict[str, str]) -> None:
+    protocols = check(good_spec)
+    for target in ("python", "registry", "vectors"):
+        part = render(protocols, [target])
+        assert part
+        assert part == {p: t for p, t in files.items() if p.startswith(f"{target}/")}
+
+
+def test_order_of_files_and_entries_does_not_matter(
+    spec: Path, files: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A message that moves within its chapter's file changes nothing; neither does the file's name."""
+    path = spec / "tiny" / "messages" / "extra.yaml"
+    text = path.read_text(encoding="utf-8")
+    start, middle, end = (text.index(f"  {n}:\n") for n in ("LAMP", "LAMP_TEST", "LAMP_BROKEN"))
+    text = text[:start] + text[end:] + text[middle:end] + text[start:middle]
+    path.unlink()
+    (path.parent / "a.yaml").write_text(text, encoding="utf-8")
+    assert render(check(spec)) == files
+
+
+def test_negative_values_and_signed_bytes(spec: Path) -> None:
+    """What no vendor of ours has, and the language allows."""
+    tiny = spec / "tiny"
+    head = (tiny / "protocol.yaml").read_text(encoding="utf-8")
+    head = head.replace("byte: {size: 1, signed: false", "byte: {size: 1, signed: true")
+    head = head.replace("  word: {", "  huge: {size: 8, signed: true}\n  word: {", 1)
+    (tiny / "protocol.yaml").write_text(head, encoding="utf-8")
+    extra = (tiny / "messages" / "extra.yaml").read_text(encoding="utf-8")
+    extra = extra.replace("messages:\n", "enumerations:\n" + SIGNS + "messages:\n", 1)
+    extra = extra.replace("length: 0x04", "length: 0x0A")
+    extra = extra.replace("{format: word, quantity: pressure}", "{format: huge, enum: tilt}")
+    (tiny / "messages" / "extra.yaml").write_text(extra, encoding="utf-8")
+    files = render(check(spec))
+    modules = {
+        path: compile(text, path, "exec") for path, text in files.items() if path.endswith(".py")
+    }
+    scope: dict[str, Any] = {"__name__": "enumerations"}
+    exec(modules["python/stagewire_tiny/enumerations.py"], scope)
+    assert [int(value) for value in scope["Tilt"]] == [-1, -32768, 300]
+    chapter = files["python/stagewire_tiny/messages/extra.py"]
+    assert 'Struct("<HHBBHq")' in chapter
+    assert 'Struct("<HbbBB")' in files["python/stagewire_tiny/messages/core.py"]
+
+
+SIGNS = """\
+  tilt:
+    page: 7
+    values:
+      DOWN: {value: -1}
+      FAR_DOWN: {value: -32768}
+      UP: {value: 300}
+"""

@@ -1,0 +1,209 @@
+"""The model: frozen, complete, every reference followed; names that generated code keeps for itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import FrozenInstanceError, fields, is_dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stagewire.flags import Enumeration, Flags
+from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire_generator import check
+from stagewire_generator.diagnostics import Diagnostic, Place, SpecError
+from stagewire_generator.model import Factor, Field, Protocol
+
+
+def parts(value: Any) -> Iterator[Any]:
+    """Yield every dataclass in the model."""
+    if is_dataclass(value):
+        yield value
+        for field in fields(value):
+            yield from parts(getattr(value, field.name))
+    elif isinstance(value, tuple | list):
+        for item in value:
+            yield from parts(item)
+    elif isinstance(value, dict):
+        for item in value.values():
+            yield from parts(item)
+
+
+def field(protocol: Protocol, message: str, name: str) -> Field:
+    found = protocol.message(message)
+    assert found is not None
+    return next(f for layout in found.layouts for f in layout.all_fields if f.name == name)
+
+
+def test_everything_is_frozen(protocol: Protocol) -> None:
+    kinds = set()
+    for part in parts(protocol):
+        kinds.add(type(part).__name__)
+        for attribute in fields(part):
+            with pytest.raises(FrozenInstanceError):
+                setattr(part, attribute.name, None)
+            with pytest.raises(FrozenInstanceError):
+                delattr(part, attribute.name)
+        assert not hasattr(part, "__dict__")  # no room for anything else
+    assert {"Protocol", "Message", "Layout", "Field", "Format", "Enumeration", "FlagTable"} < kinds
+    assert {"Quantity", "Factor", "Stage", "Controller", "Erratum", "Chapter", "Place"} < kinds
+
+
+def test_sequences_are_tuples(protocol: Protocol) -> None:
+    for part in parts(protocol):
+        for attribute in fields(part):
+            value = getattr(part, attribute.name)
+            assert not isinstance(value, list), f"{type(part).__name__}.{attribute.name}"
+
+
+def test_messages_are_sorted(protocol: Protocol) -> None:
+    assert [(m.name, m.id) for m in protocol.messages] == [
+        ("POS_SET_VELPARAMS", 0x0101),
+        ("POS_REQ_VELPARAMS", 0x0102),
+        ("POS_GET_VELPARAMS", 0x0103),
+        ("POS_REQ_MODE", 0x0111),
+        ("POS_GET_MODE", 0x0112),
+        ("POS_MOVE", 0x0120),
+        ("POS_MOVED", 0x0121),
+        ("POS_ECHO", 0x0122),
+        ("POS_ALIVE", 0x0123),
+        ("LAMP", 0x0201),
+        ("LAMP_TEST", 0x0202),
+        ("LAMP_BROKEN", None),
+    ]
+    assert [e.id for e in protocol.errata] == ["tiny-lamp-test", "tiny-move-length"]
+    assert [c.name for c in protocol.chapters] == ["core", "extra"]
+
+
+def test_sets_are_opened(protocol: Protocol) -> None:
+    [mode, velocity] = protocol.sets
+    assert dict(velocity.members) == {
+        "set": "POS_SET_VELPARAMS",
+        "req": "POS_REQ_VELPARAMS",
+        "get": "POS_GET_VELPARAMS",
+    }
+    assert dict(mode.members) == {"req": "POS_REQ_MODE", "get": "POS_GET_MODE"}
+    request = protocol.message("POS_REQ_VELPARAMS")
+    assert request is not None
+    assert request.exchange == {"answered_by": ["POS_GET_VELPARAMS"]}
+    assert request.direction == "to_controller"
+    assert request.class_name == "PosReqVelParams"
+    assert [layout.form for layout in request.layouts] == ["header"]
+    reply = protocol.message("POS_GET_VELPARAMS")
+    assert reply is not None
+    assert reply.direction == "to_host"
+    assert reply.pages == (4, 5)
+    assert reply.layouts[0].note == ""  # the note is the message's
+    assert reply.note == "Kept until it is switched off."
+
+
+def test_references_are_followed(protocol: Protocol) -> None:
+    bits = field(protocol, "POS_MOVED", "status_bits")
+    assert bits.flags is not None
+    assert [bit.mask for bit in bits.flags.bits] == [1, 2, 1 << 31]
+    assert bits.flags_by_unit["TP9"].name == "coil_bits"
+    distance = field(protocol, "POS_MOVE", "absolute_distance")
+    assert distance.unit == "mm"
+    assert distance.offset == 2
+    assert (distance.minimum, distance.maximum) == (-(2**31), 2**31 - 1)
+    wait = field(protocol, "POS_SET_VELPARAMS", "wait")
+    assert wait.quantity is not None
+    assert wait.quantity.factor is not None
+    assert wait.quantity.factor.counts_per_unit == Fraction(5, 512)
+    channel = field(protocol, "POS_MOVE", "chan_ident")
+    assert channel.enum is not None
+    assert [(v.name, v.value) for v in channel.enum.values] == [("CHANNEL_1", 1), ("CHANNEL_2", 2)]
+    [stage] = protocol.stages
+    factor = stage.scales["TPx"]["speed"]
+    assert isinstance(factor, Factor)
+    assert factor.value == Fraction(16777216, 125)
+    assert stage.scales["TP9"]["speed"] == "no page says so"
+
+
+def test_errata_reach_their_fields(protocol: Protocol) -> None:
+    assert field(protocol, "POS_MOVE", "absolute_distance").errata == ("tiny-move-length",)
+    assert field(protocol, "POS_MOVE", "chan_ident").errata == ()
+
+
+@pytest.mark.parametrize("name", ["POS_GET_VELPARAMS.wait", "POS_VELPARAMS.wait"])
+def test_errata_reach_fields_of_sets(spec: Path, name: str) -> None:
+    """By the name of a message it is that message's; by the name of the set it is all of theirs."""
+    errata = spec / "tiny" / "errata" / "core.yaml"
+    text = errata.read_text(encoding="utf-8").replace("POS_MOVE.absolute_distance", name)
+    errata.write_text(text, encoding="utf-8")
+    [protocol] = check(spec)
+    assert field(protocol, "POS_GET_VELPARAMS", "wait").errata == ("tiny-move-length",)
+    of_set = ("tiny-move-length",) if name.startswith("POS_VEL") else ()
+    assert field(protocol, "POS_SET_VELPARAMS", "wait").errata == of_set
+
+
+def test_errata_reach_fields_of_blocks(spec: Path) -> None:
+    errata = spec / "tiny" / "errata" / "core.yaml"
+    text = errata.read_text(encoding="utf-8")
+    errata.write_text(text.replace("POS_MOVE.absolute_distance", "POS_MOVED.velocity"))
+    [protocol] = check(spec)
+    assert field(protocol, "POS_MOVED", "velocity").errata == ("tiny-move-length",)
+
+
+# Names that generated classes keep for themselves
+
+
+def with_lamp(spec: Path, fields_: str, length: int) -> Path:
+    path = spec / "tiny" / "messages" / "extra.yaml"
+    text = path.read_text(encoding="utf-8")
+    start = text.index("    data: {length: 0x04")
+    end = text.index("\n", start)
+    data = f"    data: {{length: {length}, fields: {{{fields_}}}}}"
+    path.write_text(text[:start] + data + text[end:], encoding="utf-8")
+    return spec
+
+
+MEMBERS = sorted(
+    {
+        name
+        for kind in (Message, UndecidedMessage, UndocumentedMessage)
+        for name in dir(kind)
+        if not name.startswith("_")
+    }
+)
+
+
+def test_no_field_takes_a_name_of_the_runtime(spec: Path) -> None:
+    with_lamp(spec, ", ".join(f"{n}: {{format: byte}}" for n in MEMBERS), len(MEMBERS))
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert [d.message for d in caught.value.diagnostics if d.code == "SW023"] == [
+        f"LAMP: the field {name}" for name in MEMBERS
+    ]
+
+
+def test_no_bit_takes_a_name_of_the_runtime(spec: Path) -> None:
+    names = sorted(name for name in dir(Flags) if not name.startswith("_"))
+    path = spec / "tiny" / "messages" / "extra.yaml"
+    bits = ", ".join(f"{name}: {{bit: {n}}}" for n, name in enumerate(names))
+    table = f"flags:\n  lamp_bits: {{page: 7, format: dword, bits: {{{bits}}}}}\n"
+    text = path.read_text(encoding="utf-8").replace("messages:\n", table + "messages:\n", 1)
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert sorted(d.message for d in caught.value.diagnostics) == [
+        f"lamp_bits: the bit {name}" for name in names
+    ]
+
+
+def test_no_enumeration_value_can_take_a_name_of_the_runtime() -> None:
+    """Values are in upper case; what the runtime has is not."""
+    assert [name for name in dir(Enumeration) if name.isupper()] == []
+
+
+# Diagnostics
+
+
+def test_diagnostics_print_place_code_message_and_hint() -> None:
+    found = Diagnostic(Place("a/b.yaml", 3, 5), "SW030", "A and B: 0x0001")
+    assert str(found) == (
+        "a/b.yaml:3:5: SW030 A and B: 0x0001\n    hint: one of the ids is wrong; see the document"
+    )
+    assert str(Diagnostic(Place("x"), "SW001", "y", "do z")).endswith("\n    hint: do z")

@@ -1,0 +1,286 @@
+"""Comparing with an output folder and writing to it: nothing is half-written, nobody's work is lost."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stagewire_generator.output import MANIFEST, Change, OutputError, compare, digest, write
+
+
+def tree(texts: dict[str, str]) -> dict[str, str]:
+    """Return ``texts`` with their manifest, as the generator renders it."""
+    data = {"schema_version": 1, "files": {path: digest(text) for path, text in texts.items()}}
+    return {**texts, MANIFEST: json.dumps(data, indent=2, sort_keys=True) + "\n"}
+
+
+FILES = tree({"a/one.py": "one = 1\n", "a/b/two.py": "two = 2\n", "three.json": "{}\n"})
+
+
+def present(out: Path) -> dict[str, str]:
+    return {
+        path.relative_to(out).as_posix(): path.read_bytes().decode("utf-8")
+        for path in out.rglob("*")
+        if path.is_file()
+    }
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    folder = tmp_path / "out"
+    write(folder, FILES)
+    return folder
+
+
+def kinds(changes: list[Change]) -> list[tuple[str, str]]:
+    return [(change.kind, change.path) for change in changes]
+
+
+# Comparing
+
+
+def test_compare_equal(out: Path) -> None:
+    assert compare(out, FILES) == []
+
+
+def test_compare_with_nothing(tmp_path: Path) -> None:
+    changes = compare(tmp_path / "nowhere", FILES)
+    assert kinds(changes) == [("missing", path) for path in sorted(FILES)]
+    assert not (tmp_path / "nowhere").exists()
+
+
+def test_compare_names_what_differs(out: Path) -> None:
+    (out / "a" / "one.py").write_text("one = 1  # edited by hand\n")
+    (out / "three.json").unlink()
+    (out / "a" / "foreign.py").write_text("")
+    before = present(out)
+    changes = compare(out, FILES)
+    assert kinds(changes) == [
+        ("orphaned", "a/foreign.py"),
+        ("changed", "a/one.py"),
+        ("missing", "three.json"),
+    ]
+    assert changes[1].diff.splitlines() == [
+        "--- a/one.py",
+        "+++ a/one.py (generated)",
+        "@@ -1 +1 @@",
+        "-one = 1  # edited by hand",
+        "+one = 1",
+    ]
+    assert present(out) == before
+
+
+@pytest.mark.parametrize("data", [b"one = 1\r\n", b"one = 1"])
+def test_compare_sees_line_ends(out: Path, data: bytes) -> None:
+    (out / "a" / "one.py").write_bytes(data)
+    [change] = compare(out, FILES)
+    assert change.kind == "changed"
+    assert "line ends" in change.diff
+
+
+def test_compare_reads_any_bytes(out: Path) -> None:
+    (out / "a" / "one.py").write_bytes(b"\xff\x00\n")
+    [change] = compare(out, FILES)
+    assert "+one = 1" in change.diff
+
+
+def test_compare_cuts_long_differences(out: Path) -> None:
+    (out / "a" / "one.py").write_text("".join(f"line {n}\n" for n in range(1000)))
+    [change] = compare(out, FILES)
+    assert len(change.diff.splitlines()) < 50
+    assert "more lines of difference" in change.diff
+
+
+def test_compare_ignores_caches(out: Path) -> None:
+    (out / "a" / "__pycache__").mkdir()
+    (out / "a" / "__pycache__" / "one.pyc").write_bytes(b"\x00")
+    assert compare(out, FILES) == []
+    assert write(out, FILES) == []
+
+
+# Writing
+
+
+def test_write_from_nothing(tmp_path: Path) -> None:
+    assert write(tmp_path / "x" / "y", FILES) == sorted(FILES)
+    assert present(tmp_path / "x" / "y") == FILES
+    assert os.name != "posix" or (tmp_path / "x/y/three.json").stat().st_mode & 0o777 == 0o644
+
+
+def test_write_again_touches_nothing(out: Path) -> None:
+    before = {path: (out / path).stat().st_mtime_ns for path in FILES}
+    assert write(out, FILES) == []
+    assert {path: (out / path).stat().st_mtime_ns for path in FILES} == before
+
+
+def test_write_restores_what_was_edited(out: Path) -> None:
+    (out / "a" / "one.py").write_text("one = 2\n")
+    assert write(out, FILES) == ["a/one.py"]
+    assert present(out) == FILES
+
+
+def test_write_removes_what_is_stale(out: Path) -> None:
+    fewer = tree({"three.json": "{}\n"})
+    assert write(out, fewer) == ["a/b/two.py", "a/one.py", MANIFEST]
+    assert present(out) == fewer
+    assert sorted(p.name for p in out.iterdir()) == [MANIFEST, "three.json"]  # no empty folder
+
+
+def test_write_keeps_a_folder_that_is_not_empty(out: Path) -> None:
+    (out / "a" / "__pycache__").mkdir()
+    (out / "a" / "__pycache__" / "one.pyc").write_bytes(b"\x00")
+    write(out, tree({"three.json": "{}\n"}))
+    assert (out / "a" / "__pycache__" / "one.pyc").exists()
+    assert not (out / "a" / "b").exists()
+
+
+@pytest.mark.parametrize("path", ["foreign.txt", "a/foreign.py", "a/b/new/foreign.py"])
+def test_write_never_deletes_a_foreign_file(out: Path, path: str) -> None:
+    """It is left where it is, with its folder; only the comparison names it."""
+    (out / path).parent.mkdir(exist_ok=True)
+    (out / path).write_text("mine\n")
+    fewer = tree({"three.json": "changed\n"})
+    assert write(out, fewer) == ["a/b/two.py", "a/one.py", MANIFEST, "three.json"]
+    assert present(out) == {**fewer, path: "mine\n"}
+    assert kinds(compare(out, fewer)) == [("orphaned", path)]
+
+
+def test_write_never_overwrites_a_foreign_file(tmp_path: Path) -> None:
+    (tmp_path / "three.json").write_text("mine\n")
+    with pytest.raises(OutputError, match=r"three\.json"):
+        write(tmp_path, FILES)
+    assert present(tmp_path) == {"three.json": "mine\n"}
+
+
+@pytest.mark.parametrize("text", ["mine\n", "{}", "[]", '{"files": 1}', '{"files": {}}'])
+def test_write_never_overwrites_a_foreign_manifest(tmp_path: Path, text: str) -> None:
+    (tmp_path / MANIFEST).write_text(text)
+    with pytest.raises(OutputError, match=r"manifest\.json"):
+        write(tmp_path, FILES)
+    assert present(tmp_path) == {MANIFEST: text}
+
+
+def test_write_takes_over_an_equal_file(tmp_path: Path) -> None:
+    (tmp_path / "three.json").write_text(FILES["three.json"])
+    write(tmp_path, FILES)
+    assert present(tmp_path) == FILES
+
+
+def test_write_refuses_to_delete_what_was_edited(out: Path) -> None:
+    (out / "a" / "one.py").write_text("one = 2\n")
+    before = present(out)
+    with pytest.raises(OutputError, match=r"a/one\.py \(edited by hand, and no longer generated\)"):
+        write(out, tree({"three.json": "changed\n"}))
+    assert present(out) == before
+
+
+def test_write_names_everything_in_the_way(out: Path) -> None:
+    (out / "a" / "one.py").write_text("one = 2\n")
+    (out / "four.json").write_text("mine\n")
+    before = present(out)
+    with pytest.raises(OutputError) as caught:
+        write(out, tree({"three.json": "changed\n", "four.json": "{}\n"}))
+    assert "a/one.py (edited by hand" in str(caught.value)
+    assert "four.json (not made by the generator)" in str(caught.value)
+    assert present(out) == before
+
+
+def test_write_where_a_folder_is_in_the_way(tmp_path: Path) -> None:
+    (tmp_path / "three.json").mkdir()
+    with pytest.raises(OutputError, match=r"three\.json \(a folder\)"):
+        write(tmp_path, FILES)
+    assert present(tmp_path) == {}
+
+
+def test_write_makes_a_folder_of_a_file_of_ours(out: Path) -> None:
+    files = tree({"three.json/four.json": "{}\n"})
+    write(out, files)
+    assert present(out) == files
+
+
+def test_write_where_a_file_is_in_the_way(tmp_path: Path) -> None:
+    (tmp_path / "a").write_text("mine\n")
+    with pytest.raises(OutputError, match=r"a \(a file where a folder belongs\)"):
+        write(tmp_path, FILES)
+    assert present(tmp_path) == {"a": "mine\n"}
+
+
+@pytest.mark.parametrize("call", [1, 2, 3])
+def test_write_that_fails_leaves_no_half_file(
+    out: Path, monkeypatch: pytest.MonkeyPatch, call: int
+) -> None:
+    """Each file is the old one or the new one; the manifest is the last; the next run mends it."""
+    new = tree({"a/one.py": "one = 11\n", "a/b/two.py": "two = 22\n", "four.json": "{}\n"})
+    old_manifest = (out / MANIFEST).read_text()
+    replace = os.replace
+    calls = 0
+
+    def failing(source: Any, target: Any) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == call:
+            raise OSError(28, "No space left on device")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", failing)
+    with pytest.raises(OSError, match="No space left"):
+        write(out, new)
+    monkeypatch.undo()
+    for path, text in present(out).items():
+        assert text in (FILES.get(path), new.get(path)), path
+    assert (out / MANIFEST).read_text() == old_manifest
+    write(out, new)
+    assert present(out) == new
+
+
+def test_write_that_fails_while_writing(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "chmod", failing)
+    with pytest.raises(KeyboardInterrupt):
+        write(out, tree({**FILES, "a/one.py": "one = 11\n"}))
+    monkeypatch.undo()
+    assert present(out) == FILES
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "../out.py",
+        "a/../../out.py",
+        "..",
+        "/etc/out.py",
+        "//server/out.py",
+        "C:/out.py",
+        "C:out.py",
+        "a\\b.py",
+        "..\\out.py",
+        "a:stream",
+        "",
+        ".",
+    ],
+)
+def test_paths_that_leave_the_folder(tmp_path: Path, path: str) -> None:
+    out = tmp_path / "out"
+    with pytest.raises(OutputError, match="would leave the output folder"):
+        write(out, {"fine.py": "", path: "x = 1\n", "zzz.py": ""})
+    with pytest.raises(OutputError, match="would leave the output folder"):
+        compare(out, {"fine.py": "", path: "x = 1\n"})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_manifest_cannot_point_outside(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    victim = tmp_path / "victim.py"
+    victim.write_text("x = 1\n")
+    out.mkdir()
+    files = {"../victim.py": digest("x = 1\n"), "three.json": digest("{}\n")}
+    (out / MANIFEST).write_text(json.dumps({"files": files}))
+    write(out, FILES)
+    assert victim.read_text() == "x = 1\n"
+    assert present(out) == FILES

@@ -1,0 +1,120 @@
+"""The same output under any hash seed, working directory, locale and time zone."""
+
+from __future__ import annotations
+
+import getpass
+import hashlib
+import json
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+COMMAND = "from stagewire_cli.main import run; run()"
+SPECS = {"good": ROOT / "tests" / "generator" / "good_spec", "registry": ROOT / "spec"}
+RUNS = {
+    "plain": {"PYTHONHASHSEED": "0", "LC_ALL": "C.UTF-8", "TZ": "UTC"},
+    "other seed": {"PYTHONHASHSEED": "4711", "LC_ALL": "C", "TZ": "Asia/Tokyo"},
+    "with a blank": {"PYTHONHASHSEED": "1", "LC_ALL": "C.UTF-8", "TZ": "America/Caracas"},
+    "deep": {"PYTHONHASHSEED": "99", "LC_ALL": "C", "TZ": "Pacific/Kiritimati", "PYTHONUTF8": "0"},
+}
+FOLDERS = {"plain": "a", "other seed": "b", "with a blank": "c d/é", "deep": "e/f/g/h"}
+Trees = dict[str, dict[str, bytes]]
+
+
+def tree(out: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(out).as_posix(): path.read_bytes()
+        for path in sorted(out.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.fixture(scope="module", params=SPECS)
+def trees(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Trees:
+    """What four runs write; two read the spec where it stands, two a copy by a relative path."""
+    spec = SPECS[request.param]
+    base = tmp_path_factory.mktemp("runs")
+    path = [str(Path(p).resolve()) for p in sys.path if p]
+    running = {}
+    for name, environment in RUNS.items():
+        folder = base / FOLDERS[name]
+        folder.mkdir(parents=True)
+        given = str(spec)
+        if name in ("with a blank", "deep"):
+            shutil.copytree(spec, folder / "spec")
+            if not (spec / "conformance").exists():
+                shutil.copytree(ROOT / "conformance", folder / "conformance")
+            given = "spec" if name == "deep" else "./spec"
+        running[name] = subprocess.Popen(
+            [sys.executable, "-c", COMMAND, "generate", "--spec", given, "--out", "out"],
+            cwd=folder,
+            env={**os.environ, **environment, "PYTHONPATH": os.pathsep.join(path)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+    found = {}
+    for name, process in running.items():
+        said, _ = process.communicate(timeout=60)
+        assert process.returncode == 0, said.decode("utf-8", "replace")
+        found[name] = tree(base / FOLDERS[name] / "out")
+    return found
+
+
+@pytest.mark.parametrize("run", list(RUNS)[1:])
+def test_the_same_tree(trees: Trees, run: str) -> None:
+    assert list(trees[run]) == list(trees["plain"])
+    for path, data in trees[run].items():
+        assert data == trees["plain"][path], path
+
+
+def test_nothing_of_the_machine(trees: Trees) -> None:
+    words = {str(ROOT), str(Path.home()), os.getcwd(), "/tmp/", "site-packages", "tmp_path"}
+    words |= {socket.gethostname(), getpass.getuser()} - {"root", "localhost", "runner"}
+    for path, data in trees["plain"].items():
+        text = data.decode("utf-8")
+        for word in words:
+            if len(word) > 2:
+                assert not re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text), f"{path}: {word}"
+
+
+def test_no_dates(trees: Trees) -> None:
+    """No date but those of the document, which the spec has in the same words."""
+    for path, data in trees["plain"].items():
+        found = re.findall(rb"\b(?:19|20)\d\d-[01]?\d-[0-3]?\d\b|\b\d\d:\d\d:\d\d\b", data)
+        assert found == [], path
+
+
+def test_plain_bytes(trees: Trees) -> None:
+    for path, data in trees["plain"].items():
+        text = data.decode("utf-8")
+        assert "\r" not in text, path
+        assert "\t" not in text, path
+        assert not text or text.endswith("\n"), path
+        assert not re.search(r"[ ]+$", text, re.MULTILINE), path
+
+
+def test_manifest(trees: Trees) -> None:
+    files = trees["plain"]
+    manifest = json.loads(files["manifest.json"])
+    digests = {path: hashlib.sha256(data).hexdigest() for path, data in files.items()}
+    del digests["manifest.json"]
+    assert manifest["files"] == digests
+    assert manifest["registry"]
+    for name, digest in manifest["registry"].items():
+        assert digest == digests[f"registry/{name}.json"]
+
+
+def test_packages_carry_the_same_data(trees: Trees) -> None:
+    files = trees["plain"]
+    for path, data in files.items():
+        for kind in ("registry", "vectors"):
+            if re.fullmatch(rf"python/\w+/{kind}\.json", path):
+                name = json.loads(data)["protocol"]
+                assert data == files[f"{kind}/{name}.json"]
