@@ -249,6 +249,9 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
             known(entry.get(part, ()), messages, "message", "lists", key, part)
     for key, entry in families.items():
         known(entry.get("messages", ()), messages, "message", "families", key, "messages")
+        if "like" in entry:
+            listed = [name for name, unit in data["units"].items() if "list" in unit]
+            known([entry["like"]], listed, "unit with a list", "families", key, "like")
     for key, entry in data["units"].items():
         known(entry["stages"], stages, "stage", "units", key, "stages")
         known([entry["family"]], families, "family", "units", key, "family")
@@ -257,6 +260,9 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         keeper = entry.get("keep_alive", "none")
         if keeper != "none":
             known([keeper], messages, "message", "units", key, "keep_alive")
+    for key, entry in data.get("known_prefixes", {}).items():
+        if "like" in entry:
+            known([entry["like"]], data["units"], "unit", "known_prefixes", key, "like")
 
 
 def message_classes(message: Message) -> dict[str, str]:

@@ -21,6 +21,7 @@ __all__ = ["registry_json", "render"]
 
 Json = dict[str, Any]
 SCHEMA_VERSION = 1
+_TABLES_OF_UNITS = ("families", "lists", "addresses", "hardware_types")
 
 
 def render(protocol: Protocol) -> dict[str, str]:
@@ -71,9 +72,10 @@ def registry_json(protocol: Protocol) -> Json:
         "controllers": {c.name: {"units": sorted(c.units)} for c in protocol.controllers},
         "stages": [_stage(stage) for stage in sorted(protocol.stages, key=lambda s: s.name)],
         "units": [
-            {"name": name, **units["units"][name]} for name in sorted(units.get("units", {}))
+            {"name": name, **entry, "messages": _unit_messages(units, entry)}
+            for name, entry in sorted(units.get("units", {}).items())
         ],
-        **{key: units[key] for key in ("families", "lists", "addresses") if key in units},
+        **{key: units[key] for key in _TABLES_OF_UNITS if key in units},
         "known_prefixes": units.get("known_prefixes", {}),
         "errata": [
             {
@@ -90,6 +92,18 @@ def registry_json(protocol: Protocol) -> Json:
             for e in protocol.errata
         ],
     }
+
+
+def _unit_messages(units: Json, unit: Json) -> list[str]:
+    """Return what a unit answers and sends: its printed list, or what its family has instead."""
+    key = unit.get("list")
+    if key is None:
+        family = units["families"][unit["family"]]
+        if "messages" in family:
+            return sorted(family["messages"])
+        key = units["units"][family["like"]]["list"]
+    printed = units["lists"][key]
+    return sorted({*printed["messages"], *printed.get("completes", ())})
 
 
 def _message(message: Message) -> Json:
