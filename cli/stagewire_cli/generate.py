@@ -70,7 +70,7 @@ def generate(
         typer.echo(f"{out}: {len(files)} files, not one byte drifted")
         return
     try:
-        touched = write(out, (_present(out) | files) if target else files)
+        touched = write(out, files, partial=bool(target))
     except OutputError as error:
         typer.echo(f"stagewire: {error}", err=True)
         raise typer.Exit(WRONG) from None
@@ -81,17 +81,3 @@ def generate(
 
 _KINDS = ("changed", "missing", "orphaned")
 
-
-def _present(out: Path) -> dict[str, str]:
-    """Return what stands in the folder, so that writing one target leaves the others alone."""
-    if not out.is_dir():
-        return {}
-    present = {}
-    for path in sorted(out.rglob("*")):
-        if path.is_file() and "__pycache__" not in path.parts:
-            try:
-                text = path.read_bytes().decode("utf-8")
-            except UnicodeDecodeError:
-                continue
-            present[path.relative_to(out).as_posix()] = text
-    return present

@@ -164,6 +164,7 @@ class Field:
     page: int
     place: Place
     ranged: bool = False  # the document gives a range
+    open: bool = False  # the document says that its list of values or bits is not complete
     default: int | None = None
     constant: int | None = None
     quantity: Quantity | None = None

@@ -59,14 +59,18 @@ def compare(out: Path, files: Mapping[str, str]) -> list[Change]:
     return sorted(changes, key=lambda change: change.path)
 
 
-def write(out: Path, files: Mapping[str, str]) -> list[str]:
+def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list[str]:
     """Write what differs and delete what is no longer generated; return the paths touched.
 
+    :param partial: ``files`` are some targets only; what else stands in the folder is left alone, and
+        the manifest keeps its entries.
     Raises :class:`OutputError`, before anything is written, when that would overwrite or delete a file
     that the generator did not make, or that was edited since.
     """
-    targets = {path: _inside(out, path) for path in files}
     known = _manifest(out)
+    if partial:
+        files = {**files, MANIFEST: _merged(out, files)}
+    targets = {path: _inside(out, path) for path in files}
     foreign = [f"{path} (a folder)" for path, target in targets.items() if target.is_dir()]
     needed = {parent.as_posix() for path in files for parent in PurePosixPath(path).parents}
     stale = []
@@ -74,6 +78,8 @@ def write(out: Path, files: Mapping[str, str]) -> list[str]:
         current = hashlib.sha256((out / path).read_bytes()).hexdigest()
         ours = known.get(path) == current or (path == MANIFEST and bool(known))
         if path not in files:
+            if partial and path not in needed:
+                continue
             if ours:
                 stale.append(path)
             elif path in known:
@@ -120,12 +126,23 @@ def _present(out: Path) -> list[str]:
 
 
 def _manifest(out: Path) -> dict[str, str]:
+    files = _loaded(out).get("files")
+    return {str(path): str(sha) for path, sha in files.items()} if isinstance(files, dict) else {}
+
+
+def _loaded(out: Path) -> dict[str, object]:
     with contextlib.suppress(OSError, ValueError):
         loaded = json.loads((out / MANIFEST).read_text(encoding="utf-8"))
-        files = loaded.get("files") if isinstance(loaded, dict) else None
-        if isinstance(files, dict):
-            return {str(path): str(sha) for path, sha in files.items()}
+        if isinstance(loaded, dict):
+            return loaded
     return {}
+
+
+def _merged(out: Path, files: Mapping[str, str]) -> str:
+    """Return the manifest in the folder with the digests of ``files`` entered."""
+    listed = _manifest(out) | {path: digest(text) for path, text in files.items()}
+    data = {"schema_version": 1, "registry": {}, **_loaded(out), "files": listed}
+    return json.dumps(data, ensure_ascii=False, indent=2, sort_keys=True) + "\n"
 
 
 def _replace(target: Path, data: bytes) -> None:

@@ -439,6 +439,7 @@ class _Resolver:
             minimum=entry.get("minimum", format.minimum if format.kind == "integer" else 0),
             maximum=entry.get("maximum", format.maximum if format.kind == "integer" else 0),
             ranged="minimum" in entry or "maximum" in entry,
+            open=entry.get("open", False),
             page=entry.get("page", page),
             place=place,
             default=entry.get("default"),

@@ -284,3 +284,13 @@ def test_a_manifest_cannot_point_outside(tmp_path: Path) -> None:
     write(out, FILES)
     assert victim.read_text() == "x = 1\n"
     assert present(out) == FILES
+
+
+def test_some_targets_leave_the_rest_alone_and_enter_the_manifest(tmp_path: Path) -> None:
+    write(tmp_path, tree({"a/one.txt": "1"}))
+    assert write(tmp_path, {"b/two.txt": "2"}, partial=True) == ["b/two.txt", MANIFEST]
+    assert (tmp_path / "a/one.txt").read_text() == "1"
+    listed = json.loads((tmp_path / MANIFEST).read_text())["files"]
+    assert listed == {"a/one.txt": digest("1"), "b/two.txt": digest("2")}
+    write(tmp_path, tree({"a/one.txt": "1"}))
+    assert not (tmp_path / "b").exists()

@@ -371,8 +371,8 @@ class PzGetOutputVolts(Message):
 class PzSetOutputPos(Message):
     """``PZ_SET_OUTPUTPOS`` (0x0646), to the controller, 4 bytes of data; page 97.
 
-    Set: position of the actuator in closed loop, counted from the zero position; a set is ignored
-    in open loop.
+    Set: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a
+    set is ignored in open loop.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param position_sw: Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by
@@ -423,8 +423,8 @@ class PzSetOutputPos(Message):
 class PzReqOutputPos(Message):
     """``PZ_REQ_OUTPUTPOS`` (0x0647), to the controller, header only; page 97.
 
-    Request: position of the actuator in closed loop, counted from the zero position; a set is
-    ignored in open loop.
+    Request: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes;
+    a set is ignored in open loop.
 
     Answered by ``PZ_GET_OUTPUTPOS``.
 
@@ -474,8 +474,8 @@ class PzReqOutputPos(Message):
 class PzGetOutputPos(Message):
     """``PZ_GET_OUTPUTPOS`` (0x0648), to the host, 4 bytes of data; page 97.
 
-    Report: position of the actuator in closed loop, counted from the zero position; a set is
-    ignored in open loop.
+    Report: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a
+    set is ignored in open loop.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param position_sw: Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by
@@ -584,6 +584,8 @@ class PzGetMaxTravel(Message):
     :param travel: in steps of 100 nm; no format is printed; raw counts of um, um_per_count 1/10; 0
         to 65535.
 
+    Erratum ``apt-list-bpc30x-maxtravel``: printed PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL;
+        encoded PZ_GET_MAXTRAVEL, too.
     Erratum ``apt-maxtravel-example-addresses``: printed 01 A2; encoded 81 22.
     Erratum ``apt-maxtravel-format-missing``: printed no format of Travel; encoded word.
     Erratum ``apt-maxtravel-unit``: printed a value (in microns); encoded steps of 100 nm.
@@ -961,8 +963,8 @@ class PzGetPiConsts(Message):
 class PzSetZero(Message):
     """``PZ_SET_ZERO`` (0x0658), to the controller, header only; page 117.
 
-    Puts zero volts on the actuator and takes the position read there as zero from then on;
-    typically done once at the start.
+    Puts zero volts on the actuator and takes the position read there as zero from then on; part of
+    setting the actuator up.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
@@ -1063,8 +1065,8 @@ class PzGetPzStatusBits(Message):
     Report: status bits of a channel alone, without voltage and position.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param status_bits: What the bits mean depends on the controller; :class:`~.BpcStatusBits`; 0 to
-        4294967295.
+    :param status_bits: The meaning depends on the controller; tables are printed for the TPZ001 and
+        the BPC series only; :class:`~.BpcStatusBits`; 0 to 4294967295.
 
     Erratum ``apt-pz-digital-input-8-mask``: printed 0x0800000 for bit 28; encoded 0x08000000.
     Erratum ``apt-pz-status-bits-13-15``: printed bits 13 to 15 on page 102, for future use on page
@@ -1126,8 +1128,8 @@ class PzGetPzStatusUpdate(Message):
         of V, scale by maximum_volts; -32768 to 32767.
     :param position: Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by
         maximum_travel; 0 to 32767.
-    :param status_bits: What the bits mean depends on the controller; :class:`~.BpcStatusBits`; 0 to
-        4294967295.
+    :param status_bits: The meaning depends on the controller; tables are printed for the TPZ001 and
+        the BPC series only; :class:`~.BpcStatusBits`; 0 to 4294967295.
 
     Erratum ``apt-pz-digital-input-8-mask``: printed 0x0800000 for bit 28; encoded 0x08000000.
     Erratum ``apt-pz-status-bits-13-15``: printed bits 13 to 15 on page 102, for future use on page
@@ -1537,8 +1539,8 @@ class PzGetIoSettings(Message):
 class PzSetOutputMaxVolts(Message):
     """``PZ_SET_OUTPUTMAXVOLTS`` (0x0680), to the controller, 6 bytes of data; page 121.
 
-    Set: maximum output voltage, which must suit the actuator. A set makes the controller report the
-    new maximum voltage and the new maximum travel by itself.
+    Set: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
+    controller report the new maximum voltage and the new maximum travel by itself.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V,
@@ -1611,8 +1613,8 @@ class PzSetOutputMaxVolts(Message):
 class PzReqOutputMaxVolts(Message):
     """``PZ_REQ_OUTPUTMAXVOLTS`` (0x0681), to the controller, header only; page 121.
 
-    Request: maximum output voltage, which must suit the actuator. A set makes the controller report
-    the new maximum voltage and the new maximum travel by itself.
+    Request: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes
+    the controller report the new maximum voltage and the new maximum travel by itself.
 
     Answered by ``PZ_GET_OUTPUTMAXVOLTS``.
 
@@ -1664,8 +1666,8 @@ class PzReqOutputMaxVolts(Message):
 class PzGetOutputMaxVolts(Message):
     """``PZ_GET_OUTPUTMAXVOLTS`` (0x0682), to the host, 6 bytes of data; pages 121, 122.
 
-    Report: maximum output voltage, which must suit the actuator. A set makes the controller report
-    the new maximum voltage and the new maximum travel by itself.
+    Report: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
+    controller report the new maximum voltage and the new maximum travel by itself.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V,
@@ -1975,13 +1977,13 @@ class PzSetOutputLut(Message):
     """``PZ_SET_OUTPUTLUT`` (0x0700), to the controller, 6 bytes of data; page 106.
 
     Set: one sample of the waveform table. Only as many samples need to be loaded as one cycle uses.
-    They are volts or positions, as PZ_SET_LUTVALUETYPE said before they were loaded. A request
-    names the channel and no index.
+    They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it says
+    which before they are loaded. A request names the channel and no index.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; 0 to 7999.
-    :param output: Share of the maximum output voltage, 32767 for 100 %; raw counts of unit by
-        setting, scale by lut_value_type; -32768 to 32767.
+    :param output: Share of the maximum output voltage, 32767 for 100 %. How positions are scaled is
+        not said; raw counts of unit by setting, scale by lut_value_type; -32768 to 32767.
 
     Erratum ``apt-lut-bandwidth``: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC,
         4 kHz for TPZ.
@@ -2048,8 +2050,8 @@ class PzReqOutputLut(Message):
     """``PZ_REQ_OUTPUTLUT`` (0x0701), to the controller, header only; pages 106, 107.
 
     Request: one sample of the waveform table. Only as many samples need to be loaded as one cycle
-    uses. They are volts or positions, as PZ_SET_LUTVALUETYPE said before they were loaded. A
-    request names the channel and no index.
+    uses. They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE,
+    it says which before they are loaded. A request names the channel and no index.
 
     Answered by ``PZ_GET_OUTPUTLUT``.
 
@@ -2100,13 +2102,13 @@ class PzGetOutputLut(Message):
     """``PZ_GET_OUTPUTLUT`` (0x0702), to the host, 6 bytes of data; pages 106, 107.
 
     Report: one sample of the waveform table. Only as many samples need to be loaded as one cycle
-    uses. They are volts or positions, as PZ_SET_LUTVALUETYPE said before they were loaded. A
-    request names the channel and no index.
+    uses. They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE,
+    it says which before they are loaded. A request names the channel and no index.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; 0 to 7999.
-    :param output: Share of the maximum output voltage, 32767 for 100 %; raw counts of unit by
-        setting, scale by lut_value_type; -32768 to 32767.
+    :param output: Share of the maximum output voltage, 32767 for 100 %. How positions are scaled is
+        not said; raw counts of unit by setting, scale by lut_value_type; -32768 to 32767.
     """
 
     __slots__ = ("chan_ident", "index", "output")
@@ -2178,7 +2180,7 @@ class PzSetOutputLutParams(Message):
     :param post_cycle_rest: How long the last sample is held after a cycle, whatever delay_time
         says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
     :param op_trig_start: Sample that starts an output trigger, from 1, less than cycle_length; only
-        with outputlut_outputtrig. 0 where no trigger is used; 0 to 8000.
+        with outputlut_outputtrig. 0 without a trigger, as in the example of page 111; 0 to 8000.
     :param op_trig_width: width of the output trigger; raw counts of ms, scale by unit; -2147483648
         to 2147483647.
     :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
@@ -2428,7 +2430,7 @@ class PzGetOutputLutParams(Message):
     :param post_cycle_rest: How long the last sample is held after a cycle, whatever delay_time
         says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
     :param op_trig_start: Sample that starts an output trigger, from 1, less than cycle_length; only
-        with outputlut_outputtrig. 0 where no trigger is used; 0 to 8000.
+        with outputlut_outputtrig. 0 without a trigger, as in the example of page 111; 0 to 8000.
     :param op_trig_width: width of the output trigger; raw counts of ms, scale by unit; -2147483648
         to 2147483647.
     :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
@@ -3543,8 +3545,8 @@ class PzGetTsgReading(Message):
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param reading: Micrometres, volts or newtons. The maximum is printed as 32768; raw counts of
         unit by setting, scale by display_mode; -32767 to 32767.
-    :param smoothed: smoothed reading; the page does not describe it further; raw counts of unit by
-        setting, scale by display_mode; 0 to 65535.
+    :param smoothed: Smoothed reading; neither range nor unit is printed, and as a word it holds no
+        negative reading; 0 to 65535.
 
     Erratum ``apt-tsg-reading-columns``: printed StatusBits in bytes 8 to 11; encoded Reading in
         bytes 8 and 9, Smoothed in bytes 10 and 11.

@@ -167,6 +167,8 @@ def _field(field: Field) -> Json:
     if field.flags:
         data["flag_table"] = field.flags.name
         data["flags"] = {bit.name: bit.mask for bit in field.flags.bits}
+    if field.open:
+        data["open"] = True
     if field.flags_by_unit:
         data["flags_by_unit"] = {unit: table.name for unit, table in field.flags_by_unit.items()}
     return data
