@@ -192,6 +192,7 @@ class Layout:
     fields: tuple[Field, ...]
     note: str
     place: Place
+    only_zero: bool = False  # a header with other parameters than zero is not this message
 
     @property
     def all_fields(self) -> tuple[Field, ...]:

@@ -361,7 +361,8 @@ class _Resolver:
             )
         place = document.place(*path)
         note = entry.get("note", "")
-        return model.Layout("header", {}, params[0], params[1], 0, (), note, place)
+        only_zero = entry.get("only_zero", False)
+        return model.Layout("header", {}, params[0], params[1], 0, (), note, place, only_zero)
 
     def data(
         self,

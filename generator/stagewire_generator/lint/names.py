@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.model import Message, Protocol
+from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.strict_yaml import Document
 
 __all__ = ["RESERVED", "check_names"]
@@ -167,12 +168,12 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
         seen[folded] = name
     classes: dict[str, str] = {}
     for table in protocol.flags:
-        name = _camel(table.name)
+        name = camel(table.name)
         classes[name] = table.name  # its users import it beside the messages
         if name in _IN_FLAGS:
             diagnostics.add(table.place, "SW023", f"{table.name}: the class {name}")
     for enumeration in protocol.enumerations:
-        name = _camel(enumeration.name)
+        name = camel(enumeration.name)
         if name in _IN_ENUMERATIONS:
             diagnostics.add(enumeration.place, "SW023", f"{enumeration.name}: the class {name}")
     for message in protocol.messages:
@@ -191,10 +192,6 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
         if folded in stages:
             diagnostics.add(stage.place, "SW022", f"{stage.name} and {stages[folded]}")
         stages[folded] = stage.name
-
-
-def _camel(name: str) -> str:
-    return "".join(part.capitalize() for part in name.split("_"))
 
 
 def _class_names(message: Message) -> Iterator[str]:
@@ -263,18 +260,3 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
     for key, entry in data.get("known_prefixes", {}).items():
         if "like" in entry:
             known([entry["like"]], data["units"], "unit", "known_prefixes", key, "like")
-
-
-def message_classes(message: Message) -> dict[str, str]:
-    """Return form -> class name of a message.
-
-    The layout with the plain form ``data``, or the only layout, takes the plain name; the others
-    append their form.
-    """
-    forms = [layout.form for layout in message.layouts]
-    plain = forms[0] if len(forms) == 1 else "data"
-    names = {}
-    for form in forms:
-        suffix = "" if form == plain else form.removeprefix("data:").capitalize()
-        names[form] = message.class_name + suffix
-    return names

@@ -1,20 +1,17 @@
-"""What the Python templates print: every decision is taken here."""
+"""The package and its modules; what their classes look like stands beside this module."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire_generator.lint.names import message_classes
-from stagewire_generator.model import (
-    Enumeration,
-    Erratum,
-    Factor,
-    Field,
-    FlagTable,
-    Layout,
-    Message,
-    Protocol,
-    Stage,
+from stagewire_generator.model import Factor, Protocol
+from stagewire_generator.targets.python.message_view import ClassView, class_views
+from stagewire_generator.targets.python.named_view import (
+    NamedView,
+    StageView,
+    enumeration_view,
+    flag_table_view,
+    stage_view,
 )
 from stagewire_generator.targets.python.source import (
     WIDTH,
@@ -22,63 +19,14 @@ from stagewire_generator.targets.python.source import (
     call,
     docstring,
     imported,
-    integer,
     list_of,
     literal,
-    long_text,
     natural,
     paragraph,
-    tuple_of,
     width,
 )
 
-__all__ = ["ChapterView", "ClassView", "PackageView", "camel", "package_view"]
-
-_CODES = {1: "b", 2: "h", 4: "l", 8: "q"}  # capitals without a sign
-_TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
-_DECODE = '.rstrip(b"\\0").decode'
-_ROLES = {"set": "Set", "req": "Request", "get": "Report"}
-_EXCHANGES = {"answered_by": "Answered by", "completes_with": "Completes with"}
-_DIRECTIONS = {
-    "to_controller": "to the controller",
-    "to_host": "to the host",
-    "both": "either way",
-}
-
-
-def camel(name: str) -> str:
-    """Return ``jog_mode`` as ``JogMode``."""
-    return "".join(part.capitalize() for part in name.split("_"))
-
-
-@dataclass(frozen=True, slots=True)
-class FieldView:
-    """One field as a slot, an argument, and a check."""
-
-    name: str
-    type: str
-    check: str  # statement(s) that check and normalise the argument
-    flags: str  # class of its flags, or ""
-    unpacked: str  # expression that turns the unpacked value into the slot's, or ""
-
-
-@dataclass(frozen=True, slots=True)
-class ClassView:
-    """One message class."""
-
-    name: str
-    kind: str  # plain | empty | undecided | undocumented
-    doc: str
-    slots: str
-    layout: str
-    signature: str
-    fields: tuple[FieldView, ...]
-    payload: str  # struct format that reads the fields from a whole frame
-    frame: str  # struct format of the whole frame
-    unpack: str  # the assignment
-    pack: str  # the return statement
-    shared: tuple[FieldView, ...] = ()
-    shared_names: str = ""
+__all__ = ["ChapterView", "PackageView", "package_view"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,23 +39,6 @@ class ChapterView:
     imports: tuple[str, ...]
     all: str
     exported: str  # the statement by which the package imports the classes
-
-
-@dataclass(frozen=True, slots=True)
-class NamedView:
-    """An enumeration or a flag table."""
-
-    name: str
-    doc: str
-    members: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class StageView:
-    """A stage."""
-
-    name: str
-    source: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,11 +65,11 @@ def package_view(protocol: Protocol) -> PackageView:
     made = {message.chapter for message in protocol.messages if message.id is not None}
     chapters = tuple(_chapter(protocol, c.name) for c in protocol.chapters if c.name in made)
     document = protocol.document
-    flags = tuple(_flag_table(t) for t in sorted(protocol.flags, key=lambda t: t.name))
+    flags = tuple(flag_table_view(t) for t in sorted(protocol.flags, key=lambda t: t.name))
     enumerations = tuple(
-        _enumeration(e) for e in sorted(protocol.enumerations, key=lambda e: e.name)
+        enumeration_view(e) for e in sorted(protocol.enumerations, key=lambda e: e.name)
     )
-    stages = tuple(_stage(protocol, s) for s in sorted(protocol.stages, key=lambda s: s.name))
+    stages = tuple(stage_view(protocol, s) for s in sorted(protocol.stages, key=lambda s: s.name))
     names = [view.name for chapter in chapters for view in chapter.classes]
     factors = [f for s in protocol.stages for scales in s.scales.values() for f in scales.values()]
     kinds = ["Stage"] if stages else []
@@ -188,7 +119,7 @@ def _protocol(protocol: Protocol) -> str:
     parameterless = [
         f"0x{message.id:04X}"
         for message in protocol.messages
-        if message.id is not None and message.direction == "both"
+        if message.id is not None and any(layout.only_zero for layout in message.layouts)
     ]
     devices = [f"0x{d:02X}" for d in framing["devices"]]
     reasons = [f"{literal(n)}: {literal(w)}" for n, w in nameless.items()]
@@ -218,15 +149,12 @@ def _frozenset(name: str, items: list[str]) -> str:
     return call(f"{name}=frozenset", [bracketed("{", items, "}", 8, 0)], "", 4, 0)
 
 
-# Messages
-
-
 def _chapter(protocol: Protocol, name: str) -> ChapterView:
     chapter = next(c for c in protocol.chapters if c.name == name)
     classes: list[ClassView] = []
     for message in protocol.messages:
         if message.chapter == name and message.id is not None:
-            classes += _classes(protocol, message)
+            classes += class_views(protocol, message)
     used = {
         field.flags for view in classes for field in (*view.fields, *view.shared) if field.flags
     }
@@ -252,403 +180,3 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
         all=_all(names),
         exported=imported(f"{protocol.package}.messages.{name}", names),
     )
-
-
-def _classes(protocol: Protocol, message: Message) -> list[ClassView]:
-    if not message.documented:
-        return [_undocumented(protocol, message)]
-    names = message_classes(message)
-    views = [_class(protocol, message, layout, names[layout.form]) for layout in message.layouts]
-    contextual = [layout for layout in message.layouts if layout.when]
-    if contextual:
-        views.append(_undecided(protocol, message, contextual))
-    return views
-
-
-def _slots(message: Message, layout: Layout) -> list[Field | str]:
-    """Return the fields of a class; a header parameter without a meaning is a bare name."""
-    slots: list[Field | str] = []
-    if layout.form == "header":
-        for name, field in (("param1", layout.param1), ("param2", layout.param2)):
-            slots.append(field or name)
-    return [*slots, *layout.fields]
-
-
-def _class(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
-    assert message.id is not None
-    slots = _slots(message, layout)
-    fields = tuple(_field(slot) for slot in slots)
-    header = layout.form == "header"
-    codes = "".join(_code(slot) for slot in slots)
-    names = [field.name for field in fields]
-    required = [f for f, s in zip(fields, slots, strict=True) if not _optional(s)]
-    optional = [(f, s) for f, s in zip(fields, slots, strict=True) if _optional(s)]
-    arguments = ["cls", *(f"{f.name}: {f.type}" for f in required)]
-    if optional:
-        arguments.append("*")
-        arguments += [f"{f.name}: {f.type} = {_default(s)}" for f, s in optional]
-    payload = f"<2x{codes}2x" if header else f"<6x{codes}"
-    frame = f"<H{codes}BB" if header else f"<HHBB{codes}"
-    targets = [f.name if f.unpacked else f"draft.{f.name}" for f in fields]
-    packed = [_packed(slot) for slot in slots]
-    if header:
-        values = ["self.layout.id", *packed, "dest", "source"]
-    else:
-        values = ["self.layout.id", str(layout.length), "dest | 0x80", "source", *packed]
-    return ClassView(
-        name=name,
-        kind="plain",
-        doc=_doc(protocol, message, layout),
-        slots=_names("__slots__ = ", sorted(names)),
-        layout=_layout(message, layout, slots),
-        signature=call("def __new__", arguments, " -> Self:", 4),
-        fields=fields,
-        payload=payload,
-        frame=frame,
-        unpack=_assign(targets),
-        pack=call("return self._pack", values, "", 8),
-    )
-
-
-def _names(head: str, names: list[str]) -> str:
-    """Return the assignment of a tuple of names in the body of a class."""
-    quoted = [literal(name) for name in names]
-    return call(head, quoted, "", 4) if len(quoted) > 1 else head + tuple_of(quoted)
-
-
-def _assign(targets: list[str]) -> str:
-    right = "cls._unpack(raw)"
-    if len(targets) == 1:
-        return f"({targets[0]},) = {right}"
-    line = f"{', '.join(targets)} = {right}"
-    if len(line) + 8 <= 100:
-        return line
-    body = "".join(f"            {target},\n" for target in targets)
-    return f"(\n{body}        ) = {right}"
-
-
-def _code(slot: Field | str) -> str:
-    if isinstance(slot, str):
-        return "B"
-    if slot.format.kind != "integer":
-        return f"{slot.format.size}s"
-    code = _CODES[slot.format.size]
-    return code if slot.format.signed else code.upper()
-
-
-def _optional(slot: Field | str) -> bool:
-    return isinstance(slot, str) or slot.role in ("reserved", "constant")
-
-
-def _default(slot: Field | str) -> str:
-    if isinstance(slot, str):
-        return "0"
-    if slot.format.kind == "text":
-        return '""'
-    if slot.format.kind == "bytes":
-        return f"bytes({slot.format.size})"
-    return integer(slot.constant or 0)
-
-
-def _packed(slot: Field | str) -> str:
-    if isinstance(slot, Field) and slot.format.kind == "text":
-        return f'self.{slot.name}.encode("latin-1")'
-    return f"self.{slot if isinstance(slot, str) else slot.name}"
-
-
-def _field(slot: Field | str) -> FieldView:
-    if isinstance(slot, str):
-        return FieldView(slot, "int", _integer_check(slot, 0, 0xFF), "", "")
-    name, format = slot.name, slot.format
-    if format.kind == "text":
-        arguments = ["cls.layout", literal(name), name, str(format.size)]
-        check = call(f"{name} = check_text", arguments, "", 8)
-        unpacked = call(f"draft.{name} = {name}{_DECODE}", ['"latin-1"'], "", 8)
-        return FieldView(name, "str", check, "", unpacked)
-    if format.kind == "bytes":
-        arguments = ["cls.layout", literal(name), name, str(format.size)]
-        check = call(f"{name} = check_bytes", arguments, "", 8)
-        return FieldView(name, "bytes", check, "", "")
-    flags = camel(slot.flags.name) if slot.flags else ""
-    minimum, maximum = slot.minimum, slot.maximum
-    return FieldView(name, "int", _integer_check(name, minimum, maximum), flags, "")
-
-
-def _integer_check(name: str, minimum: int, maximum: int) -> str:
-    low, high = integer(minimum), integer(maximum)
-    test = f"if {name}.__class__ is not int or not {low} <= {name} <= {high}:"
-    if len(test) > WIDTH - 8:
-        pad = " " * 8
-        test = (
-            f"if (\n{pad}    {name}.__class__ is not int\n"
-            f"{pad}    or not {low} <= {name} <= {high}\n{pad}):"
-        )
-    body = call(f"{name} = check_integer", ["cls.layout", f'"{name}"', name, low, high], "", 12)
-    return f"{test}\n            {body}"
-
-
-def _layout(message: Message, layout: Layout, slots: list[Field | str]) -> str:
-    assert message.id is not None
-    names = [slot if isinstance(slot, str) else slot.name for slot in slots]
-    arguments = [
-        literal(message.name),
-        f"id=0x{message.id:04X}",
-        f"form={literal(layout.form)}",
-        f"fields={tuple_of([literal(n) for n in names])}",
-    ]
-    if len(arguments[-1]) > 90:
-        arguments[-1] = call("fields=", [literal(n) for n in names], "", 8)
-    if layout.length:
-        arguments.append(f"length={layout.length}")
-    optional = [n for n, s in zip(names, slots, strict=True) if _optional(s)]
-    if optional:
-        arguments.append(
-            call("optional=", [literal(n) for n in optional], "", 8)
-            if len(optional) > 1
-            else f"optional={tuple_of([literal(n) for n in optional])}"
-        )
-    unnamed = [n for n in names if n in ("param1", "param2")]
-    if unnamed:
-        arguments.append(f"unnamed={tuple_of([literal(n) for n in unnamed])}")
-    if layout.when:
-        pairs = [f"{literal(k)}: {literal(v)}" for k, v in layout.when.items()]
-        arguments.append(bracketed("when={", pairs, "}", 8, WIDTH - 1))
-    constants = {s.name: s.constant for s in slots if isinstance(s, Field) and s.constant}
-    if constants:
-        pairs = [f"{literal(k)}: {v}" for k, v in constants.items()]
-        arguments.append(bracketed("constants={", pairs, "}", 8, WIDTH - 1))
-    return call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0)
-
-
-def _undocumented(protocol: Protocol, message: Message) -> ClassView:
-    assert message.id is not None
-    arguments = [
-        literal(message.name),
-        f"id=0x{message.id:04X}",
-        'form="undocumented"',
-        'fields=("data", "param1", "param2")',
-        'optional=("param1", "param2")',
-        'unnamed=("param1", "param2")',
-    ]
-    return ClassView(
-        name=message.class_name,
-        kind="undocumented",
-        doc=_doc(protocol, message, None),
-        slots="__slots__ = ()",
-        layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0),
-        signature="", fields=(), payload="", frame="", unpack="", pack="",
-    )  # fmt: skip
-
-
-def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> ClassView:
-    assert message.id is not None
-    first, *others = layouts
-    shared = [
-        field
-        for field in first.fields
-        if all(
-            any(
-                (f.name, f.offset, f.format) == (field.name, field.offset, field.format)
-                for f in o.fields
-            )
-            for o in others
-        )
-    ]
-    arguments = [
-        literal(message.name),
-        f"id=0x{message.id:04X}",
-        'form="data:undecided"',
-        'fields=("data",)',
-        f"length={first.length}",
-    ]
-    choices = " or ".join(f"{k} {v}" for layout in layouts for k, v in layout.when.items())
-    text = (
-        f"``{message.name}`` (0x{message.id:04X}) whose layout no context has decided; "
-        f"page {message.pages[0]}.\n\n    "
-        + paragraph(
-            f"{message.summary} Bytes do not tell its layouts apart ({choices}). The fields that all of "
-            "them share can be read; it encodes back from ``data`` alone.",
-            4,
-        )
-    )
-    views = tuple(
-        FieldView(
-            name=field.name,
-            type=_TYPES[field.format.kind],
-            check=f'value{_DECODE}("latin-1")' if field.format.kind == "text" else "value",
-            flags="",
-            unpacked=f"value: {'int' if field.format.kind == 'integer' else 'bytes'} = "
-            f'Struct("<{field.offset}x{_code(field)}").unpack_from(self.data)[0]',
-        )
-        for field in shared
-    )
-    return ClassView(
-        name=message.class_name + "Undecided",
-        kind="undecided",
-        doc=docstring(text),
-        slots="__slots__ = ()",
-        layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0),
-        signature="", fields=(), payload="", frame="", unpack="", pack="",
-        shared=views,
-        shared_names=_names("shared: ClassVar[tuple[str, ...]] = ", [view.name for view in views]),
-    )  # fmt: skip
-
-
-def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
-    assert message.id is not None
-    size = "layout not documented"
-    if layout is not None:
-        size = f"{layout.length} bytes of data" if layout.length else "header only"
-    pages = ", ".join(str(page) for page in message.pages)
-    where = f"page{'s' if len(message.pages) > 1 else ''} {pages}"
-    sent = _DIRECTIONS[message.direction]
-    parts = [f"``{message.name}`` (0x{message.id:04X}), {sent}, {size}; {where}."]
-    role = f"{_ROLES[message.set[1]]}: " if message.set else ""
-    parts.append(paragraph(role + _lower(message.summary, role), 4))
-    facts = []
-    for key, text in _EXCHANGES.items():
-        names = message.exchange.get(key)
-        if names:
-            facts.append(f"{text} {', '.join(f'``{name}``' for name in names)}.")
-    if layout is not None and layout.when:
-        choice = ", ".join(f"{k} {v}" for k, v in layout.when.items())
-        facts.append(f"This layout: {choice}.")
-    if facts:
-        parts.append(paragraph(" ".join(facts), 4))
-    for note in (message.note, layout.note if layout else ""):
-        if note:
-            parts.append(paragraph(note, 4))
-    if layout is not None and layout.all_fields:
-        lines = [paragraph(_param(field), 4, 4) for field in layout.all_fields]
-        parts.append("\n    ".join(lines))
-    errata = [e for e in protocol.errata if e.id in message.errata and e.kind != "cosmetic"]
-    if errata:
-        parts.append("\n    ".join(paragraph(_erratum(e), 4, 4) for e in errata))
-    return docstring("\n\n    ".join(parts))
-
-
-def _lower(text: str, role: str) -> str:
-    """Return a summary as it continues after a role; an acronym keeps its capitals."""
-    return text[:1].lower() + text[1:] if role and not text[1:2].isupper() else text
-
-
-def _param(field: Field) -> str:
-    facts = []
-    if field.note:
-        facts.append(field.note.rstrip("."))
-    if field.role == "reserved":
-        facts.append("reserved, sent as zero")
-    if field.constant is not None:
-        facts.append(f"always {field.constant:#04x}")
-    if field.quantity:
-        facts.append(_unit(field))
-    if field.enum:
-        facts.append(f":class:`~.{camel(field.enum.name)}`")
-    if field.flags:
-        facts.append(f":class:`~.{camel(field.flags.name)}`")
-    if field.format.kind == "text":
-        facts.append(f"text of at most {field.format.size} characters")
-    elif field.format.kind == "bytes":
-        facts.append(f"{field.format.size} bytes")
-    else:
-        facts.append(f"{field.minimum} to {field.maximum}")
-    if field.default is not None:
-        facts.append(f"by default {field.default}")
-    return f":param {field.name}: {'; '.join(facts)}."
-
-
-def _unit(field: Field) -> str:
-    quantity = field.quantity
-    assert quantity
-    unit = quantity.unit or "unit by setting"
-    if quantity.factor:
-        factor = quantity.factor
-        return f"raw counts of {unit}, {factor.key} {factor.value}"
-    if "unknown" in quantity.rule:
-        return f"raw counts of {unit}, scale unknown"
-    by = quantity.rule.get("by")
-    setting = quantity.rule.get("setting")
-    return f"raw counts of {unit}, scale by {setting or by}"
-
-
-def _erratum(erratum: Erratum) -> str:
-    text = f"Erratum ``{erratum.id}``: printed {erratum.printed}; encoded {erratum.encoded}"
-    return text if text.endswith(".") else text + "."
-
-
-# Enumerations, flags, stages
-
-
-def _enumeration(enumeration: Enumeration) -> NamedView:
-    members = []
-    for value in enumeration.values:
-        sign = "-" if value.value < 0 else ""
-        members.append(f"{value.name} = {sign}0x{abs(value.value):02X}")
-        if value.note:
-            members.append(f'"""{docstring(paragraph(_sentence(value.note), 4))}"""')
-    doc = _named_doc("Values", enumeration.name, enumeration.page, enumeration.summary)
-    return NamedView(camel(enumeration.name), doc, tuple(members))
-
-
-def _flag_table(table: FlagTable) -> NamedView:
-    members = []
-    digits = 2 * table.format.size
-    for bit in table.bits:
-        arguments = [f"0x{bit.mask:0{digits}X}"]
-        if bit.note:
-            arguments.append(literal(bit.note))
-        members.append(call(f"{bit.name} = Bit", arguments, "", 4))
-    doc = _named_doc("Bits", table.name, table.page, table.summary)
-    return NamedView(camel(table.name), doc, tuple(members))
-
-
-def _named_doc(kind: str, name: str, page: int, summary: str) -> str:
-    head = f"{kind} of ``{name}`` (page {page})."
-    return docstring(f"{head}\n\n    {paragraph(summary, 4)}\n    " if summary else head)
-
-
-def _sentence(text: str) -> str:
-    text = text[:1].upper() + text[1:]
-    return text if text.endswith(".") else text + "."
-
-
-def _stage(protocol: Protocol, stage: Stage) -> StageView:
-    units = {quantity.name: quantity.unit for quantity in protocol.quantities}
-    controllers = {controller.name: controller.units for controller in protocol.controllers}
-    scales = []
-    families = []
-    for controller, factors in stage.scales.items():
-        lines = "".join(
-            f"            {literal(name)}: {_scale(factor, units[name])},\n"
-            for name, factor in factors.items()
-        )
-        scales.append(f"        {literal(controller)}: {{\n{lines}        }},\n")
-        names = [literal(unit) for unit in controllers[controller]]
-        listed = tuple_of(names)
-        if len(f"        {literal(controller)}: {listed},") > WIDTH:
-            listed = call("", names, "", 8)
-        families.append(f"        {literal(controller)}: {listed},\n")
-    source = (
-        f"{stage.name} = Stage(\n"
-        f"    {literal(stage.name)},\n"
-        f"    {literal(stage.title)},\n"
-        f"    page={stage.page},\n"
-        f"    scales={{\n{''.join(scales)}    }},\n"
-        f"    controllers={{\n{''.join(families)}    }},\n"
-        ")"
-    )
-    return StageView(stage.name, source)
-
-
-def _scale(factor: Factor | str, unit: str) -> str:
-    if isinstance(factor, str):
-        reason = long_text("", " ".join(factor.split()), 16)
-        return call("UnknownScale", [literal(unit), reason], "", 12, 0)
-    value = factor.value
-    method = "unit_per" if factor.key.endswith("_per_count") else "counts_per"
-    arguments = [literal(unit), str(value.numerator), str(value.denominator)]
-    if factor.printed:
-        arguments.append(f"printed={literal(factor.printed)}")
-    if factor.source:
-        arguments.append(long_text("source=", factor.source, 16))
-    return call(f"Scale.{method}", arguments, "", 12, 70)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from stagewire_generator.lint.names import message_classes
 from stagewire_generator.model import (
     Factor,
     Field,
@@ -15,6 +14,7 @@ from stagewire_generator.model import (
     Quantity,
     Stage,
 )
+from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.canonical import canonical
 
 __all__ = ["registry_json", "render"]
@@ -136,6 +136,7 @@ def _layout(layout: Layout, class_name: str) -> Json:
         "length": layout.length,
         "fields": [_field(field) for field in layout.fields],
         "note": layout.note,
+        **({"only_zero": True} if layout.only_zero else {}),
     }
 
 

@@ -1,0 +1,114 @@
+"""Enumerations, flag tables and stages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stagewire_generator.model import Enumeration, Factor, FlagTable, Protocol, Stage
+from stagewire_generator.naming import camel
+from stagewire_generator.targets.python.source import (
+    WIDTH,
+    call,
+    docstring,
+    literal,
+    long_text,
+    paragraph,
+    tuple_of,
+)
+
+__all__ = ["NamedView", "StageView", "enumeration_view", "flag_table_view", "stage_view"]
+
+
+@dataclass(frozen=True, slots=True)
+class NamedView:
+    """An enumeration or a flag table."""
+
+    name: str
+    doc: str
+    members: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StageView:
+    """A stage."""
+
+    name: str
+    source: str
+
+
+def enumeration_view(enumeration: Enumeration) -> NamedView:
+    """Make the view of an enumeration."""
+    members = []
+    for value in enumeration.values:
+        sign = "-" if value.value < 0 else ""
+        members.append(f"{value.name} = {sign}0x{abs(value.value):02X}")
+        if value.note:
+            members.append(f'"""{docstring(paragraph(_sentence(value.note), 4))}"""')
+    doc = _named_doc("Values", enumeration.name, enumeration.page, enumeration.summary)
+    return NamedView(camel(enumeration.name), doc, tuple(members))
+
+
+def flag_table_view(table: FlagTable) -> NamedView:
+    """Make the view of a flag table."""
+    members = []
+    digits = 2 * table.format.size
+    for bit in table.bits:
+        arguments = [f"0x{bit.mask:0{digits}X}"]
+        if bit.note:
+            arguments.append(literal(bit.note))
+        members.append(call(f"{bit.name} = Bit", arguments, "", 4))
+    doc = _named_doc("Bits", table.name, table.page, table.summary)
+    return NamedView(camel(table.name), doc, tuple(members))
+
+
+def _named_doc(kind: str, name: str, page: int, summary: str) -> str:
+    head = f"{kind} of ``{name}`` (page {page})."
+    return docstring(f"{head}\n\n    {paragraph(summary, 4)}\n    " if summary else head)
+
+
+def _sentence(text: str) -> str:
+    text = text[:1].upper() + text[1:]
+    return text if text.endswith(".") else text + "."
+
+
+def stage_view(protocol: Protocol, stage: Stage) -> StageView:
+    """Make the view of a stage."""
+    units = {quantity.name: quantity.unit for quantity in protocol.quantities}
+    controllers = {controller.name: controller.units for controller in protocol.controllers}
+    scales = []
+    families = []
+    for controller, factors in stage.scales.items():
+        lines = "".join(
+            f"            {literal(name)}: {_scale(factor, units[name])},\n"
+            for name, factor in factors.items()
+        )
+        scales.append(f"        {literal(controller)}: {{\n{lines}        }},\n")
+        names = [literal(unit) for unit in controllers[controller]]
+        listed = tuple_of(names)
+        if len(f"        {literal(controller)}: {listed},") > WIDTH:
+            listed = call("", names, "", 8)
+        families.append(f"        {literal(controller)}: {listed},\n")
+    source = (
+        f"{stage.name} = Stage(\n"
+        f"    {literal(stage.name)},\n"
+        f"    {literal(stage.title)},\n"
+        f"    page={stage.page},\n"
+        f"    scales={{\n{''.join(scales)}    }},\n"
+        f"    controllers={{\n{''.join(families)}    }},\n"
+        ")"
+    )
+    return StageView(stage.name, source)
+
+
+def _scale(factor: Factor | str, unit: str) -> str:
+    if isinstance(factor, str):
+        reason = long_text("", " ".join(factor.split()), 16)
+        return call("UnknownScale", [literal(unit), reason], "", 12, 0)
+    value = factor.value
+    method = "unit_per" if factor.key.endswith("_per_count") else "counts_per"
+    arguments = [literal(unit), str(value.numerator), str(value.denominator)]
+    if factor.printed:
+        arguments.append(f"printed={literal(factor.printed)}")
+    if factor.source:
+        arguments.append(long_text("source=", factor.source, 16))
+    return call(f"Scale.{method}", arguments, "", 12, 70)
