@@ -35,6 +35,7 @@ format: .venv/test/ready
 	.venv/test/bin/ruff format .
 
 bench: .venv/test/ready
+	.venv/test/bin/python benchmarks/framing_time.py
 	.venv/test/bin/python benchmarks/framing_experiment.py
 
 .venv/demo/ready: pyproject.toml

@@ -146,7 +146,7 @@ def test_a_framer_yields_frames_that_are_decoded_when_asked() -> None:
 def test_an_undocumented_message_carries_data_or_parameters() -> None:
     assert Frame(m.HwRichResponse(b"ab"), 1, 0x50).encode() == bytes.fromhex("810002008150") + b"ab"
     assert Frame(m.HwRichResponse(param1=3), 1, 0x50).encode() == bytes.fromhex("810003000150")
-    for wrong in (lambda: m.HwRichResponse("ab"), lambda: m.HwRichResponse(b"ab", 1)):  # type: ignore[arg-type]
+    for wrong in (lambda: m.HwRichResponse("ab"), lambda: m.HwRichResponse(b"ab", param1=1)):  # type: ignore[arg-type]
         with pytest.raises(BadValueError):
             wrong()
     with pytest.raises(OutOfRangeError):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-import time
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
@@ -453,15 +452,6 @@ def test_events_are_what_they_say(data: bytes, end: End) -> None:
         assert isinstance(event, Undocumented) == (event.id == 0x0081)
 
 
-def seconds(data: bytes, size: int) -> float:
-    framer = Framer(TABLE, End.NONE)
-    start = time.perf_counter()
-    for i in range(0, len(data), size):
-        framer.feed(data[i : i + size])
-        assert len(framer.pending) < MAXIMAL_FRAME
-    return time.perf_counter() - start
-
-
 FLOODS = {
     "status": STATUS,
     "zeros": bytes(20),
@@ -475,11 +465,12 @@ FLOODS = {
 
 @pytest.mark.parametrize("flood", FLOODS)
 @pytest.mark.parametrize("size", [1, 4096, 1 << 30])
-def test_time_is_linear_in_the_bytes(flood: str, size: int) -> None:
-    unit = FLOODS[flood]
-    short, long = (unit * (n // len(unit)) for n in (20_000, 160_000))
-    best = min(seconds(long, size) / max(seconds(short, size), 1e-4) for _ in range(3))
-    assert best < 8 * 4  # quadratic would be 64
+def test_a_flood_leaves_less_than_one_frame_pending(flood: str, size: int) -> None:
+    data = FLOODS[flood] * (20_000 // len(FLOODS[flood]))
+    framer = Framer(TABLE, End.NONE)
+    for i in range(0, len(data), size):
+        framer.feed(data[i : i + size])
+        assert len(framer.pending) < MAXIMAL_FRAME
 
 
 def test_remembered_headers_are_bounded() -> None:

@@ -368,11 +368,12 @@ class SolenoidOperatingMode(Enumeration):
     """
 
     SOLENOID_MANUAL = 0x01
-    """The front panel or the GUI switches the solenoid."""
+    """The ENABLE button of the front panel or the output buttons of the GUI switch the solenoid."""
     SOLENOID_SINGLE = 0x02
-    """Each start opens and closes it once with the times of MOT_SET_SOL_CYCLEPARAMS."""
+    """Each press of ENABLE or of Output ON in the GUI opens and closes it once, with the times of
+    MOT_SET_SOL_CYCLEPARAMS."""
     SOLENOID_AUTO = 0x03
-    """Each start opens and closes it over and over as MOT_SET_SOL_CYCLEPARAMS says."""
+    """After such a press it opens and closes over and over, with the times and number of cycles set."""
     SOLENOID_TRIGGER = 0x04
     """A rising edge at TRIG IN starts the cycles; the unit must have been primed with its ENABLE
     button."""

@@ -50,8 +50,8 @@ class BpcStatusBits(Flags):
 class DcStatusBits(Flags):
     """Bits of ``dc_status_bits`` (page 79).
 
-    Status of a DC servo channel; continued on page 80, which says that further bits exist. Pages
-    62, 64 and 66 number bits of this register from one.
+    Status of a DC servo channel. The bits from homed on stand on page 80, which says that further
+    bits exist. Pages 62, 64, 66 and 73 number bits of this register from one.
     """
 
     __slots__ = ()

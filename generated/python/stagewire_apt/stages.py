@@ -19,6 +19,10 @@ APT_STEPPER = Stage(
                 1,
                 printed="25,600 counts per mm",
             ),
+            "encoder_position": UnknownScale(
+                "mm",
+                "the encoder of the stage decides and the document gives no figure",
+            ),
         },
     },
     controllers={
@@ -49,6 +53,7 @@ MLS203 = Stage(
                 1,
                 printed="20,000 PMD units",
             ),
+            "encoder_position": Scale.counts_per("mm", 20000, 1, printed="10 x 20,000"),
             "velocity": Scale.counts_per("mm/s", 16777216, 125, printed="134218"),
             "acceleration": Scale.counts_per(
                 "mm/s^2",
@@ -81,6 +86,12 @@ Z8 = Stage(
                 34304,
                 1,
                 printed="512 x 67 = 34,304",
+            ),
+            "encoder_position": Scale.counts_per(
+                "mm",
+                34304,
+                1,
+                printed="512 x 67 = 34,304 encoder counts",
             ),
             "pot_velocity": Scale.counts_per(
                 "mm/s",

@@ -254,7 +254,7 @@ class HwGetInfo(Message):
 class HwStartUpdateMsgs(Message):
     """``HW_START_UPDATEMSGS`` (0x0011), to the controller, header only; page 20.
 
-    Starts the periodic status messages; they come, typically every 100 ms, until
+    Starts the periodic status messages; they come, typically every 100 ms (page 11), until
     HW_STOP_UPDATEMSGS.
 
     :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; 0 to
@@ -600,7 +600,7 @@ class HwResponse(Message):
 
 
 class HwRichResponse(UndocumentedMessage):
-    """``HW_RICHRESPONSE`` (0x0081), to the host, layout not documented; page 13.
+    """``HW_RICHRESPONSE`` (0x0081), to the host, layout not documented; pages 13, 82, 83.
 
     Verbose error message; the document names it and does not describe its packet.
 
@@ -821,8 +821,8 @@ class RackReqStatusBits(Message):
 
     Answered by ``RACK_GET_STATUSBITS``.
 
-    :param status_bits: the table names this byte and the document does not describe it; 0 to 255;
-        by default 0.
+    :param status_bits: the table names this byte; what it would carry in a request is not
+        described; reserved, sent as zero; 0 to 255.
 
     Erratum ``apt-rack-req-statusbits-id``: printed 28 02; encoded 26 02.
     """
@@ -833,7 +833,7 @@ class RackReqStatusBits(Message):
         id=0x0226,
         form="header",
         fields=("status_bits", "param2"),
-        optional=("param2",),
+        optional=("status_bits", "param2"),
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
@@ -841,7 +841,7 @@ class RackReqStatusBits(Message):
     status_bits: int
     param2: int
 
-    def __new__(cls, status_bits: int, *, param2: int = 0) -> Self:
+    def __new__(cls, *, status_bits: int = 0, param2: int = 0) -> Self:
         """Make the message; every value is checked."""
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFF)

@@ -1051,8 +1051,9 @@ class MotSetLimSwitchParams(Message):
         65535.
     :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`;
         0 to 65535.
-    :param cw_soft_limit: Clockwise limit in position steps; text and example of the page compute it
-        with 134218 per mm; raw counts of mm, scale by stage; 0 to 4294967295.
+    :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for it,
+        which is the MLS203's factor for velocities; raw counts of mm, scale by stage; 0 to
+        4294967295.
     :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; raw counts of mm,
         scale by stage; -2147483648 to 2147483647.
     :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; 0 to
@@ -1233,8 +1234,9 @@ class MotGetLimSwitchParams(Message):
         65535.
     :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`;
         0 to 65535.
-    :param cw_soft_limit: Clockwise limit in position steps; text and example of the page compute it
-        with 134218 per mm; raw counts of mm, scale by stage; 0 to 4294967295.
+    :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for it,
+        which is the MLS203's factor for velocities; raw counts of mm, scale by stage; 0 to
+        4294967295.
     :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; raw counts of mm,
         scale by stage; -2147483648 to 2147483647.
     :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; 0 to
@@ -2590,7 +2592,8 @@ class MotMoveAbsolute(Message):
 class MotMoveVelocity(Message):
     """``MOT_MOVE_VELOCITY`` (0x0457), to the controller, header only; page 48.
 
-    Moves without end in one direction until a stop command or a limit switch.
+    Moves in one direction, with the velocity that MOT_SET_MOVEVELPARAMS is said to set, until a
+    stop command or a limit switch.
 
     Completes with ``MOT_MOVE_COMPLETED``.
 
@@ -2649,7 +2652,7 @@ class MotMoveCompletedHeader(Message):
     A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
     the channel at that moment.
 
-    without the status
+    Without the status, as the byte table prints it; the lines around the table want the data form.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
 
@@ -2818,7 +2821,8 @@ class MotMoveCompletedStepper(Message):
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param position: position count; 25600 counts per mm on the APT stepper controllers; raw counts
         of mm, scale by stage; -2147483648 to 2147483647.
-    :param enc_count: encoder count; only for stages with an encoder; -2147483648 to 2147483647.
+    :param enc_count: encoder count; only for stages with an encoder; raw counts of mm, scale by
+        stage; -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
 
     Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
@@ -2931,7 +2935,7 @@ class MotMoveCompletedUndecided(UndecidedMessage):
 class MotMoveStop(Message):
     """``MOT_MOVE_STOP`` (0x0465), to the controller, header only; page 49.
 
-    Stops any movement of a channel, homing included.
+    Stops any movement of a channel, be it relative, absolute, at constant velocity or homing.
 
     Completes with ``MOT_MOVE_STOPPED``.
 
@@ -3146,7 +3150,8 @@ class MotMoveStoppedStepper(Message):
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param position: position count; 25600 counts per mm on the APT stepper controllers; raw counts
         of mm, scale by stage; -2147483648 to 2147483647.
-    :param enc_count: encoder count; only for stages with an encoder; -2147483648 to 2147483647.
+    :param enc_count: encoder count; only for stages with an encoder; raw counts of mm, scale by
+        stage; -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
 
     Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
@@ -3454,14 +3459,15 @@ class MotReqStatusUpdate(Message):
 
 
 class MotGetStatusUpdate(Message):
-    """``MOT_GET_STATUSUPDATE`` (0x0481), to the host, 14 bytes of data; page 77.
+    """``MOT_GET_STATUSUPDATE`` (0x0481), to the host, 14 bytes of data; pages 77, 78.
 
     Position and status of a stepper channel, on request or periodically after HW_START_UPDATEMSGS.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param position: position count; 25600 counts per mm on the APT stepper controllers; raw counts
         of mm, scale by stage; -2147483648 to 2147483647.
-    :param enc_count: encoder count; only for stages with an encoder; -2147483648 to 2147483647.
+    :param enc_count: encoder count; only for stages with an encoder; raw counts of mm, scale by
+        stage; -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
     """
 
@@ -3577,7 +3583,7 @@ class MotReqDcStatusUpdate(Message):
 
 
 class MotGetDcStatusUpdate(Message):
-    """``MOT_GET_DCSTATUSUPDATE`` (0x0491), to the host, 14 bytes of data; page 79.
+    """``MOT_GET_DCSTATUSUPDATE`` (0x0491), to the host, 14 bytes of data; pages 79, 80.
 
     Position, velocity and status of a DC servo channel, on request or periodically after
     HW_START_UPDATEMSGS.
@@ -3731,7 +3737,8 @@ class MotAckDcStatusUpdate(Message):
 class MotSetDcPidParams(Message):
     """``MOT_SET_DCPIDPARAMS`` (0x04A0), to the controller, 20 bytes of data; page 51.
 
-    Set: position loop of LM628/629 based DC servo controllers, which is the TDC001 only.
+    Set: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
+    sheet of that chip has the details.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param proportional: proportional gain; 0 to 32767.
@@ -3844,7 +3851,8 @@ class MotSetDcPidParams(Message):
 class MotReqDcPidParams(Message):
     """``MOT_REQ_DCPIDPARAMS`` (0x04A1), to the controller, header only; pages 51, 52.
 
-    Request: position loop of LM628/629 based DC servo controllers, which is the TDC001 only.
+    Request: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
+    sheet of that chip has the details.
 
     Answered by ``MOT_GET_DCPIDPARAMS``.
 
@@ -3896,7 +3904,8 @@ class MotReqDcPidParams(Message):
 class MotGetDcPidParams(Message):
     """``MOT_GET_DCPIDPARAMS`` (0x04A2), to the host, 20 bytes of data; pages 51, 52.
 
-    Report: position loop of LM628/629 based DC servo controllers, which is the TDC001 only.
+    Report: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
+    sheet of that chip has the details.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param proportional: proportional gain; 0 to 32767.
@@ -4015,7 +4024,7 @@ class MotSetPotParams(Message):
     :param zero_wnd: deflection in ADC counts before motion starts; 0 to 127.
     :param vel1: speed from zero_wnd to wnd1; raw counts of mm/s, scale by stage; -2147483648 to
         2147483647.
-    :param wnd1: deflection where vel1 ends; not below zero_wnd; 0 to 127.
+    :param wnd1: deflection where vel1 ends; above zero_wnd; 0 to 127.
     :param vel2: speed from wnd1 to wnd2; raw counts of mm/s, scale by stage; -2147483648 to
         2147483647.
     :param wnd2: deflection where vel2 ends; above wnd1; 0 to 127.
@@ -4197,7 +4206,7 @@ class MotGetPotParams(Message):
     :param zero_wnd: deflection in ADC counts before motion starts; 0 to 127.
     :param vel1: speed from zero_wnd to wnd1; raw counts of mm/s, scale by stage; -2147483648 to
         2147483647.
-    :param wnd1: deflection where vel1 ends; not below zero_wnd; 0 to 127.
+    :param wnd1: deflection where vel1 ends; above zero_wnd; 0 to 127.
     :param vel2: speed from wnd1 to wnd2; raw counts of mm/s, scale by stage; -2147483648 to
         2147483647.
     :param wnd2: deflection where vel2 ends; above wnd1; 0 to 127.
@@ -4737,7 +4746,7 @@ class MotGetButtonParams(Message):
 class MotSetEepromParams(Message):
     """``MOT_SET_EEPROMPARAMS`` (0x04B9), to the controller, 4 bytes of data; page 60.
 
-    Set: saves the present parameters of one message so that they outlast power-off.
+    Set: saves the parameters that one message has set, in the EEPROM as the name says.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param msg_id: id of the message whose parameters are saved; 0 to 65535.
@@ -5534,10 +5543,12 @@ class MotSetPmdMotorOutputParams(Message):
     Set: limits and bias of the motor drive signal.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param cont_current_lim: Continuous current as a share of the maximum peak current; the factory
-        maximum cannot be raised; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
-    :param energy_lim: Excess energy above which the current folds back to cont_current_lim and
-        motor_current_limit is set; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
+    :param cont_current_lim: Continuous current as a share of the maximum peak current; the maximum
+        is set in the factory and cannot be changed; raw counts of percent, counts_per_percent
+        32767/100; 0 to 32767.
+    :param energy_lim: Accumulated excess energy, as a share of the factory maximum, above which the
+        current is held to cont_current_lim and motor_current_limit is set, until the energy is down
+        to 0 again; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
     :param motor_lim: the drive signal is cut to plus or minus this; raw counts of percent,
         counts_per_percent 32767/100; 0 to 32767.
     :param motor_bias: Constant added to the output against a constant force such as gravity;
@@ -5719,10 +5730,12 @@ class MotGetPmdMotorOutputParams(Message):
     Report: limits and bias of the motor drive signal.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param cont_current_lim: Continuous current as a share of the maximum peak current; the factory
-        maximum cannot be raised; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
-    :param energy_lim: Excess energy above which the current folds back to cont_current_lim and
-        motor_current_limit is set; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
+    :param cont_current_lim: Continuous current as a share of the maximum peak current; the maximum
+        is set in the factory and cannot be changed; raw counts of percent, counts_per_percent
+        32767/100; 0 to 32767.
+    :param energy_lim: Accumulated excess energy, as a share of the factory maximum, above which the
+        current is held to cont_current_lim and motor_current_limit is set, until the energy is down
+        to 0 again; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
     :param motor_lim: the drive signal is cut to plus or minus this; raw counts of percent,
         counts_per_percent 32767/100; 0 to 32767.
     :param motor_bias: Constant added to the output against a constant force such as gravity;
@@ -5844,7 +5857,7 @@ class MotGetPmdMotorOutputParams(Message):
 
 
 class MotSetPmdTrackSettleParams(Message):
-    """``MOT_SET_PMDTRACKSETTLEPARAMS`` (0x04E0), to the controller, 12 bytes of data; page 66.
+    """``MOT_SET_PMDTRACKSETTLEPARAMS`` (0x04E0), to the controller, 12 bytes of data; pages 66, 67.
 
     Set: when an axis counts as settled and as tracking. A move ends only when the axis has settled,
     so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it with the
@@ -6694,13 +6707,15 @@ class MotSetPmdStageAxisParams(Message):
     :param cnts_per_unit: encoder counts per millimetre or per degree; 0 to 4294967295.
     :param min_pos: minimum position, typically zero; a set can only raise it; raw counts of mm,
         scale by stage; -2147483648 to 2147483647.
-    :param max_pos: maximum position; a set can only lower it; raw counts of mm, scale by stage;
+    :param max_pos: maximum position in encoder counts; a set can only lower it; raw counts of mm,
+        scale by stage; -2147483648 to 2147483647.
+    :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the example's
+        numbers are those times 65536; raw counts of mm/s^2, scale by stage; -2147483648 to
+        2147483647.
+    :param max_dec: maximum deceleration; scaled as max_accn; raw counts of mm/s^2, scale by stage;
         -2147483648 to 2147483647.
-    :param max_accn: maximum acceleration; raw counts of mm/s^2, scale by stage; -2147483648 to
-        2147483647.
-    :param max_dec: maximum deceleration; raw counts of mm/s^2, scale by stage; -2147483648 to
-        2147483647.
-    :param max_vel: maximum velocity; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
+    :param max_vel: Maximum velocity. Printed as counts per cycle; the example's number is that
+        times 65536; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
     :param reserved_1: reserved, sent as zero; 0 to 65535.
     :param reserved_2: reserved, sent as zero; 0 to 65535.
     :param reserved_3: reserved, sent as zero; 0 to 65535.
@@ -6999,13 +7014,15 @@ class MotGetPmdStageAxisParams(Message):
     :param cnts_per_unit: encoder counts per millimetre or per degree; 0 to 4294967295.
     :param min_pos: minimum position, typically zero; a set can only raise it; raw counts of mm,
         scale by stage; -2147483648 to 2147483647.
-    :param max_pos: maximum position; a set can only lower it; raw counts of mm, scale by stage;
+    :param max_pos: maximum position in encoder counts; a set can only lower it; raw counts of mm,
+        scale by stage; -2147483648 to 2147483647.
+    :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the example's
+        numbers are those times 65536; raw counts of mm/s^2, scale by stage; -2147483648 to
+        2147483647.
+    :param max_dec: maximum deceleration; scaled as max_accn; raw counts of mm/s^2, scale by stage;
         -2147483648 to 2147483647.
-    :param max_accn: maximum acceleration; raw counts of mm/s^2, scale by stage; -2147483648 to
-        2147483647.
-    :param max_dec: maximum deceleration; raw counts of mm/s^2, scale by stage; -2147483648 to
-        2147483647.
-    :param max_vel: maximum velocity; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
+    :param max_vel: Maximum velocity. Printed as counts per cycle; the example's number is that
+        times 65536; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
     :param reserved_1: reserved, sent as zero; 0 to 65535.
     :param reserved_2: reserved, sent as zero; 0 to 65535.
     :param reserved_3: reserved, sent as zero; 0 to 65535.

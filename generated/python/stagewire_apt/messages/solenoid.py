@@ -186,7 +186,8 @@ class MotSetSolCycleParams(Message):
         40000000.
     :param off_time: inactive time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to
         40000000.
-    :param num_cycles: 0 cycles without end; ignored outside SOLENOID_AUTO; 0 to 1000000.
+    :param num_cycles: 0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however, has
+        SOLENOID_TRIGGER use it; 0 to 1000000.
     """
 
     __slots__ = ("chan_ident", "num_cycles", "off_time", "on_time")
@@ -305,7 +306,8 @@ class MotGetSolCycleParams(Message):
         40000000.
     :param off_time: inactive time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to
         40000000.
-    :param num_cycles: 0 cycles without end; ignored outside SOLENOID_AUTO; 0 to 1000000.
+    :param num_cycles: 0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however, has
+        SOLENOID_TRIGGER use it; 0 to 1000000.
     """
 
     __slots__ = ("chan_ident", "num_cycles", "off_time", "on_time")
@@ -513,7 +515,7 @@ class MotGetSolInterlockMode(Message):
 class MotSetSolState(Message):
     """``MOT_SET_SOL_STATE`` (0x04CB), to the controller, header only; page 91.
 
-    Set: output state of the solenoid; a set overrides whatever was going on.
+    Set: output state of the solenoid; a set overrides the settings in force.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param state: :class:`~.SolenoidState`; 0 to 255.
@@ -562,7 +564,7 @@ class MotSetSolState(Message):
 class MotReqSolState(Message):
     """``MOT_REQ_SOL_STATE`` (0x04CC), to the controller, header only; pages 91, 92.
 
-    Request: output state of the solenoid; a set overrides whatever was going on.
+    Request: output state of the solenoid; a set overrides the settings in force.
 
     Answered by ``MOT_GET_SOL_STATE``.
 
@@ -612,7 +614,7 @@ class MotReqSolState(Message):
 class MotGetSolState(Message):
     """``MOT_GET_SOL_STATE`` (0x04CD), to the host, header only; pages 91, 92.
 
-    Report: output state of the solenoid; a set overrides whatever was going on.
+    Report: output state of the solenoid; a set overrides the settings in force.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param state: :class:`~.SolenoidState`; 0 to 255.
