@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.errors import WRONG
-from stagewire_cli.generator import load, the_generator
+from stagewire_cli.generator import folder, load, the_generator
 
 __all__ = ["EXAMPLE", "check"]
 
@@ -20,7 +20,10 @@ Example:
 
 def check(
     spec: Annotated[
-        Path, typer.Argument(help="Folder that holds one or more protocols.", show_default=True)
+        Path,
+        typer.Argument(
+            parser=folder, metavar="SPEC", help="Folder that holds one or more protocols."
+        ),
     ] = Path("spec"),
 ) -> None:
     """Check a spec and report everything that is wrong with it."""

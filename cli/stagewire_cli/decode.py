@@ -62,7 +62,7 @@ def decode(
     something was no message.
     """
     chosen = choose(protocol)
-    context = {"status": status} if status else None
+    context = None if status is None else {"status": status}
     try:
         Codec(chosen).check_context(context)
     except BadValueError as error:
@@ -79,6 +79,11 @@ def _decode(source: list[str], shown: _Json | _Text, end: End | None) -> bool:
     if len(source) == 1 and _is_file(source[0]):
         with Path(source[0]).open("rb") as file:
             return _read(file, shown, end)
+    for word in source:
+        if word == "-" or (_is_file(word) and not _is_hex(word)):
+            raise CalledWronglyError(
+                f"{word} stands among other arguments; give one file at a time"
+            )
     try:
         raw = parse_hex(" ".join(source))
     except ValueError as error:
@@ -91,8 +96,15 @@ def _decode(source: list[str], shown: _Json | _Text, end: End | None) -> bool:
 
 def _is_file(name: str) -> bool:
     try:
-        return Path(name).exists()
+        return bool(name) and Path(name).exists()
     except (OSError, ValueError):  # too long, or a NUL: no name of a file
+        return False
+
+
+def _is_hex(word: str) -> bool:
+    try:
+        return bool(parse_hex(word))
+    except ValueError:
         return False
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.generator import load, the_generator
+from stagewire_cli.generator import folder, load, the_generator
 from stagewire_cli.progress import progress
 
 __all__ = ["EXAMPLE", "generate"]
@@ -24,10 +24,16 @@ def generate(
     spec: Annotated[
         list[Path] | None,
         typer.Option(
-            "--spec", help="Folder that holds protocols; may be repeated.  [default: spec]"
+            "--spec",
+            parser=folder,
+            metavar="FOLDER",
+            help="Folder that holds protocols; may be repeated.  [default: spec]",
         ),
     ] = None,
-    out: Annotated[Path, typer.Option("--out", help="Folder to write to.")] = Path("generated"),
+    out: Annotated[
+        Path,
+        typer.Option("--out", parser=folder, metavar="FOLDER", help="Folder to write to."),
+    ] = Path("generated"),
     target: Annotated[
         list[str] | None,
         typer.Option("--target", help="Only this target; may be repeated.  [default: all]"),
@@ -49,7 +55,9 @@ def generate(
     except SpecError as error:
         for diagnostic in error.diagnostics:
             typer.echo(str(diagnostic))
-        typer.echo(f"nothing was written: {error}", err=True)
+        typer.echo(
+            f"{error}; {'nothing was compared' if check else 'nothing was written'}", err=True
+        )
         raise typer.Exit(WRONG) from None
     with progress() as say:
         say("rendering")
@@ -80,4 +88,3 @@ def generate(
 
 
 _KINDS = ("changed", "missing", "orphaned")
-

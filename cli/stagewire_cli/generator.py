@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.progress import progress
 
@@ -14,7 +16,14 @@ if TYPE_CHECKING:
     from stagewire_generator.model import Protocol
     from stagewire_generator.pipeline import Counts
 
-__all__ = ["load", "the_generator"]
+__all__ = ["folder", "load", "the_generator"]
+
+
+def folder(text: str | Path) -> Path:
+    """Return the folder that an option names; an empty name, as of an unset variable, is none."""
+    if not str(text).strip():
+        raise typer.BadParameter("the name of a folder is empty")
+    return Path(text)
 
 
 @contextmanager

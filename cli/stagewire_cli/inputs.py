@@ -16,7 +16,7 @@ __all__ = ["Capture", "captures", "chunks", "is_json", "opening"]
 BLOCK = 64 * 1024
 _MAXIMUM_JSON = 64 * 1024 * 1024
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
-_JSON = re.compile(r'\s*(?:\{|\[\s*(?:["{\]]|\Z))')
+_JSON = re.compile(r'\s*(?:\{|\[\s*(?:["{\[\]]|\Z))')
 
 Capture = tuple[str, bytes]
 """What names an entry, and its bytes."""

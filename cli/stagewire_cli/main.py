@@ -18,6 +18,7 @@ import stagewire
 from stagewire.errors import StagewireError
 from stagewire_cli import check, conformance, decode, encode, generate, show, testee
 from stagewire_cli.errors import CALLED_WRONGLY, OK, WRONG, CalledWronglyError
+from stagewire_cli.terminal import printable
 
 __all__ = ["app", "main", "run"]
 
@@ -74,6 +75,7 @@ def run() -> None:
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code; errors become sentences on standard error."""
+    _open_what_is_closed()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
@@ -96,8 +98,17 @@ def main(arguments: Sequence[str]) -> int:
     return OK
 
 
+def _open_what_is_closed() -> None:
+    """Give the process the standard streams that it was started without (``>&-``)."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+
+
 def _fail(problem: object, code: int) -> int:
-    print(f"stagewire: {problem}", file=sys.stderr)
+    lines = [printable(line) for line in f"stagewire: {problem}".split("\n")]
+    with contextlib.suppress(OSError):  # nobody can be told
+        print("\n".join(lines), file=sys.stderr)
     return code
 
 

@@ -120,8 +120,6 @@ def encode_frame(protocol: Protocol, request: Mapping[str, Any]) -> Frame:
         elif data is not None and fields:
             raise BadValueError(f"{name} carries data or parameters, not both")
     message = protocol.build(name, fields, form, data)
-    if isinstance(message, UndecidedMessage):
-        _agree(message, fields)
     for address in ("dest", "source"):
         if address not in request:
             raise MissingFieldError(f"{name} lacks {address}")
@@ -172,12 +170,3 @@ def _from_json(protocol: Protocol, cls: type[Message], fields: Mapping[str, Any]
 def _hex(request: Mapping[str, Any], key: str) -> bytes | None:
     value = request.get(key)
     return None if value is None else from_hex(value)
-
-
-def _agree(message: UndecidedMessage, fields: Mapping[str, Any]) -> None:
-    """Raise when fields that are given beside the data say something else than the data."""
-    for name, value in fields.items():
-        if getattr(message, name) != value:
-            raise BadValueError(
-                f"{message.layout.message}.{name} is {getattr(message, name)} in data, not {value!r}"
-            )

@@ -64,8 +64,9 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
 
     :param partial: ``files`` are some targets only; what else stands in the folder is left alone, and
         the manifest keeps its entries.
-    Raises :class:`OutputError`, before anything is written, when that would overwrite or delete a file
-    that the generator did not make, or that was edited since.
+    Raises :class:`OutputError`, before anything is written, when that would overwrite a file that the
+    generator did not make, or delete one that it did not make or that was edited since. A file of its
+    own that was edited is made anew: :func:`compare` shows the edits beforehand.
     """
     known = _manifest(out)
     if partial:

@@ -49,7 +49,9 @@ def check(
     diagnostics = Diagnostics(spec)
     folders = protocol_folders(spec)
     if not folders:
-        diagnostics.add(Place(str(spec)), "SW006", "no folder with a protocol.yaml in it")
+        what = "no folder with a protocol.yaml in it"
+        hint = "give the folder that holds one or more protocols, or one of these"
+        diagnostics.add(Place(str(spec)), "SW006", what, hint)
     protocols: list[Protocol] = []
     for folder in folders:
         before = len(diagnostics.found)

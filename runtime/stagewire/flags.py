@@ -45,7 +45,10 @@ class Flags(int):
 
     @classmethod
     def of(cls, **bits: bool) -> Self:
-        """Make a value from named bits: ``DcStatusBits.of(settled=True)``."""
+        """Make a value from named bits: ``DcStatusBits.of(settled=True)``.
+
+        Raises :class:`~stagewire.errors.UnknownFieldError` for a bit that has no such name.
+        """
         value = 0
         for name, on in bits.items():
             if name not in cls.bits:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NoReturn
 
 from stagewire.errors import BadValueError, OutOfRangeError
-from stagewire.message import Message
+from stagewire.message import Message, check_addresses
 
 __all__ = ["Frame"]
 
@@ -29,7 +29,19 @@ class Frame:
     extra: bytes
 
     def __new__(cls, message: Message, dest: int, source: int, extra: bytes = b"") -> Frame:
-        """Put a message on its way; the addresses are checked when it is encoded."""
+        """Put a message on its way.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none, and
+        :class:`~stagewire.errors.BadValueError` for a part of the wrong kind and for extra bytes
+        where there is no layout that they could follow.
+        """
+        if not isinstance(message, Message):
+            raise BadValueError(f"a frame carries a message, not {message!r}")
+        check_addresses(dest, source)
+        if extra.__class__ is not bytes:
+            if not isinstance(extra, (bytes, bytearray, memoryview)):
+                raise BadValueError(f"extra takes bytes, not {extra!r}")
+            extra = bytes(extra)
         if extra and not message.layout.length:
             raise BadValueError(f"{message.layout.message} has no packet that could be longer")
         return make_frame(message, dest, source, extra)
@@ -37,8 +49,7 @@ class Frame:
     def encode(self) -> bytes:
         """Return the bytes of the frame.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none and for a
-        packet of over 255 bytes.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for a packet of over 255 bytes.
         """
         raw = self.message.pack(self.dest, self.source)
         if not self.extra:

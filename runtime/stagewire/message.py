@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from struct import Struct
 from typing import Any, ClassVar, NoReturn, Self
 
-from stagewire.errors import BadValueError, OutOfRangeError
+from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError
 
 __all__ = [
     "Layout",
@@ -91,7 +91,11 @@ class Message:
     def __init_subclass__(cls, *, abstract: bool = False, draft: bool = False) -> None:
         if abstract or draft:
             return
-        cls.__match_args__ = cls.layout.fields  # type: ignore[misc]
+        # By position a pattern takes what the constructor takes: fields that may be left out are
+        # keywords in both, so that ``case MotGetDcStatusUpdate(chan, position, velocity, bits)`` is
+        # not shifted by a reserved word.
+        layout = cls.layout
+        cls.__match_args__ = tuple(f for f in layout.fields if f not in layout.optional)  # type: ignore[misc]
         # The draft must add no slot, or its objects could not become objects of cls.
         # Both methods share one C slot; unless both are object's own, setting stays slow.
         body = {
@@ -118,7 +122,8 @@ class Message:
         """Return the bytes of a whole frame that carries this message.
 
         ``dest`` is the address without the top bit. Raises
-        :class:`~stagewire.errors.OutOfRangeError` for an address that is none.
+        :class:`~stagewire.errors.OutOfRangeError` for an address that is none and
+        :class:`~stagewire.errors.BadValueError` for one that is no integer.
         """
         raise NotImplementedError
 
@@ -127,7 +132,17 @@ class Message:
         return {name: getattr(self, name) for name in self.layout.fields}
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with some fields changed; all fields are checked again."""
+        """Return a copy with some fields changed; all fields are checked again.
+
+        Raises :class:`~stagewire.errors.UnknownFieldError` for a name that is no field, and what
+        making the message raises: :class:`~stagewire.errors.OutOfRangeError` and
+        :class:`~stagewire.errors.BadValueError`.
+        """
+        fields = self.layout.fields
+        for name in changes:
+            if name not in fields:
+                known = ", ".join(fields) or "no fields"
+                raise UnknownFieldError(f"{self.layout.message} has no field {name}: {known}")
         return type(self)(**{**self.values(), **changes})
 
     @classmethod
@@ -172,7 +187,11 @@ class UndecidedMessage(Message, abstract=True):
     shared: ClassVar[tuple[str, ...]] = ()
 
     def __new__(cls, data: bytes) -> Self:
-        """Make the message from its whole payload."""
+        """Make the message from its whole payload.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for a payload of another length and
+        :class:`~stagewire.errors.BadValueError` for what is not bytes.
+        """
         return cls.keep({"data": check_bytes(cls.layout, "data", data, cls.layout.length)})
 
     @classmethod
@@ -181,7 +200,10 @@ class UndecidedMessage(Message, abstract=True):
         return cls.keep({"data": bytes(raw[6 : 6 + cls.layout.length])})
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame that carries this message.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none.
+        """
         check_addresses(dest, source)
         layout = self.layout
         return _DATA_HEADER.pack(layout.id, layout.length, dest | 0x80, source) + self.data
@@ -199,8 +221,13 @@ class UndocumentedMessage(Message, abstract=True):
     param1: int
     param2: int
 
-    def __new__(cls, data: bytes | None = None, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message from the bytes that it is to carry: a packet, or two parameters."""
+    def __new__(cls, data: bytes | None = None, *, param1: int = 0, param2: int = 0) -> Self:
+        """Make the message from the bytes that it is to carry: a packet, or two parameters.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for a packet of over 255 bytes and
+        parameters that are no bytes, :class:`~stagewire.errors.BadValueError` for values of the wrong
+        kind and for both at once.
+        """
         if data is not None:
             if not isinstance(data, (bytes, bytearray, memoryview)):
                 raise BadValueError(f"{cls.layout.message}.data takes bytes, not {data!r}")
@@ -224,7 +251,10 @@ class UndocumentedMessage(Message, abstract=True):
         return cls.keep({"data": None, "param1": raw[2], "param2": raw[3]})
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of the frame that was received."""
+        """Return the bytes of the frame that was received.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none.
+        """
         check_addresses(dest, source)
         if self.data is None:
             return _HEADER.pack(self.layout.id, self.param1, self.param2, dest, source)
@@ -238,6 +268,9 @@ def _restore(cls: type[Message], values: tuple[Any, ...]) -> Message:
 
 def check_integer(layout: Layout, field: str, value: object, minimum: int, maximum: int) -> int:
     """Return ``value`` as a plain integer; raise unless it lies from ``minimum`` to ``maximum``.
+
+    Raises :class:`~stagewire.errors.OutOfRangeError`, or :class:`~stagewire.errors.BadValueError` for
+    what is no integer (a bool is none).
 
     Generated constructors call this only after their own comparison has failed, so that it costs
     nothing when the value is right.
@@ -257,6 +290,8 @@ def check_addresses(dest: object, source: object) -> None:
     """Raise unless ``dest`` is 0 to 0x7F and ``source`` is 0 to 0xFF.
 
     The top bit of the destination byte says that a data packet follows; the encoder sets it.
+    Raises :class:`~stagewire.errors.OutOfRangeError`, or :class:`~stagewire.errors.BadValueError` for
+    what is no integer.
     """
     for name, value, maximum in (("dest", dest, 0x7F), ("source", source, 0xFF)):
         if isinstance(value, bool) or not isinstance(value, int):
@@ -266,7 +301,11 @@ def check_addresses(dest: object, source: object) -> None:
 
 
 def check_bytes(layout: Layout, field: str, value: object, size: int) -> bytes:
-    """Return ``value`` as bytes; raise unless it is ``size`` bytes long."""
+    """Return ``value`` as bytes; raise unless it is ``size`` bytes long.
+
+    Raises :class:`~stagewire.errors.OutOfRangeError`, or :class:`~stagewire.errors.BadValueError` for
+    what is not bytes.
+    """
     if not isinstance(value, (bytes, bytearray, memoryview)):
         raise BadValueError(f"{layout.message}.{field} takes {size} bytes, not {value!r}")
     if len(value) != size:
@@ -277,7 +316,12 @@ def check_bytes(layout: Layout, field: str, value: object, size: int) -> bytes:
 
 
 def check_text(layout: Layout, field: str, value: object, size: int) -> str:
-    """Return ``value``; raise unless it is latin-1 text of at most ``size`` characters."""
+    """Return ``value``; raise unless it is latin-1 text of at most ``size`` characters.
+
+    Raises :class:`~stagewire.errors.OutOfRangeError` for a longer text, and
+    :class:`~stagewire.errors.BadValueError` for what is no such text or ends with a NUL: trailing NULs
+    fill the field and would not come back.
+    """
     if not isinstance(value, str):
         raise BadValueError(f"{layout.message}.{field} takes text, not {value!r}")
     try:

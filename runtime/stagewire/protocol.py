@@ -9,8 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from functools import cache
-from importlib import metadata, resources
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stagewire.errors import (
     BadLengthError,
@@ -26,11 +25,15 @@ from stagewire.frame import Frame, make_frame
 from stagewire.framing import Direction, End, Forms, Framer, FramingTable
 from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
 
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoints
+
 __all__ = ["Protocol", "available_protocols", "load_protocol"]
 
 _ENTRY_POINTS = "stagewire.protocols"
 _HEADER = 6
 _DATA_FLAG = 0x80
+_MAXIMUM_PACKET = 255
 
 
 class _Shapes:
@@ -138,8 +141,11 @@ class Protocol:
         ``{"status": "dc"}``; without it such a frame gives the message's ``…Undecided`` class.
 
         Raises :class:`~stagewire.errors.TruncatedError`, :class:`~stagewire.errors.TrailingBytesError`,
-        :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`.
+        :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`,
+        and :class:`~stagewire.errors.BadValueError` for what is not bytes, such as hex text.
         """
+        if raw.__class__ is not bytes:
+            raw = _as_bytes(raw)
         size = len(raw)
         if size < _HEADER:
             raise TruncatedError(f"a frame has at least {_HEADER} bytes, here are {size}")
@@ -156,6 +162,11 @@ class Protocol:
                 raise self._wrong_size(shapes, length, size)
             cls = shapes.by_length.get(length) if context is None else None
             if cls is None:
+                if length > _MAXIMUM_PACKET:
+                    raise BadLengthError(
+                        f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes; "
+                        f"no packet has more than {_MAXIMUM_PACKET}"
+                    )
                 cls = shapes.undocumented or shapes.data(length, context)
                 if cls is None:
                     raise self._bad_length(shapes, length)
@@ -195,7 +206,10 @@ class Protocol:
         )
 
     def framer(self, end: End = End.NONE) -> Framer:
-        """Return a new framer for one stream; ``end`` says which end of the line this is."""
+        """Return a new framer for one stream; ``end`` says which end of the line this is.
+
+        Raises :class:`~stagewire.errors.BadValueError` for an end that is none.
+        """
         return Framer(self.framing, end, self.decode)
 
     # Encoding by name
@@ -236,7 +250,13 @@ class Protocol:
     ) -> Message:
         """Make a message from its name and a mapping of fields; all are checked.
 
-        ``data`` is the whole packet of a message whose layout is undecided or undocumented.
+        ``data`` is the whole packet of a message whose layout is undecided or undocumented. Fields
+        given beside the data of an undecided one have to say the same.
+
+        Raises what :meth:`message_class` raises, and an :class:`~stagewire.errors.EncodeError`:
+        :class:`~stagewire.errors.UnknownFieldError`, :class:`~stagewire.errors.MissingFieldError`,
+        :class:`~stagewire.errors.OutOfRangeError` or :class:`~stagewire.errors.BadValueError`; and
+        :class:`~stagewire.errors.UnsupportedError` where there is no layout and no data.
         """
         cls = self.message_class(message, form)
         layout = cls.layout
@@ -251,7 +271,13 @@ class Protocol:
         if issubclass(cls, UndecidedMessage):
             if data is None:
                 raise MissingFieldError(f"{message} ({layout.form}) is made from its data alone")
-            return cls(data)
+            undecided = cls(data)
+            for name, value in fields.items():
+                if getattr(undecided, name) != value:
+                    raise BadValueError(
+                        f"{message}.{name} is {getattr(undecided, name)} in data, not {value!r}"
+                    )
+            return undecided
         if issubclass(cls, UndocumentedMessage):
             if data is None and not fields:
                 raise UnsupportedError(f"{message} has no documented layout; give its data in hex")
@@ -267,12 +293,25 @@ class Protocol:
     # What the registry says
 
     def registry(self) -> dict[str, Any]:
-        """Return the resolved registry: messages, units, stages, errata (see the JSON Schema)."""
+        """Return the resolved registry: messages, units, stages, errata (see the JSON Schema).
+
+        It is read once and shared: not to be modified.
+        """
         return _load_json(self.package, "registry.json")
 
     def vectors(self) -> dict[str, Any]:
-        """Return the worked examples and captures of the registry, with their verdicts."""
+        """Return the worked examples and captures of the registry, with their verdicts.
+
+        They are read once and shared: not to be modified.
+        """
         return _load_json(self.package, "vectors.json")
+
+
+def _as_bytes(raw: object) -> bytes:
+    if isinstance(raw, (bytes, bytearray, memoryview)):
+        return bytes(raw)
+    hint = "; bytes.fromhex makes bytes of hex text" if isinstance(raw, str) else ""
+    raise BadValueError(f"decode takes bytes, not {type(raw).__name__}{hint}")
 
 
 def _list(lengths: frozenset[int]) -> str:
@@ -281,6 +320,8 @@ def _list(lengths: frozenset[int]) -> str:
 
 @cache
 def _load_json(package: str, name: str) -> dict[str, Any]:
+    from importlib import resources  # slow to import, and most users never ask
+
     text = resources.files(package).joinpath(name).read_text(encoding="utf-8")
     loaded: dict[str, Any] = json.loads(text)
     return loaded
@@ -288,7 +329,7 @@ def _load_json(package: str, name: str) -> dict[str, Any]:
 
 def available_protocols() -> list[str]:
     """Return the names of all protocols that are installed, ours and others'."""
-    return sorted(entry.name for entry in metadata.entry_points(group=_ENTRY_POINTS))
+    return sorted(entry.name for entry in _entry_points())
 
 
 def load_protocol(name: str) -> Protocol:
@@ -296,9 +337,16 @@ def load_protocol(name: str) -> Protocol:
 
     Raises :class:`~stagewire.errors.UnknownMessageError` when there is none of that name.
     """
-    for entry in metadata.entry_points(group=_ENTRY_POINTS, name=name):
-        protocol: Protocol = entry.load()
-        return protocol
+    for entry in _entry_points():
+        if entry.name == name:
+            protocol: Protocol = entry.load()
+            return protocol
     raise UnknownMessageError(
         f"no protocol {name} is installed (there are: {', '.join(available_protocols())})"
     )
+
+
+def _entry_points() -> EntryPoints:
+    from importlib import metadata  # slow to import, and most users never ask
+
+    return metadata.entry_points(group=_ENTRY_POINTS)

@@ -8,6 +8,8 @@ Counts are rounded to the nearest integer, ties away from zero, on both sides of
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from typing import NoReturn
@@ -23,8 +25,11 @@ def exact(value: Number) -> Fraction:
     """Return ``value`` as a fraction.
 
     A float stands for the shortest decimal that prints like it, so 0.1 is one tenth and not the
-    binary number beside it. Raises :class:`BadValueError` for NaN, infinity and text that is no number.
+    binary number beside it. Raises :class:`BadValueError` for NaN, infinity, a bool and text that is
+    no number.
     """
+    if isinstance(value, bool):
+        raise BadValueError(f"{value} is not a number")
     if isinstance(value, float):
         if not math.isfinite(value):
             raise BadValueError(f"{value} is not a finite number")
@@ -41,6 +46,7 @@ def round_half_away(value: Fraction) -> int:
     return magnitude if value >= 0 else -magnitude
 
 
+@dataclass(frozen=True, slots=True, repr=False)
 class Scale:
     """How many counts on the wire make one unit, as an exact rational.
 
@@ -48,19 +54,19 @@ class Scale:
     :param unit: the engineering unit, such as ``mm/s``.
     :param printed: the factor as the document prints it, rounded perhaps; for the reader only.
     :param source: where the factor comes from when it is not the document's.
+
+    Raises :class:`~stagewire.errors.BadValueError` for a factor that is not positive.
     """
 
-    __slots__ = ("counts_per_unit", "printed", "source", "unit")
+    counts_per_unit: Fraction
+    unit: str
+    printed: str = field(default="", compare=False)
+    source: str = field(default="", compare=False)
 
-    def __init__(
-        self, counts_per_unit: Fraction, unit: str, printed: str = "", source: str = ""
-    ) -> None:
-        if counts_per_unit <= 0:
-            raise BadValueError(f"a scale is positive, not {counts_per_unit}")
-        self.counts_per_unit = counts_per_unit
-        self.unit = unit
-        self.printed = printed
-        self.source = source
+    def __post_init__(self) -> None:
+        """Refuse what is no scale."""
+        if self.counts_per_unit <= 0:
+            raise BadValueError(f"a scale is positive, not {self.counts_per_unit}")
 
     @classmethod
     def counts_per(
@@ -77,33 +83,30 @@ class Scale:
         return cls(Fraction(denominator, numerator), unit, printed, source)
 
     def to_counts(self, value: Number) -> int:
-        """Convert from units to counts: exact factor, nearest integer, ties away from zero."""
+        """Convert from units to counts: exact factor, nearest integer, ties away from zero.
+
+        Raises :class:`~stagewire.errors.BadValueError` for what is no number. The counts may be
+        outside the range of a field; making the message refuses them.
+        """
         return round_half_away(exact(value) * self.counts_per_unit)
 
     def from_counts(self, counts: int) -> Fraction:
-        """Convert from counts to units, exactly."""
-        return Fraction(counts) / self.counts_per_unit
+        """Convert from counts to units, exactly.
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Scale):
-            return NotImplemented
-        return (self.counts_per_unit, self.unit) == (other.counts_per_unit, other.unit)
-
-    def __hash__(self) -> int:
-        return hash((self.counts_per_unit, self.unit))
+        Raises :class:`~stagewire.errors.BadValueError` for what is no number.
+        """
+        return exact(counts) / self.counts_per_unit
 
     def __repr__(self) -> str:
         return f"<Scale {self.counts_per_unit} counts per {self.unit}>"
 
 
+@dataclass(frozen=True, slots=True, repr=False)
 class UnknownScale:
     """A scale that no document states; every conversion raises :class:`UnknownScaleError`."""
 
-    __slots__ = ("reason", "unit")
-
-    def __init__(self, unit: str, reason: str) -> None:
-        self.unit = unit
-        self.reason = reason
+    unit: str
+    reason: str
 
     def _refuse(self) -> NoReturn:
         raise UnknownScaleError(f"no scale in {self.unit} is known: {self.reason}; use raw counts")
@@ -120,27 +123,19 @@ class UnknownScale:
         return f"<UnknownScale in {self.unit}: {self.reason}>"
 
 
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Stage:
     """A stage and its scales on each controller that the registry knows it on.
 
     :param scales: controller -> quantity -> scale.
+    :param controllers: controller -> the units that it stands for.
     """
 
-    __slots__ = ("controllers", "name", "page", "scales", "title")
-
-    def __init__(
-        self,
-        name: str,
-        title: str,
-        page: int,
-        scales: dict[str, dict[str, Scale | UnknownScale]],
-        controllers: dict[str, tuple[str, ...]],
-    ) -> None:
-        self.name = name
-        self.title = title
-        self.page = page
-        self.scales = scales
-        self.controllers = controllers
+    name: str
+    title: str
+    page: int
+    scales: Mapping[str, Mapping[str, Scale | UnknownScale]]
+    controllers: Mapping[str, tuple[str, ...]]
 
     def scale(self, quantity: str, controller: str) -> Scale | UnknownScale:
         """Return the scale of ``quantity`` on ``controller`` (its family, or a unit of it).

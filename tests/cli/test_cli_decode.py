@@ -92,6 +92,13 @@ def test_a_broken_frame_is_explained(
     assert said in "\n".join(rest)
 
 
+@pytest.mark.parametrize("words", ["", " ", "# nothing"])
+def test_no_bytes_are_no_frame(stagewire: Stagewire, words: str) -> None:
+    result = stagewire("decode", words)
+    assert result.code == 1
+    assert "truncated: a frame has at least 6 bytes, here are 0" in result.out
+
+
 def test_several_frames_on_the_command_line(stagewire: Stagewire) -> None:
     result = stagewire("decode", HOME, HOME, "--end", "device")
     assert result.code == 0
@@ -160,6 +167,9 @@ def test_a_long_text_is_read_in_blocks(stagewire: Stagewire, tmp_path: Path) -> 
         ([MOVE, "--status", "ac"], "--status: status is one of dc, stepper, not 'ac'"),
         ([MOVE, "--end", "top"], "Invalid value"),
         ([MOVE, "--protocol", "nothing"], "no protocol nothing is installed"),
+        ([MOVE, "--status", ""], "--status: status is one of dc, stepper, not ''"),
+        (["-", "-"], "- stands among other arguments"),
+        ([MOVE, __file__], "stands among other arguments; give one file at a time"),
         (["/"], "stagewire: "),
         (["x" * 5000], "neither a file nor hex"),
     ],
@@ -178,10 +188,12 @@ def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -
         (b'[{"hex": "5"}]', "entry 1: "),
         (b'[{"hex": "53"}', "not JSON"),
         (b"[" + b'{"a":[' * 50_000, "nested too deeply"),
+        (b"[" * 100_000, "nested too deeply"),
+        (b"[[1, 2]]", "entry 1 is no hex text"),
         (b'{"hex": "53"}\n{', "not JSON"),
         (b"53 \xff\xfe", ""),
     ],
-    ids=range(7),
+    ids=range(9),
 )
 def test_input_that_is_none(stagewire: Stagewire, data: bytes, said: str) -> None:
     result = stagewire("decode", "-", input=data)

@@ -124,3 +124,32 @@ def test_output_in_a_narrow_encoding() -> None:
     environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
     done = process(["show", "MOT_MOVE_ABSOLUTE"], env=environment)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closes descriptors before exec")
+@pytest.mark.parametrize("descriptor", [0, 1, 2])
+@pytest.mark.parametrize(
+    "words",
+    [["decode", "-"], ["testee"], ["show", "MOT_MOVE_HOME"], ["decode", "zz"]],
+    ids=" ".join,
+)
+def test_a_standard_stream_that_is_closed(words: list[str], descriptor: int) -> None:
+    shell = f'exec "$@" {descriptor}{"<" if descriptor == 0 else ">"}&-'
+    done = subprocess.run(
+        ["sh", "-c", shell, "sh", sys.executable, "-c", RUN, *words],
+        input=b"",
+        capture_output=True,
+        timeout=60,
+    )
+    assert done.returncode == (2 if words == ["decode", "zz"] else 0)
+    assert b"Traceback" not in done.stderr
+    if descriptor == 2:
+        assert b"stagewire: " not in done.stdout
+
+
+@pytest.mark.parametrize("words", [["show"], ["encode"], ["show", "x", "--protocol"]])
+def test_what_was_typed_cannot_steer_the_terminal(stagewire: Stagewire, words: list[str]) -> None:
+    result = stagewire(*words, "\x1b[2J")
+    assert result.code == 2
+    assert "\x1b" not in result.err
+    assert "\\x1b[2" in result.err

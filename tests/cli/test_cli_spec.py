@@ -59,6 +59,9 @@ def test_check_reports_everything(stagewire: Stagewire, spec: Path) -> None:
         (["generate", "--target", "cobol"], 2, "there is no target cobol (there are: "),
         (["generate", "--spec", SPEC, "--spec", SPEC, "--check"], 2, "from more than one"),
         (["generate", "--all"], 2, "No such option"),
+        (["check", ""], 2, "the name of a folder is empty"),
+        (["generate", "--spec", ""], 2, "the name of a folder is empty"),
+        (["generate", "--spec", SPEC, "--out", ""], 2, "the name of a folder is empty"),
     ],
 )
 def test_called_wrongly(

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import pickle
 
 import pytest
 
 from stagewire import End, Frame
-from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError, UnsupportedError
+from stagewire.errors import (
+    BadLengthError,
+    BadValueError,
+    OutOfRangeError,
+    UnknownFieldError,
+    UnsupportedError,
+)
 from stagewire.framing import Received
+from stagewire.message import Message
 from stagewire_apt import PROTOCOL, enumerations, flags
 from stagewire_apt import messages as m
 
@@ -151,3 +159,75 @@ def test_an_undocumented_message_carries_data_or_parameters() -> None:
             wrong()
     with pytest.raises(OutOfRangeError):
         m.HwRichResponse(bytes(256))
+
+
+@pytest.mark.parametrize("cls", PROTOCOL.messages, ids=lambda cls: cls.__name__)
+def test_a_pattern_takes_by_position_what_the_constructor_takes(cls: type[Message]) -> None:
+    parameters = inspect.signature(cls).parameters.values()
+    positional = [p.name for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
+    assert list(cls.__match_args__) == positional
+
+
+def test_a_reserved_word_does_not_shift_a_pattern() -> None:
+    match m.MotGetDcStatusUpdate(1, 2, 3, 0x400, reserved=9):
+        case m.MotGetDcStatusUpdate(1, 2, 3, bits, reserved=9):
+            assert bits == 0x400
+        case _:
+            pytest.fail("no match")
+
+
+def test_replacing_what_is_no_field() -> None:
+    with pytest.raises(UnknownFieldError, match="MOT_MOVE_ABSOLUTE has no field speed: chan_ident"):
+        m.MotMoveAbsolute(1, 5).replace(speed=1)
+
+
+@pytest.mark.parametrize("wrong", [MOVE.hex(), MOVE.hex()[:4], None, list(MOVE)])
+def test_only_bytes_are_decoded(wrong: object) -> None:
+    with pytest.raises(BadValueError, match="decode takes bytes, not"):
+        m.decode(wrong)  # type: ignore[arg-type]
+    for right in (bytearray(MOVE), memoryview(MOVE)):
+        assert m.decode(right) == m.decode(MOVE)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("id", [0x0453, 0x0464, 0x0081])
+@pytest.mark.parametrize("length", [256, 65535])
+def test_no_packet_is_longer_than_255_bytes(id: int, length: int) -> None:
+    """The framer takes such a header for garbage, and no frame could be encoded from it."""
+    raw = id.to_bytes(2, "little") + length.to_bytes(2, "little") + b"\x81\x50" + bytes(length)
+    with pytest.raises(BadLengthError, match="no packet has more than 255"):
+        m.decode(raw)
+    longest = raw[:2] + b"\xff\0\x81\x50" + bytes(255)
+    assert m.decode(longest).encode() == longest
+
+
+def test_a_frame_is_made_of_the_right_parts() -> None:
+    move = m.MotMoveAbsolute(1, 5)
+    frame = Frame(move, 0x50, 1, bytearray(b"ab"))  # type: ignore[arg-type]
+    assert frame.extra == b"ab"
+    assert type(frame.extra) is bytes
+    assert hash(frame) == hash(Frame(move, 0x50, 1, b"ab"))
+    for wrong in (("move", 0x50, 1), (move, "0x50", 1), (move, 0x50, 1, "ab"), (move, 0x50, 1, 2)):
+        with pytest.raises(BadValueError):
+            Frame(*wrong)  # type: ignore[arg-type]
+    with pytest.raises(OutOfRangeError, match="dest takes an address"):
+        Frame(move, 0xD0, 1)
+    with pytest.raises(BadValueError, match="no packet that could be longer"):
+        Frame(m.ModIdentify(), 0x50, 1, b"a")
+
+
+def test_fields_beside_the_data_of_an_undecided_message_have_to_agree() -> None:
+    data = bytes.fromhex("0100 68aaa001 0000 0000 30000080")
+    name, form = "MOT_MOVE_COMPLETED", "data:undecided"
+    assert PROTOCOL.build(name, {"chan_ident": 1}, form, data).pack(1, 0x50)[6:] == data
+    with pytest.raises(BadValueError, match="chan_ident is 1 in data, not 2"):
+        PROTOCOL.build(name, {"chan_ident": 2}, form, data)
+
+
+def test_a_framer_called_wrongly() -> None:
+    with pytest.raises(BadValueError, match="end of a line"):
+        PROTOCOL.framer("host")  # type: ignore[arg-type]
+    for source in ("0x50", True, -1, 256):
+        with pytest.raises(BadValueError, match="a source is an address"):
+            PROTOCOL.framer().tell(source, status="dc")  # type: ignore[arg-type]
+    with pytest.raises(BadValueError, match="a framer is fed bytes"):
+        PROTOCOL.framer().feed("53")  # type: ignore[arg-type]

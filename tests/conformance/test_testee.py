@@ -161,6 +161,8 @@ def test_parameters_without_a_name_are_shown_when_they_are_not_zero() -> None:
         ("53040400d0010100400d", "bad_length"),
         ("0500000000d0"[:8] + "d001", "bad_length"),
         ("ffff00005001", "unknown_message"),
+        (f"53040001d001{'00' * 256}", "bad_length"),  # no packet has more than 255 bytes
+        (f"810000018150{'00' * 256}", "bad_length"),
     ],
 )
 def test_refusals_of_bytes(raw: str, error: str) -> None:

@@ -89,3 +89,11 @@ def test_both_directions_of_a_factor() -> None:
     assert Scale.counts_per("percent", 32767, 100).from_counts(32767) == 100
     with pytest.raises(BadValueError):
         Scale(Fraction(0), "mm")
+
+
+@pytest.mark.parametrize("wrong", [True, None, "x", "1/0", float("inf"), [1]])
+def test_what_is_no_number(wrong: object) -> None:
+    scale = Scale.counts_per("mm", 20000)
+    for convert in (scale.to_counts, scale.from_counts):
+        with pytest.raises(BadValueError):
+            convert(wrong)  # type: ignore[operator]

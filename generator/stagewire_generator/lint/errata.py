@@ -40,9 +40,15 @@ def check_errata(
                 f"{place}: printed {difference.printed!r}, registry {difference.encoded!r}",
             )
     referred = _referred(protocol, files, diagnostics)
+    unborne = [e for e in protocol.errata if not e.places and e.id not in referred]
+    if unborne and not files.get("examples"):
+        what = f"{len(unborne)} errata rest on worked examples, and there are none"
+        hint = f"put conformance/examples/{protocol.name}.yaml beside the spec"
+        diagnostics.add(unborne[0].place, "SW006", what, hint)
+        unborne = []
+    for erratum in unborne:
+        diagnostics.add(erratum.place, "SW041", erratum.id)
     for erratum in protocol.errata:
-        if not erratum.places and erratum.id not in referred:
-            diagnostics.add(erratum.place, "SW041", erratum.id)
         _known(protocol, erratum.messages, erratum.fields, erratum.id, erratum.place, diagnostics)
     for at, name in comparison.unknown:
         diagnostics.add(at, "SW044", f"{name} is in no chapter of the registry")

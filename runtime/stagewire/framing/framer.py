@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
+from stagewire.errors import BadValueError
 from stagewire.frame import Frame
 from stagewire.framing.events import (
     DecodableEvent,
@@ -35,6 +36,8 @@ class Framer:
     :param table: what framing has to know of the protocol.
     :param end: which end receives here; a framer that knows it recovers sooner.
     :param decode: makes a frame of bytes and the context of their source, for ``event.frame``.
+
+    Raises :class:`~stagewire.errors.BadValueError` for an end that is none.
     """
 
     __slots__ = ("_contexts", "_decode", "_in_step", "_needed", "_pending", "_rule", "_sizes")
@@ -42,6 +45,10 @@ class Framer:
     def __init__(
         self, table: FramingTable, end: End = End.NONE, decode: Decode | None = None
     ) -> None:
+        if not isinstance(end, End):
+            raise BadValueError(
+                f"the end of a line is one of {', '.join(map(str, End))}, not {end!r}"
+            )
         self._rule = Rule(table, end)
         self._decode = decode
         self._contexts: dict[int, dict[str, str]] = {}
@@ -60,8 +67,12 @@ class Framer:
         """Say once what decides between layouts of messages from ``source``.
 
         ``framer.tell(0x22, status="dc")``: from then on ``event.frame`` of messages from 0x22 has
-        the DC status, where without it the layout stays undecided.
+        the DC status, where without it the layout stays undecided. What was told before of this
+        source is replaced. Raises :class:`~stagewire.errors.BadValueError` for a source that is no
+        address.
         """
+        if isinstance(source, bool) or not isinstance(source, int) or not 0 <= source <= 0xFF:
+            raise BadValueError(f"a source is an address from 0 to 0xff, not {source!r}")
         self._contexts[source] = context
 
     def _frame(self, raw: bytes) -> Frame:
@@ -97,10 +108,13 @@ class Framer:
         return kind in (Unknown, Undocumented)
 
     def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
-        """Take the next bytes of the stream and return what they complete."""
+        """Take the next bytes of the stream and return what they complete.
+
+        Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+        """
         if not isinstance(data, bytes):
             if not isinstance(data, (bytearray, memoryview)):
-                raise TypeError(f"a framer is fed bytes, not {type(data).__name__}")
+                raise BadValueError(f"a framer is fed bytes, not {type(data).__name__}")
             data = bytes(data)
         if self._pending:
             data = self._pending + data

@@ -80,7 +80,7 @@ class FramingTable:
     maximum_length: int = 255
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no frame can carry."""
+        """Raise :class:`ValueError` for numbers that no frame can carry."""
         if not 0 < self.data_flag <= 0xFF:
             raise ValueError(f"the data flag is a bit of one byte, not {self.data_flag:#x}")
         for address in (self.host, *self.devices):

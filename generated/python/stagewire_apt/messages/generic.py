@@ -70,7 +70,7 @@ class HwDisconnect(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -90,7 +90,7 @@ class HwDisconnect(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -103,7 +103,7 @@ class HwReqInfo(Message):
     Answered by ``HW_GET_INFO``.
 
     Erratum ``apt-hw-info-example-addresses``: printed controller #1 is asked at 0x11 and answers
-        from 0x22; encoded an answer comes from the module that was asked.
+        from 0x22; encoded both as printed, a request to the motherboard and the answer of a card.
     """
 
     __slots__ = ("param1", "param2")
@@ -121,7 +121,7 @@ class HwReqInfo(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -141,7 +141,7 @@ class HwReqInfo(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -159,10 +159,11 @@ class HwGetInfo(Message):
     :param nchs: number of channels; 0 to 65535.
 
     Erratum ``apt-hw-info-example-addresses``: printed controller #1 is asked at 0x11 and answers
-        from 0x22; encoded an answer comes from the module that was asked.
+        from 0x22; encoded both as printed, a request to the motherboard and the answer of a card.
     Erratum ``apt-hw-info-example-notes``: printed 11 00 01 00 00 00 in the last six bytes of the
         notes; encoded 00 00 00 00 00 00.
-    Erratum ``apt-software-version-number``: printed 3735810; encoded minor 2, interim 1, major 57.
+    Erratum ``apt-software-version-number``: printed 3735810; encoded four bytes, minor 2, interim
+        1, major 57.
     """
 
     __slots__ = ("model_number", "nchs", "notes", "serial_number", "software_version", "type")
@@ -191,7 +192,7 @@ class HwGetInfo(Message):
         notes: str,
         nchs: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if serial_number.__class__ is not int or not -0x80000000 <= serial_number <= 0x7FFFFFFF:
             serial_number = check_integer(
                 cls.layout,
@@ -235,7 +236,7 @@ class HwGetInfo(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -276,7 +277,7 @@ class HwStartUpdateMsgs(Message):
     param2: int
 
     def __new__(cls, update_rate: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if update_rate.__class__ is not int or not 0 <= update_rate <= 0xFF:
             update_rate = check_integer(cls.layout, "update_rate", update_rate, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -296,7 +297,7 @@ class HwStartUpdateMsgs(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.update_rate, self.param2, dest, source)
 
@@ -325,7 +326,7 @@ class HwStopUpdateMsgs(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -345,7 +346,7 @@ class HwStopUpdateMsgs(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -359,7 +360,8 @@ class RackReqBayUsed(Message):
 
     :param bay_ident: :class:`~.RackBay`; 0 to 255.
 
-    Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 is the first bay.
+    Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay
+        10.
     Erratum ``apt-rack-bayused-example-id``: printed 06 00; encoded 60 00 and 61 00.
     """
 
@@ -378,7 +380,7 @@ class RackReqBayUsed(Message):
     param2: int
 
     def __new__(cls, bay_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if bay_ident.__class__ is not int or not 0 <= bay_ident <= 0xFF:
             bay_ident = check_integer(cls.layout, "bay_ident", bay_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -398,7 +400,7 @@ class RackReqBayUsed(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.bay_ident, self.param2, dest, source)
 
@@ -411,7 +413,8 @@ class RackGetBayUsed(Message):
     :param bay_ident: :class:`~.RackBay`; 0 to 255.
     :param bay_state: :class:`~.BayState`; 0 to 255.
 
-    Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 is the first bay.
+    Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay
+        10.
     Erratum ``apt-rack-bayused-example-id``: printed 06 00; encoded 60 00 and 61 00.
     Erratum ``apt-rack-get-bayused-example-addresses``: printed destination 11, source 01; encoded
         destination 01, source 11.
@@ -430,7 +433,7 @@ class RackGetBayUsed(Message):
     bay_state: int
 
     def __new__(cls, bay_ident: int, bay_state: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if bay_ident.__class__ is not int or not 0 <= bay_ident <= 0xFF:
             bay_ident = check_integer(cls.layout, "bay_ident", bay_ident, 0, 0xFF)
         if bay_state.__class__ is not int or not 0 <= bay_state <= 0xFF:
@@ -450,7 +453,7 @@ class RackGetBayUsed(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.bay_ident, self.bay_state, dest, source)
 
@@ -478,7 +481,7 @@ class HubReqBayUsed(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -498,7 +501,7 @@ class HubReqBayUsed(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -528,7 +531,7 @@ class HubGetBayUsed(Message):
     param2: int
 
     def __new__(cls, bay_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if bay_ident.__class__ is not int or not 0 <= bay_ident <= 0xFF:
             bay_ident = check_integer(cls.layout, "bay_ident", bay_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -548,7 +551,7 @@ class HubGetBayUsed(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.bay_ident, self.param2, dest, source)
 
@@ -574,7 +577,7 @@ class HwResponse(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -594,7 +597,7 @@ class HwResponse(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -605,7 +608,7 @@ class HwRichResponse(UndocumentedMessage):
     Verbose error message; the document names it and does not describe its packet.
 
     Erratum ``apt-richresponse-no-layout``: printed named as a message, without a description;
-        encoded no layout in this issue.
+        encoded an id without a layout; its packet is kept as bytes.
     """
 
     __slots__ = ()
@@ -641,7 +644,7 @@ class ModSetChanEnableState(Message):
     enable_state: int
 
     def __new__(cls, chan_ident: int, enable_state: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if enable_state.__class__ is not int or not 0 <= enable_state <= 0xFF:
@@ -661,7 +664,7 @@ class ModSetChanEnableState(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.enable_state, dest, source)
 
@@ -691,7 +694,7 @@ class ModReqChanEnableState(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -711,7 +714,7 @@ class ModReqChanEnableState(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -738,7 +741,7 @@ class ModGetChanEnableState(Message):
     enable_state: int
 
     def __new__(cls, chan_ident: int, enable_state: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if enable_state.__class__ is not int or not 0 <= enable_state <= 0xFF:
@@ -758,7 +761,7 @@ class ModGetChanEnableState(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.enable_state, dest, source)
 
@@ -770,7 +773,7 @@ class ModIdentify(Message):
 
     Erratum ``apt-identify-table-bytes``: printed 23 02 22 02 00 00; encoded 23 02 00 00 d s.
     Erratum ``apt-identify-tdc001-bay``: printed bay 0 of the TDC001 controller, destination 0x21;
-        encoded destination 0x21.
+        encoded the example as printed; the TDC001 is a generic USB unit, 0x50.
     """
 
     __slots__ = ("param1", "param2")
@@ -788,7 +791,7 @@ class ModIdentify(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -808,7 +811,7 @@ class ModIdentify(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -842,7 +845,7 @@ class RackReqStatusBits(Message):
     param2: int
 
     def __new__(cls, *, status_bits: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -862,7 +865,7 @@ class RackReqStatusBits(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.status_bits, self.param2, dest, source)
 
@@ -896,7 +899,7 @@ class RackGetStatusBits(Message):
     status_bits: int
 
     def __new__(cls, status_bits: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
         draft: Self = _new(cls._draft)
@@ -913,7 +916,7 @@ class RackGetStatusBits(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.status_bits)
 
@@ -953,7 +956,7 @@ class RackSetDigOutputs(Message):
     param2: int
 
     def __new__(cls, dig_op: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if dig_op.__class__ is not int or not 0 <= dig_op <= 0xFF:
             dig_op = check_integer(cls.layout, "dig_op", dig_op, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -973,7 +976,7 @@ class RackSetDigOutputs(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.dig_op, self.param2, dest, source)
 
@@ -1010,7 +1013,7 @@ class RackReqDigOutputs(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1030,7 +1033,7 @@ class RackReqDigOutputs(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -1063,7 +1066,7 @@ class RackGetDigOutputs(Message):
     param2: int
 
     def __new__(cls, dig_op: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if dig_op.__class__ is not int or not 0 <= dig_op <= 0xFF:
             dig_op = check_integer(cls.layout, "dig_op", dig_op, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1083,7 +1086,7 @@ class RackGetDigOutputs(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.dig_op, self.param2, dest, source)
 

@@ -139,7 +139,7 @@ class MotSetEncCounter(Message):
     encoder_count: int
 
     def __new__(cls, chan_ident: int, encoder_count: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if encoder_count.__class__ is not int or not -0x80000000 <= encoder_count <= 0x7FFFFFFF:
@@ -165,7 +165,7 @@ class MotSetEncCounter(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -205,7 +205,7 @@ class MotReqEncCounter(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -225,7 +225,7 @@ class MotReqEncCounter(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -254,7 +254,7 @@ class MotGetEncCounter(Message):
     encoder_count: int
 
     def __new__(cls, chan_ident: int, encoder_count: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if encoder_count.__class__ is not int or not -0x80000000 <= encoder_count <= 0x7FFFFFFF:
@@ -280,7 +280,7 @@ class MotGetEncCounter(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -318,7 +318,7 @@ class MotSetPosCounter(Message):
     position: int
 
     def __new__(cls, chan_ident: int, position: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
@@ -338,7 +338,7 @@ class MotSetPosCounter(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 6, dest | 0x80, source, self.chan_ident, self.position)
 
@@ -369,7 +369,7 @@ class MotReqPosCounter(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -389,7 +389,7 @@ class MotReqPosCounter(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -418,7 +418,7 @@ class MotGetPosCounter(Message):
     position: int
 
     def __new__(cls, chan_ident: int, position: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
@@ -438,7 +438,7 @@ class MotGetPosCounter(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 6, dest | 0x80, source, self.chan_ident, self.position)
 
@@ -462,8 +462,8 @@ class MotSetVelParams(Message):
         per servo cycle × 65536, as section 7.1.
     Erratum ``apt-velparams-example-acceleration``: printed B0 35 00 00 for an acceleration of 10
         mm/s²; encoded 89 00 00 00.
-    Erratum ``apt-velparams-example-max-velocity``: printed CD CC CC 00 in the byte line, 9E C0 CA
-        00 in the breakdown, for 99 mm/s; encoded 83 C0 CA 00.
+    Erratum ``apt-velparams-example-max-velocity``: printed CD CC CC 00 in the byte lines, 9E C0 CA
+        00 in the breakdowns, for 99 mm/s; encoded 83 C0 CA 00.
     """
 
     __slots__ = ("acceleration", "chan_ident", "max_velocity", "min_velocity")
@@ -488,7 +488,7 @@ class MotSetVelParams(Message):
         acceleration: int,
         max_velocity: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if min_velocity.__class__ is not int or not -0x80000000 <= min_velocity <= 0x7FFFFFFF:
@@ -525,7 +525,7 @@ class MotSetVelParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -565,7 +565,7 @@ class MotReqVelParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -585,7 +585,7 @@ class MotReqVelParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -625,7 +625,7 @@ class MotGetVelParams(Message):
         acceleration: int,
         max_velocity: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if min_velocity.__class__ is not int or not -0x80000000 <= min_velocity <= 0x7FFFFFFF:
@@ -662,7 +662,7 @@ class MotGetVelParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -692,12 +692,12 @@ class MotSetJogParams(Message):
         2147483647.
     :param jog_stop_mode: :class:`~.StopMode`; 0 to 65535.
 
-    Erratum ``apt-jogparams-example-acceleration``: printed B0 35 00 00 for an acceleration of 10
-        mm/s²; encoded 89 00 00 00.
-    Erratum ``apt-jogparams-example-max-velocity``: printed CD CC CC 00 in the byte line, 9E C0 CA
-        00 in the breakdown, for 99 mm/s; encoded 83 C0 CA 00.
     Erratum ``apt-velocity-units``: printed encoder counts/sec and counts/sec/sec; encoded counts
         per servo cycle × 65536, as section 7.1.
+    Erratum ``apt-velparams-example-acceleration``: printed B0 35 00 00 for an acceleration of 10
+        mm/s²; encoded 89 00 00 00.
+    Erratum ``apt-velparams-example-max-velocity``: printed CD CC CC 00 in the byte lines, 9E C0 CA
+        00 in the breakdowns, for 99 mm/s; encoded 83 C0 CA 00.
     """
 
     __slots__ = (
@@ -744,7 +744,7 @@ class MotSetJogParams(Message):
         jog_max_velocity: int,
         jog_stop_mode: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if jog_mode.__class__ is not int or not 0 <= jog_mode <= 0xFFFF:
@@ -820,7 +820,7 @@ class MotSetJogParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -862,7 +862,7 @@ class MotReqJogParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -882,7 +882,7 @@ class MotReqJogParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -948,7 +948,7 @@ class MotGetJogParams(Message):
         jog_max_velocity: int,
         jog_stop_mode: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if jog_mode.__class__ is not int or not 0 <= jog_mode <= 0xFFFF:
@@ -1024,7 +1024,7 @@ class MotGetJogParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1059,10 +1059,11 @@ class MotSetLimSwitchParams(Message):
     :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; 0 to
         65535.
 
-    Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded units that
-        list the message.
+    Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
+        has the messages.
     Erratum ``apt-limswitch-soft-limit-factor``: printed 1 mm is equivalent to 134218; E8 CC CC 00
         for 100 mm; encoded 20,000 per mm; 80 84 1E 00.
+    Erratum ``apt-limswitch-upper-bit``: printed the upper bit of a word, 0x80; encoded 0x80.
     Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
         bytes, unsigned.
     """
@@ -1107,7 +1108,7 @@ class MotSetLimSwitchParams(Message):
         ccw_soft_limit: int,
         software_limit_mode: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if cw_hard_limit.__class__ is not int or not 0 <= cw_hard_limit <= 0xFFFF:
@@ -1158,7 +1159,7 @@ class MotSetLimSwitchParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1182,6 +1183,9 @@ class MotReqLimSwitchParams(Message):
     Answered by ``MOT_GET_LIMSWITCHPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
+        has the messages.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1199,7 +1203,7 @@ class MotReqLimSwitchParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1219,7 +1223,7 @@ class MotReqLimSwitchParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1244,6 +1248,8 @@ class MotGetLimSwitchParams(Message):
 
     Erratum ``apt-get-limswitchparams-size``: printed Response structure (20 bytes); encoded 22
         bytes.
+    Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
+        has the messages.
     """
 
     __slots__ = (
@@ -1286,7 +1292,7 @@ class MotGetLimSwitchParams(Message):
         ccw_soft_limit: int,
         software_limit_mode: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if cw_hard_limit.__class__ is not int or not 0 <= cw_hard_limit <= 0xFFFF:
@@ -1337,7 +1343,7 @@ class MotGetLimSwitchParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1378,7 +1384,7 @@ class MotReqStatusBits(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1398,7 +1404,7 @@ class MotReqStatusBits(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1427,7 +1433,7 @@ class MotGetStatusBits(Message):
     status_bits: int
 
     def __new__(cls, chan_ident: int, status_bits: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
@@ -1447,7 +1453,7 @@ class MotGetStatusBits(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 6, dest | 0x80, source, self.chan_ident, self.status_bits)
 
@@ -1481,7 +1487,7 @@ class MotSetGenMoveParams(Message):
     backlash_distance: int
 
     def __new__(cls, chan_ident: int, backlash_distance: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if (
@@ -1510,7 +1516,7 @@ class MotSetGenMoveParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1547,7 +1553,7 @@ class MotReqGenMoveParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1567,7 +1573,7 @@ class MotReqGenMoveParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1596,7 +1602,7 @@ class MotGetGenMoveParams(Message):
     backlash_distance: int
 
     def __new__(cls, chan_ident: int, backlash_distance: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if (
@@ -1625,7 +1631,7 @@ class MotGetGenMoveParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1652,13 +1658,11 @@ class MotSetHomeParams(Message):
     :param offset_distance: not used for the MLS203; raw counts of mm, scale by stage; -2147483648
         to 2147483647.
 
-    Erratum ``apt-homeparams-example-velocity``: printed 33 33 33 00 for 24 mm/s; encoded E9 26 31
-        00.
+    Erratum ``apt-homeparams-example-velocity``: printed 33 33 33 00 for 24 mm/s (3355443/134218);
+        encoded E9 26 31 00.
     Erratum ``apt-summary-homeparams-id``: printed 0x0442; encoded 0x0440.
     Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
         bytes, unsigned.
-    Erratum ``apt-velocity-units``: printed encoder counts/sec and counts/sec/sec; encoded counts
-        per servo cycle × 65536, as section 7.1.
     """
 
     __slots__ = ("chan_ident", "home_direction", "home_velocity", "limit_switch", "offset_distance")
@@ -1685,7 +1689,7 @@ class MotSetHomeParams(Message):
         home_velocity: int,
         offset_distance: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if home_direction.__class__ is not int or not 0 <= home_direction <= 0xFFFF:
@@ -1726,7 +1730,7 @@ class MotSetHomeParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1767,7 +1771,7 @@ class MotReqHomeParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1787,7 +1791,7 @@ class MotReqHomeParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1832,7 +1836,7 @@ class MotGetHomeParams(Message):
         home_velocity: int,
         offset_distance: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if home_direction.__class__ is not int or not 0 <= home_direction <= 0xFFFF:
@@ -1873,7 +1877,7 @@ class MotGetHomeParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1913,7 +1917,7 @@ class MotMoveHome(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1933,7 +1937,7 @@ class MotMoveHome(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1961,7 +1965,7 @@ class MotMoveHomed(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1981,7 +1985,7 @@ class MotMoveHomed(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2010,7 +2014,7 @@ class MotSetMoveRelParams(Message):
     relative_distance: int
 
     def __new__(cls, chan_ident: int, relative_distance: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if (
@@ -2039,7 +2043,7 @@ class MotSetMoveRelParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2077,7 +2081,7 @@ class MotReqMoveRelParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2097,7 +2101,7 @@ class MotReqMoveRelParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2126,7 +2130,7 @@ class MotGetMoveRelParams(Message):
     relative_distance: int
 
     def __new__(cls, chan_ident: int, relative_distance: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if (
@@ -2155,7 +2159,7 @@ class MotGetMoveRelParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2195,7 +2199,7 @@ class MotMoveRelativeHeader(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2215,7 +2219,7 @@ class MotMoveRelativeHeader(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2246,7 +2250,7 @@ class MotMoveRelative(Message):
     relative_distance: int
 
     def __new__(cls, chan_ident: int, relative_distance: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if (
@@ -2275,7 +2279,7 @@ class MotMoveRelative(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2311,7 +2315,7 @@ class MotSetMoveAbsParams(Message):
     absolute_position: int
 
     def __new__(cls, chan_ident: int, absolute_position: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if (
@@ -2340,7 +2344,7 @@ class MotSetMoveAbsParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2378,7 +2382,7 @@ class MotReqMoveAbsParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2398,7 +2402,7 @@ class MotReqMoveAbsParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2427,7 +2431,7 @@ class MotGetMoveAbsParams(Message):
     absolute_position: int
 
     def __new__(cls, chan_ident: int, absolute_position: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if (
@@ -2456,7 +2460,7 @@ class MotGetMoveAbsParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2496,7 +2500,7 @@ class MotMoveAbsoluteHeader(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2516,7 +2520,7 @@ class MotMoveAbsoluteHeader(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2548,7 +2552,7 @@ class MotMoveAbsolute(Message):
     absolute_distance: int
 
     def __new__(cls, chan_ident: int, absolute_distance: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if (
@@ -2577,7 +2581,7 @@ class MotMoveAbsolute(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2621,7 +2625,7 @@ class MotMoveVelocity(Message):
     direction: int
 
     def __new__(cls, chan_ident: int, direction: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if direction.__class__ is not int or not 0 <= direction <= 0xFF:
@@ -2641,7 +2645,7 @@ class MotMoveVelocity(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.direction, dest, source)
 
@@ -2679,7 +2683,7 @@ class MotMoveCompletedHeader(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2699,7 +2703,7 @@ class MotMoveCompletedHeader(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2755,7 +2759,7 @@ class MotMoveCompletedDc(Message):
         *,
         reserved: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
@@ -2790,7 +2794,7 @@ class MotMoveCompletedDc(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2850,7 +2854,7 @@ class MotMoveCompletedStepper(Message):
     status_bits: int
 
     def __new__(cls, chan_ident: int, position: int, enc_count: int, status_bits: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
@@ -2876,7 +2880,7 @@ class MotMoveCompletedStepper(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2943,6 +2947,10 @@ class MotMoveStop(Message):
     :param stop_mode: :class:`~.StopMode`; 0 to 255.
 
     Erratum ``apt-header-parameters-as-word``: printed word; encoded one byte of the header each.
+    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
+        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
+        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
+        printed.
     """
 
     __slots__ = ("chan_ident", "stop_mode")
@@ -2958,7 +2966,7 @@ class MotMoveStop(Message):
     stop_mode: int
 
     def __new__(cls, chan_ident: int, stop_mode: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if stop_mode.__class__ is not int or not 0 <= stop_mode <= 0xFF:
@@ -2978,7 +2986,7 @@ class MotMoveStop(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.stop_mode, dest, source)
 
@@ -2993,6 +3001,10 @@ class MotMoveStoppedHeader(Message):
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
 
+    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
+        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
+        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
+        printed.
     Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
         0x80; encoded bytes 0 to 19, destination with 0x80.
     """
@@ -3012,7 +3024,7 @@ class MotMoveStoppedHeader(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3032,7 +3044,7 @@ class MotMoveStoppedHeader(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -3053,6 +3065,10 @@ class MotMoveStoppedDc(Message):
     :param reserved: not used at present; reserved, sent as zero; 0 to 65535.
     :param status_bits: :class:`~.DcStatusBits`; 0 to 4294967295.
 
+    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
+        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
+        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
+        printed.
     Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
         0x80; encoded bytes 0 to 19, destination with 0x80.
     """
@@ -3084,7 +3100,7 @@ class MotMoveStoppedDc(Message):
         *,
         reserved: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
@@ -3119,7 +3135,7 @@ class MotMoveStoppedDc(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -3154,6 +3170,10 @@ class MotMoveStoppedStepper(Message):
         stage; -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
 
+    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
+        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
+        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
+        printed.
     Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
         0x80; encoded bytes 0 to 19, destination with 0x80.
     """
@@ -3175,7 +3195,7 @@ class MotMoveStoppedStepper(Message):
     status_bits: int
 
     def __new__(cls, chan_ident: int, position: int, enc_count: int, status_bits: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
@@ -3201,7 +3221,7 @@ class MotMoveStoppedStepper(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -3285,7 +3305,7 @@ class MotMoveJog(Message):
     direction: int
 
     def __new__(cls, chan_ident: int, direction: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if direction.__class__ is not int or not 0 <= direction <= 0xFF:
@@ -3305,7 +3325,7 @@ class MotMoveJog(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.direction, dest, source)
 
@@ -3332,7 +3352,7 @@ class MotSuspendEndOfMoveMsgs(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3352,7 +3372,7 @@ class MotSuspendEndOfMoveMsgs(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -3381,7 +3401,7 @@ class MotResumeEndOfMoveMsgs(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3401,7 +3421,7 @@ class MotResumeEndOfMoveMsgs(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -3433,7 +3453,7 @@ class MotReqStatusUpdate(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3453,7 +3473,7 @@ class MotReqStatusUpdate(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -3469,6 +3489,9 @@ class MotGetStatusUpdate(Message):
     :param enc_count: encoder count; only for stages with an encoder; raw counts of mm, scale by
         stage; -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
+
+    Erratum ``apt-always-chan1``: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2;
+        the notes say what the page says.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
@@ -3487,7 +3510,7 @@ class MotGetStatusUpdate(Message):
     status_bits: int
 
     def __new__(cls, chan_ident: int, position: int, enc_count: int, status_bits: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
@@ -3513,7 +3536,7 @@ class MotGetStatusUpdate(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -3557,7 +3580,7 @@ class MotReqDcStatusUpdate(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3577,7 +3600,7 @@ class MotReqDcStatusUpdate(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -3599,6 +3622,8 @@ class MotGetDcStatusUpdate(Message):
     Erratum ``apt-dcstatus-velocity-word``: printed word; encoded short.
     Erratum ``apt-list-tdc001-dcstatus``: printed MOT_REQ_DCSTATUSUPDATE and MOT_ACK_DCSTATUSUPDATE;
         encoded MOT_GET_DCSTATUSUPDATE, too.
+    Erratum ``apt-status-bit-counting``: printed bits 13, 14, 15 and 25; encoded masks 0x00001000,
+        0x00002000, 0x00004000 and 0x01000000.
     Erratum ``apt-status-velocity-factor``: printed 204.8 per mm/s; encoded 2.048 per mm/s.
     """
 
@@ -3628,7 +3653,7 @@ class MotGetDcStatusUpdate(Message):
         *,
         reserved: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
@@ -3663,7 +3688,7 @@ class MotGetDcStatusUpdate(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -3709,7 +3734,7 @@ class MotAckDcStatusUpdate(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3729,7 +3754,7 @@ class MotAckDcStatusUpdate(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -3793,7 +3818,7 @@ class MotSetDcPidParams(Message):
         integral_limit: int,
         filter_control: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if proportional.__class__ is not int or not 0 <= proportional <= 0x7FFF:
@@ -3832,7 +3857,7 @@ class MotSetDcPidParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -3876,7 +3901,7 @@ class MotReqDcPidParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3896,7 +3921,7 @@ class MotReqDcPidParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -3958,7 +3983,7 @@ class MotGetDcPidParams(Message):
         integral_limit: int,
         filter_control: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if proportional.__class__ is not int or not 0 <= proportional <= 0x7FFF:
@@ -3997,7 +4022,7 @@ class MotGetDcPidParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -4033,6 +4058,8 @@ class MotSetPotParams(Message):
     :param wnd3: deflection where vel3 ends; above wnd2; 0 to 127.
     :param vel4: speed beyond wnd3; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
 
+    Erratum ``apt-potparams-deflection-rows``: printed Wnd1 is the deflection to apply Vel1, Wnd2
+        Vel2 and Wnd3 Vel3; encoded at Wnd1 Vel2 takes over from Vel1, at Wnd2 Vel3, at Wnd3 Vel4.
     Erratum ``apt-potparams-example-bytes``: printed a packet of 22 bytes, that of the jog example
         on page 33; encoded a packet of 26 bytes with the values of the breakdown.
     Erratum ``apt-potparams-velocities-multiplied``: printed 6860 for 0.2 mm/s, 10290 for 0.3 mm/s;
@@ -4071,7 +4098,7 @@ class MotSetPotParams(Message):
         wnd3: int,
         vel4: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if zero_wnd.__class__ is not int or not 0 <= zero_wnd <= 127:
@@ -4122,7 +4149,7 @@ class MotSetPotParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -4170,7 +4197,7 @@ class MotReqPotParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -4190,7 +4217,7 @@ class MotReqPotParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -4251,7 +4278,7 @@ class MotGetPotParams(Message):
         wnd3: int,
         vel4: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if zero_wnd.__class__ is not int or not 0 <= zero_wnd <= 127:
@@ -4302,7 +4329,7 @@ class MotGetPotParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -4346,7 +4373,7 @@ class MotSetAvModes(Message):
     mode_bits: int
 
     def __new__(cls, chan_ident: int, mode_bits: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode_bits.__class__ is not int or not 0 <= mode_bits <= 0xFFFF:
@@ -4366,7 +4393,7 @@ class MotSetAvModes(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.mode_bits)
 
@@ -4403,7 +4430,7 @@ class MotReqAvModes(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -4423,7 +4450,7 @@ class MotReqAvModes(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -4451,7 +4478,7 @@ class MotGetAvModes(Message):
     mode_bits: int
 
     def __new__(cls, chan_ident: int, mode_bits: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode_bits.__class__ is not int or not 0 <= mode_bits <= 0xFFFF:
@@ -4471,7 +4498,7 @@ class MotGetAvModes(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.mode_bits)
 
@@ -4533,7 +4560,7 @@ class MotSetButtonParams(Message):
         *,
         not_used_1: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFFFF:
@@ -4572,7 +4599,7 @@ class MotSetButtonParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -4615,7 +4642,7 @@ class MotReqButtonParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -4635,7 +4662,7 @@ class MotReqButtonParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -4688,7 +4715,7 @@ class MotGetButtonParams(Message):
         *,
         not_used_1: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFFFF:
@@ -4727,7 +4754,7 @@ class MotGetButtonParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -4766,7 +4793,7 @@ class MotSetEepromParams(Message):
     msg_id: int
 
     def __new__(cls, chan_ident: int, msg_id: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if msg_id.__class__ is not int or not 0 <= msg_id <= 0xFFFF:
@@ -4786,7 +4813,7 @@ class MotSetEepromParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.msg_id)
 
@@ -4861,7 +4888,7 @@ class MotSetPmdCurrentLoopParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if phase.__class__ is not int or not 0 <= phase <= 0xFFFF:
@@ -4912,7 +4939,7 @@ class MotSetPmdCurrentLoopParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -4958,7 +4985,7 @@ class MotReqPmdCurrentLoopParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -4978,7 +5005,7 @@ class MotReqPmdCurrentLoopParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -5053,7 +5080,7 @@ class MotGetPmdCurrentLoopParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if phase.__class__ is not int or not 0 <= phase <= 0xFFFF:
@@ -5104,7 +5131,7 @@ class MotGetPmdCurrentLoopParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -5216,7 +5243,7 @@ class MotSetPmdPositionLoopParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if proportional.__class__ is not int or not 0 <= proportional <= 0x7FFF:
@@ -5285,7 +5312,7 @@ class MotSetPmdPositionLoopParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -5332,7 +5359,7 @@ class MotReqPmdPositionLoopParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -5352,7 +5379,7 @@ class MotReqPmdPositionLoopParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -5446,7 +5473,7 @@ class MotGetPmdPositionLoopParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if proportional.__class__ is not int or not 0 <= proportional <= 0x7FFF:
@@ -5515,7 +5542,7 @@ class MotGetPmdPositionLoopParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -5608,7 +5635,7 @@ class MotSetPmdMotorOutputParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if cont_current_lim.__class__ is not int or not 0 <= cont_current_lim <= 0x7FFF:
@@ -5657,7 +5684,7 @@ class MotSetPmdMotorOutputParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -5699,7 +5726,7 @@ class MotReqPmdMotorOutputParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -5719,7 +5746,7 @@ class MotReqPmdMotorOutputParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -5790,7 +5817,7 @@ class MotGetPmdMotorOutputParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if cont_current_lim.__class__ is not int or not 0 <= cont_current_lim <= 0x7FFF:
@@ -5839,7 +5866,7 @@ class MotGetPmdMotorOutputParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -5906,7 +5933,7 @@ class MotSetPmdTrackSettleParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if time.__class__ is not int or not 0 <= time <= 0x7FFF:
@@ -5945,7 +5972,7 @@ class MotSetPmdTrackSettleParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -5988,7 +6015,7 @@ class MotReqPmdTrackSettleParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -6008,7 +6035,7 @@ class MotReqPmdTrackSettleParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -6061,7 +6088,7 @@ class MotGetPmdTrackSettleParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if time.__class__ is not int or not 0 <= time <= 0x7FFF:
@@ -6100,7 +6127,7 @@ class MotGetPmdTrackSettleParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -6157,7 +6184,7 @@ class MotSetPmdProfileModeParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFFFF:
@@ -6192,7 +6219,7 @@ class MotSetPmdProfileModeParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -6232,7 +6259,7 @@ class MotReqPmdProfileModeParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -6252,7 +6279,7 @@ class MotReqPmdProfileModeParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -6296,7 +6323,7 @@ class MotGetPmdProfileModeParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFFFF:
@@ -6331,7 +6358,7 @@ class MotGetPmdProfileModeParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -6417,7 +6444,7 @@ class MotSetPmdSettledCurrentLoopParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if phase.__class__ is not int or not 0 <= phase <= 0xFFFF:
@@ -6474,7 +6501,7 @@ class MotSetPmdSettledCurrentLoopParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -6521,7 +6548,7 @@ class MotReqPmdSettledCurrentLoopParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -6541,7 +6568,7 @@ class MotReqPmdSettledCurrentLoopParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -6617,7 +6644,7 @@ class MotGetPmdSettledCurrentLoopParams(Message):
         not_used_1: int = 0,
         not_used_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if phase.__class__ is not int or not 0 <= phase <= 0xFFFF:
@@ -6674,7 +6701,7 @@ class MotGetPmdSettledCurrentLoopParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -6829,7 +6856,7 @@ class MotSetPmdStageAxisParams(Message):
         reserved_7: int = 0,
         reserved_8: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if stage_id.__class__ is not int or not 0 <= stage_id <= 0xFFFF:
@@ -6920,7 +6947,7 @@ class MotSetPmdStageAxisParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -6975,7 +7002,7 @@ class MotReqPmdStageAxisParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -6995,7 +7022,7 @@ class MotReqPmdStageAxisParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -7032,6 +7059,7 @@ class MotGetPmdStageAxisParams(Message):
     :param reserved_7: reserved, sent as zero; 0 to 4294967295.
     :param reserved_8: reserved, sent as zero; 0 to 4294967295.
 
+    Erratum ``apt-stage-id-order``: printed 00, 10 and 00, 11; encoded 10 00 and 11 00.
     Erratum ``apt-stageaxis-example-addresses``: printed A2 01; encoded 81 22.
     Erratum ``apt-stageaxis-length``: printed 12 00; encoded 4A 00.
     Erratum ``apt-stageaxis-part-no-format``: printed char; encoded char[16].
@@ -7144,7 +7172,7 @@ class MotGetPmdStageAxisParams(Message):
         reserved_7: int = 0,
         reserved_8: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if stage_id.__class__ is not int or not 0 <= stage_id <= 0xFFFF:
@@ -7235,7 +7263,7 @@ class MotGetPmdStageAxisParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,

@@ -95,7 +95,7 @@ class PzSetPosControlMode(Message):
     mode: int
 
     def __new__(cls, chan_ident: int, mode: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFF:
@@ -115,7 +115,7 @@ class PzSetPosControlMode(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.mode, dest, source)
 
@@ -145,7 +145,7 @@ class PzReqPosControlMode(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -165,7 +165,7 @@ class PzReqPosControlMode(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -192,7 +192,7 @@ class PzGetPosControlMode(Message):
     mode: int
 
     def __new__(cls, chan_ident: int, mode: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFF:
@@ -212,7 +212,7 @@ class PzGetPosControlMode(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.mode, dest, source)
 
@@ -244,7 +244,7 @@ class PzSetOutputVolts(Message):
     voltage: int
 
     def __new__(cls, chan_ident: int, voltage: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if voltage.__class__ is not int or not -0x8000 <= voltage <= 0x7FFF:
@@ -264,7 +264,7 @@ class PzSetOutputVolts(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.voltage)
 
@@ -294,7 +294,7 @@ class PzReqOutputVolts(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -314,7 +314,7 @@ class PzReqOutputVolts(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -343,7 +343,7 @@ class PzGetOutputVolts(Message):
     voltage: int
 
     def __new__(cls, chan_ident: int, voltage: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if voltage.__class__ is not int or not -0x8000 <= voltage <= 0x7FFF:
@@ -363,7 +363,7 @@ class PzGetOutputVolts(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.voltage)
 
@@ -395,7 +395,7 @@ class PzSetOutputPos(Message):
     position_sw: int
 
     def __new__(cls, chan_ident: int, position_sw: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position_sw.__class__ is not int or not 0 <= position_sw <= 0x7FFF:
@@ -415,7 +415,7 @@ class PzSetOutputPos(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.position_sw)
 
@@ -446,7 +446,7 @@ class PzReqOutputPos(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -466,7 +466,7 @@ class PzReqOutputPos(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -496,7 +496,7 @@ class PzGetOutputPos(Message):
     position_sw: int
 
     def __new__(cls, chan_ident: int, position_sw: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position_sw.__class__ is not int or not 0 <= position_sw <= 0x7FFF:
@@ -516,7 +516,7 @@ class PzGetOutputPos(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.position_sw)
 
@@ -549,7 +549,7 @@ class PzReqMaxTravel(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -569,7 +569,7 @@ class PzReqMaxTravel(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -605,7 +605,7 @@ class PzGetMaxTravel(Message):
     travel: int
 
     def __new__(cls, chan_ident: int, travel: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if travel.__class__ is not int or not 0 <= travel <= 0xFFFF:
@@ -625,7 +625,7 @@ class PzGetMaxTravel(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.travel)
 
@@ -654,7 +654,7 @@ class PzSetInputVoltsSrc(Message):
     volt_src: int
 
     def __new__(cls, chan_ident: int, volt_src: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if volt_src.__class__ is not int or not 0 <= volt_src <= 0xFFFF:
@@ -674,7 +674,7 @@ class PzSetInputVoltsSrc(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.volt_src)
 
@@ -709,7 +709,7 @@ class PzReqInputVoltsSrc(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -729,7 +729,7 @@ class PzReqInputVoltsSrc(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -758,7 +758,7 @@ class PzGetInputVoltsSrc(Message):
     volt_src: int
 
     def __new__(cls, chan_ident: int, volt_src: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if volt_src.__class__ is not int or not 0 <= volt_src <= 0xFFFF:
@@ -778,7 +778,7 @@ class PzGetInputVoltsSrc(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.volt_src)
 
@@ -813,7 +813,7 @@ class PzSetPiConsts(Message):
     int_const: int
 
     def __new__(cls, chan_ident: int, prop_const: int, int_const: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if prop_const.__class__ is not int or not 0 <= prop_const <= 0xFF:
@@ -836,7 +836,7 @@ class PzSetPiConsts(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -874,7 +874,7 @@ class PzReqPiConsts(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -894,7 +894,7 @@ class PzReqPiConsts(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -924,7 +924,7 @@ class PzGetPiConsts(Message):
     int_const: int
 
     def __new__(cls, chan_ident: int, prop_const: int, int_const: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if prop_const.__class__ is not int or not 0 <= prop_const <= 0xFF:
@@ -947,7 +947,7 @@ class PzGetPiConsts(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -984,7 +984,7 @@ class PzSetZero(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1004,7 +1004,7 @@ class PzSetZero(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1017,6 +1017,11 @@ class PzReqPzStatusBits(Message):
     Answered by ``PZ_GET_PZSTATUSBITS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
+
+    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
+        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
+        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
+        printed.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1034,7 +1039,7 @@ class PzReqPzStatusBits(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1054,7 +1059,7 @@ class PzReqPzStatusBits(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1068,6 +1073,10 @@ class PzGetPzStatusBits(Message):
     :param status_bits: The meaning depends on the controller; tables are printed for the TPZ001 and
         the BPC series only; :class:`~.BpcStatusBits`; 0 to 4294967295.
 
+    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
+        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
+        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
+        printed.
     Erratum ``apt-pz-digital-input-8-mask``: printed 0x0800000 for bit 28; encoded 0x08000000.
     Erratum ``apt-pz-status-bits-13-15``: printed bits 13 to 15 on page 102, for future use on page
         104; encoded the maximum voltage of the BPC30x in both.
@@ -1087,7 +1096,7 @@ class PzGetPzStatusBits(Message):
     status_bits: int
 
     def __new__(cls, chan_ident: int, status_bits: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
@@ -1107,7 +1116,7 @@ class PzGetPzStatusBits(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 6, dest | 0x80, source, self.chan_ident, self.status_bits)
 
@@ -1131,6 +1140,8 @@ class PzGetPzStatusUpdate(Message):
     :param status_bits: The meaning depends on the controller; tables are printed for the TPZ001 and
         the BPC series only; :class:`~.BpcStatusBits`; 0 to 4294967295.
 
+    Erratum ``apt-always-chan1``: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2;
+        the notes say what the page says.
     Erratum ``apt-pz-digital-input-8-mask``: printed 0x0800000 for bit 28; encoded 0x08000000.
     Erratum ``apt-pz-status-bits-13-15``: printed bits 13 to 15 on page 102, for future use on page
         104; encoded the maximum voltage of the BPC30x in both.
@@ -1157,7 +1168,7 @@ class PzGetPzStatusUpdate(Message):
     status_bits: int
 
     def __new__(cls, chan_ident: int, op_voltage: int, position: int, status_bits: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if op_voltage.__class__ is not int or not -0x8000 <= op_voltage <= 0x7FFF:
@@ -1183,7 +1194,7 @@ class PzGetPzStatusUpdate(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1210,6 +1221,10 @@ class PzAckPzStatusUpdate(Message):
 
     Erratum ``apt-ack-fifty``: printed stops responding after ~50 commands; encoded stops sending
         status messages after 50 of them.
+    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
+        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
+        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
+        printed.
     """
 
     __slots__ = ("param1", "param2")
@@ -1227,7 +1242,7 @@ class PzAckPzStatusUpdate(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 0, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1247,7 +1262,7 @@ class PzAckPzStatusUpdate(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -1265,6 +1280,8 @@ class PzSetIoSettings(Message):
         reserved, sent as zero; 0 to 65535.
     :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; 0 to 65535.
 
+    Erratum ``apt-always-chan1``: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2;
+        the notes say what the page says.
     Erratum ``apt-iosettings-formats-missing``: printed no format of FeedbackSig and BNCTrigORLVOut;
         encoded word.
     Erratum ``apt-iosettings-length``: printed 0E 00; encoded 0A 00.
@@ -1308,7 +1325,7 @@ class PzSetIoSettings(Message):
         *,
         feedback_sig: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if amp_current_lim.__class__ is not int or not 0 <= amp_current_lim <= 0xFFFF:
@@ -1355,7 +1372,7 @@ class PzSetIoSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1395,7 +1412,7 @@ class PzReqIoSettings(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1415,7 +1432,7 @@ class PzReqIoSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1474,7 +1491,7 @@ class PzGetIoSettings(Message):
         *,
         feedback_sig: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if amp_current_lim.__class__ is not int or not 0 <= amp_current_lim <= 0xFFFF:
@@ -1521,7 +1538,7 @@ class PzGetIoSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1547,11 +1564,11 @@ class PzSetOutputMaxVolts(Message):
         v_per_count 1/10; 0 to 1500.
     :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; 0 to 65535; by default 0.
 
-    Erratum ``apt-outputmaxvolts-flag-8``: printed flags 08, 00: 150 V max voltage; encoded 0x08 is
-        the flag VOLTAGELIMIT_150V.
+    Erratum ``apt-outputmaxvolts-flag-150v``: printed 0x05; 08, 00 in both worked examples, which no
+        row of the table has; encoded 0x08.
     Erratum ``apt-outputmaxvolts-length``: printed 0C 00; encoded 06 00.
-    Erratum ``apt-outputmaxvolts-values``: printed 0 to 1500; either 750, 1000 or 1500; encoded
-        steps of 0.1 V.
+    Erratum ``apt-outputmaxvolts-values``: printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to
+        1500 in steps of 0.1 V, in both.
     """
 
     __slots__ = ("chan_ident", "flags", "voltage")
@@ -1569,7 +1586,7 @@ class PzSetOutputMaxVolts(Message):
     flags: int
 
     def __new__(cls, chan_ident: int, voltage: int, flags: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if voltage.__class__ is not int or not 0 <= voltage <= 1500:
@@ -1592,7 +1609,7 @@ class PzSetOutputMaxVolts(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1638,7 +1655,7 @@ class PzReqOutputMaxVolts(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1658,7 +1675,7 @@ class PzReqOutputMaxVolts(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1674,14 +1691,13 @@ class PzGetOutputMaxVolts(Message):
         v_per_count 1/10; 0 to 1500.
     :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; 0 to 65535; by default 0.
 
-    Erratum ``apt-outputmaxvolts-flag-150v``: printed 0x05; encoded 0x08.
-    Erratum ``apt-outputmaxvolts-flag-8``: printed flags 08, 00: 150 V max voltage; encoded 0x08 is
-        the flag VOLTAGELIMIT_150V.
+    Erratum ``apt-outputmaxvolts-flag-150v``: printed 0x05; 08, 00 in both worked examples, which no
+        row of the table has; encoded 0x08.
     Erratum ``apt-outputmaxvolts-get-addresses``: printed D0 01; encoded 81 50.
-    Erratum ``apt-outputmaxvolts-values``: printed 0 to 1500; either 750, 1000 or 1500; encoded
-        steps of 0.1 V.
+    Erratum ``apt-outputmaxvolts-values``: printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to
+        1500 in steps of 0.1 V, in both.
     Erratum ``apt-voltage-limit-values``: printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on
-        page 122; encoded two sets of values.
+        page 122; encoded values of an enumeration on page 115, bits on page 122.
     """
 
     __slots__ = ("chan_ident", "flags", "voltage")
@@ -1699,7 +1715,7 @@ class PzGetOutputMaxVolts(Message):
     flags: int
 
     def __new__(cls, chan_ident: int, voltage: int, flags: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if voltage.__class__ is not int or not 0 <= voltage <= 1500:
@@ -1722,7 +1738,7 @@ class PzGetOutputMaxVolts(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1752,6 +1768,10 @@ class PzSetTpzSlewRates(Message):
     :param slew_closed: closed loop; values as in open loop; raw counts of V/ms, scale by
         maximum_volts; 0 to 32767.
 
+    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
+        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
+        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
+        printed.
     Erratum ``apt-slewrates-cut``: printed F2 04 (1266) for 10 V/ms; encoded F3 04 (1267).
     """
 
@@ -1770,7 +1790,7 @@ class PzSetTpzSlewRates(Message):
     slew_closed: int
 
     def __new__(cls, chan_ident: int, slew_open: int, slew_closed: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if slew_open.__class__ is not int or not 0 <= slew_open <= 0x7FFF:
@@ -1793,7 +1813,7 @@ class PzSetTpzSlewRates(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1834,7 +1854,7 @@ class PzReqTpzSlewRates(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1854,7 +1874,7 @@ class PzReqTpzSlewRates(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1887,7 +1907,7 @@ class PzGetTpzSlewRates(Message):
     slew_closed: int
 
     def __new__(cls, chan_ident: int, slew_open: int, slew_closed: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if slew_open.__class__ is not int or not 0 <= slew_open <= 0x7FFF:
@@ -1910,7 +1930,7 @@ class PzGetTpzSlewRates(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -1948,7 +1968,7 @@ class MotSetPzStageParamDefaults(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -1968,7 +1988,7 @@ class MotSetPzStageParamDefaults(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -1987,12 +2007,10 @@ class PzSetOutputLut(Message):
 
     Erratum ``apt-lut-bandwidth``: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC,
         4 kHz for TPZ.
-    Erratum ``apt-lut-limits-by-unit``: printed 0 to 7999 for BPC and MPZ, 0 to 512 for TPZ; encoded
-        0 to 7999; the notes name the limit of the TPZ.
+    Erratum ``apt-lut-limits-by-unit``: printed at most 8000 samples per channel; 0 to 7999 for BPC
+        and MPZ, 0 to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
     Erratum ``apt-lut-meaning``: printed decided by the loop mode at output; encoded decided by
         PZ_SET_LUTVALUETYPE before the download.
-    Erratum ``apt-lut-ranges``: printed index 0 to 512 for TPZ, cycle length 0 to 7999, trigger
-        start 1 to 8000; encoded counts and positions that fit 8000 samples.
     """
 
     __slots__ = ("chan_ident", "index", "output")
@@ -2010,7 +2028,7 @@ class PzSetOutputLut(Message):
     output: int
 
     def __new__(cls, chan_ident: int, index: int, output: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if index.__class__ is not int or not 0 <= index <= 7999:
@@ -2033,7 +2051,7 @@ class PzSetOutputLut(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2073,7 +2091,7 @@ class PzReqOutputLut(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2093,7 +2111,7 @@ class PzReqOutputLut(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2126,7 +2144,7 @@ class PzGetOutputLut(Message):
     output: int
 
     def __new__(cls, chan_ident: int, index: int, output: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if index.__class__ is not int or not 0 <= index <= 7999:
@@ -2149,7 +2167,7 @@ class PzGetOutputLut(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2189,11 +2207,13 @@ class PzSetOutputLutParams(Message):
 
     Erratum ``apt-lut-bandwidth``: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC,
         4 kHz for TPZ.
-    Erratum ``apt-lut-limits-by-unit``: printed 0 to 7999 for BPC and MPZ, 0 to 512 for TPZ; encoded
-        0 to 7999; the notes name the limit of the TPZ.
+    Erratum ``apt-lut-falling-edge``: printed falling edge (5V to 6V); encoded falling edge (5V to
+        0V).
+    Erratum ``apt-lut-limits-by-unit``: printed at most 8000 samples per channel; 0 to 7999 for BPC
+        and MPZ, 0 to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
     Erratum ``apt-lut-long-range``: printed up to 2147483648; encoded up to 2147483647.
-    Erratum ``apt-lut-ranges``: printed index 0 to 512 for TPZ, cycle length 0 to 7999, trigger
-        start 1 to 8000; encoded counts and positions that fit 8000 samples.
+    Erratum ``apt-lut-ranges``: printed cycle length up to 7999, trigger start up to 8000 and less
+        than the cycle length, 8000 samples; encoded both ends as printed, 7999 and 8000.
     Erratum ``apt-outputlutparams-breakdown-length``: printed Header: 03, 07, 06, 00; encoded 03,
         07, 1E, 00.
     Erratum ``apt-outputlutparams-breakdown-order``: printed 00, 28; 00, 00, 00, 14; 00, 64; encoded
@@ -2258,7 +2278,7 @@ class PzSetOutputLutParams(Message):
         op_trig_width: int,
         trig_repeat_cycle: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFFFF:
@@ -2337,7 +2357,7 @@ class PzSetOutputLutParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2387,7 +2407,7 @@ class PzReqOutputLutParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2407,7 +2427,7 @@ class PzReqOutputLutParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2496,7 +2516,7 @@ class PzGetOutputLutParams(Message):
         op_trig_width: int,
         trig_repeat_cycle: int,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFFFF:
@@ -2575,7 +2595,7 @@ class PzGetOutputLutParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -2624,7 +2644,7 @@ class PzStartLutOutput(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2644,7 +2664,7 @@ class PzStartLutOutput(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2672,7 +2692,7 @@ class PzStopLutOutput(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2692,7 +2712,7 @@ class PzStopLutOutput(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -2724,7 +2744,7 @@ class PzSetLutValueType(Message):
     param2: int
 
     def __new__(cls, lut_type: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if lut_type.__class__ is not int or not 0 <= lut_type <= 0xFF:
             lut_type = check_integer(cls.layout, "lut_type", lut_type, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2744,7 +2764,7 @@ class PzSetLutValueType(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.lut_type, self.param2, dest, source)
 
@@ -2772,7 +2792,7 @@ class PzSetEepromParams(Message):
     msg_id: int
 
     def __new__(cls, chan_ident: int, msg_id: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if msg_id.__class__ is not int or not 0 <= msg_id <= 0xFFFF:
@@ -2792,7 +2812,7 @@ class PzSetEepromParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.msg_id)
 
@@ -2806,6 +2826,10 @@ class PzSetTpzDispSettings(Message):
         to 255.
 
     Erratum ``apt-dispsettings-percent``: printed 100 (40%); encoded 100 (39%).
+    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
+        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
+        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
+        printed.
     """
 
     __slots__ = ("disp_intensity",)
@@ -2821,7 +2845,7 @@ class PzSetTpzDispSettings(Message):
     disp_intensity: int
 
     def __new__(cls, disp_intensity: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if disp_intensity.__class__ is not int or not 0 <= disp_intensity <= 0xFF:
             disp_intensity = check_integer(cls.layout, "disp_intensity", disp_intensity, 0, 0xFF)
         draft: Self = _new(cls._draft)
@@ -2838,7 +2862,7 @@ class PzSetTpzDispSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 2, dest | 0x80, source, self.disp_intensity)
 
@@ -2869,7 +2893,7 @@ class PzReqTpzDispSettings(Message):
     param2: int
 
     def __new__(cls, *, param1: int = 1, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if param1.__class__ is not int or not 0 <= param1 <= 0xFF:
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -2889,7 +2913,7 @@ class PzReqTpzDispSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.param1, self.param2, dest, source)
 
@@ -2916,7 +2940,7 @@ class PzGetTpzDispSettings(Message):
     disp_intensity: int
 
     def __new__(cls, disp_intensity: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if disp_intensity.__class__ is not int or not 0 <= disp_intensity <= 0xFF:
             disp_intensity = check_integer(cls.layout, "disp_intensity", disp_intensity, 0, 0xFF)
         draft: Self = _new(cls._draft)
@@ -2933,7 +2957,7 @@ class PzGetTpzDispSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, 2, dest | 0x80, source, self.disp_intensity)
 
@@ -2950,9 +2974,11 @@ class PzSetTpzIoSettings(Message):
     :param future_use_1: reserved, sent as zero; 0 to 65535.
     :param future_use_2: reserved, sent as zero; 0 to 65535.
 
+    Erratum ``apt-future-use-rows-missing``: printed no rows for Future Use; encoded two reserved
+        fields at the end of each.
     Erratum ``apt-tpz-iosettings-length``: printed 0E 00; encoded 0A 00.
     Erratum ``apt-voltage-limit-values``: printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on
-        page 122; encoded two sets of values.
+        page 122; encoded values of an enumeration on page 115, bits on page 122.
     """
 
     __slots__ = ("chan_ident", "future_use_1", "future_use_2", "hub_analog_input", "voltage_limit")
@@ -2981,7 +3007,7 @@ class PzSetTpzIoSettings(Message):
         future_use_1: int = 0,
         future_use_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if voltage_limit.__class__ is not int or not 0 <= voltage_limit <= 0xFFFF:
@@ -3022,7 +3048,7 @@ class PzSetTpzIoSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -3064,7 +3090,7 @@ class PzReqTpzIoSettings(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3084,7 +3110,7 @@ class PzReqTpzIoSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -3131,7 +3157,7 @@ class PzGetTpzIoSettings(Message):
         future_use_1: int = 0,
         future_use_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if voltage_limit.__class__ is not int or not 0 <= voltage_limit <= 0xFFFF:
@@ -3172,7 +3198,7 @@ class PzGetTpzIoSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -3203,7 +3229,10 @@ class PzSetTsgIoSettings(Message):
     :param future_use_2: The table gives the last six bytes to two cells and does not show where the
         first ends; reserved, sent as zero; 0 to 4294967295.
 
-    Erratum ``apt-force-calib-range``: printed between 1 and 1000; encoded up to at least 30000.
+    Erratum ``apt-force-calib-range``: printed between 1 and 1000; encoded from 1 on, as far as a
+        word goes (65535).
+    Erratum ``apt-future-use-rows-missing``: printed no rows for Future Use; encoded two reserved
+        fields at the end of each.
     Erratum ``apt-tsg-iosettings-example-short``: printed 13 bytes of packet; encoded 14 bytes.
     """
 
@@ -3249,7 +3278,7 @@ class PzSetTsgIoSettings(Message):
         future_use_1: int = 0,
         future_use_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if hub_analogue_output.__class__ is not int or not 0 <= hub_analogue_output <= 0xFFFF:
@@ -3294,7 +3323,7 @@ class PzSetTsgIoSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -3337,7 +3366,7 @@ class PzReqTsgIoSettings(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3357,7 +3386,7 @@ class PzReqTsgIoSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -3424,7 +3453,7 @@ class PzGetTsgIoSettings(Message):
         future_use_1: int = 0,
         future_use_2: int = 0,
     ) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if hub_analogue_output.__class__ is not int or not 0 <= hub_analogue_output <= 0xFFFF:
@@ -3469,7 +3498,7 @@ class PzGetTsgIoSettings(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -3511,7 +3540,7 @@ class PzReqTsgReading(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -3531,7 +3560,7 @@ class PzReqTsgReading(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -3553,7 +3582,7 @@ class PzGetTsgReading(Message):
     Erratum ``apt-tsg-reading-example-addresses``: printed D0 00; d=D0, s=01 (PC); encoded 81 50.
     Erratum ``apt-tsg-reading-range``: printed -32767 to 32768; encoded -32767 to 32767.
     Erratum ``apt-tsg-reading-unit``: printed a position in microns, a voltage or newtons; encoded a
-        share of the maximum output.
+        share of the maximum output, which is in one of these units.
     """
 
     __slots__ = ("chan_ident", "reading", "smoothed")
@@ -3571,7 +3600,7 @@ class PzGetTsgReading(Message):
     smoothed: int
 
     def __new__(cls, chan_ident: int, reading: int, smoothed: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if reading.__class__ is not int or not -32767 <= reading <= 0x7FFF:
@@ -3594,7 +3623,7 @@ class PzGetTsgReading(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,

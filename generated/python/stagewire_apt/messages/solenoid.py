@@ -54,7 +54,7 @@ class MotSetSolOperatingMode(Message):
     operating_mode: int
 
     def __new__(cls, chan_ident: int, operating_mode: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if operating_mode.__class__ is not int or not 0 <= operating_mode <= 0xFF:
@@ -74,7 +74,7 @@ class MotSetSolOperatingMode(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.operating_mode, dest, source)
 
@@ -104,7 +104,7 @@ class MotReqSolOperatingMode(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -124,7 +124,7 @@ class MotReqSolOperatingMode(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -151,7 +151,7 @@ class MotGetSolOperatingMode(Message):
     operating_mode: int
 
     def __new__(cls, chan_ident: int, operating_mode: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if operating_mode.__class__ is not int or not 0 <= operating_mode <= 0xFF:
@@ -171,7 +171,7 @@ class MotGetSolOperatingMode(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.operating_mode, dest, source)
 
@@ -188,6 +188,9 @@ class MotSetSolCycleParams(Message):
         40000000.
     :param num_cycles: 0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however, has
         SOLENOID_TRIGGER use it; 0 to 1000000.
+
+    Erratum ``apt-sol-numcycles-trigger``: printed ignored outside Auto mode (page 87); carried out
+        at a trigger (page 85); encoded sent in every mode; the note names both statements.
     """
 
     __slots__ = ("chan_ident", "num_cycles", "off_time", "on_time")
@@ -206,7 +209,7 @@ class MotSetSolCycleParams(Message):
     num_cycles: int
 
     def __new__(cls, chan_ident: int, on_time: int, off_time: int, num_cycles: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if on_time.__class__ is not int or not 400 <= on_time <= 40000000:
@@ -232,7 +235,7 @@ class MotSetSolCycleParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -271,7 +274,7 @@ class MotReqSolCycleParams(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -291,7 +294,7 @@ class MotReqSolCycleParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -326,7 +329,7 @@ class MotGetSolCycleParams(Message):
     num_cycles: int
 
     def __new__(cls, chan_ident: int, on_time: int, off_time: int, num_cycles: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if on_time.__class__ is not int or not 400 <= on_time <= 40000000:
@@ -352,7 +355,7 @@ class MotGetSolCycleParams(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(
             self.layout.id,
@@ -390,7 +393,7 @@ class MotSetSolInterlockMode(Message):
     interlock_mode: int
 
     def __new__(cls, chan_ident: int, interlock_mode: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if interlock_mode.__class__ is not int or not 0 <= interlock_mode <= 0xFF:
@@ -410,7 +413,7 @@ class MotSetSolInterlockMode(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.interlock_mode, dest, source)
 
@@ -440,7 +443,7 @@ class MotReqSolInterlockMode(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -460,7 +463,7 @@ class MotReqSolInterlockMode(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -487,7 +490,7 @@ class MotGetSolInterlockMode(Message):
     interlock_mode: int
 
     def __new__(cls, chan_ident: int, interlock_mode: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if interlock_mode.__class__ is not int or not 0 <= interlock_mode <= 0xFF:
@@ -507,7 +510,7 @@ class MotGetSolInterlockMode(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.interlock_mode, dest, source)
 
@@ -536,7 +539,7 @@ class MotSetSolState(Message):
     state: int
 
     def __new__(cls, chan_ident: int, state: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if state.__class__ is not int or not 0 <= state <= 0xFF:
@@ -556,7 +559,7 @@ class MotSetSolState(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.state, dest, source)
 
@@ -586,7 +589,7 @@ class MotReqSolState(Message):
     param2: int
 
     def __new__(cls, chan_ident: int, *, param2: int = 0) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
@@ -606,7 +609,7 @@ class MotReqSolState(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
 
@@ -633,7 +636,7 @@ class MotGetSolState(Message):
     state: int
 
     def __new__(cls, chan_ident: int, state: int) -> Self:
-        """Make the message; every value is checked."""
+        """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if state.__class__ is not int or not 0 <= state <= 0xFF:
@@ -653,6 +656,6 @@ class MotGetSolState(Message):
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message."""
+        """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
         check_addresses(dest, source)
         return self._pack(self.layout.id, self.chan_ident, self.state, dest, source)

@@ -1,0 +1,209 @@
+"""The wheel: what is in it, and that it works where there is neither a checkout nor an extra."""
+
+from __future__ import annotations
+
+import configparser
+import email
+import json
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from email.message import Message
+from pathlib import Path, PurePosixPath
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = {
+    "stagewire": ROOT / "runtime",
+    "stagewire_apt": ROOT / "generated" / "python",
+    "stagewire_cli": ROOT / "cli",
+    "stagewire_conformance": ROOT / "conformance",
+    "stagewire_generator": ROOT / "generator",
+}
+EXTRA = ("yaml", "jinja2", "jsonschema")
+MOVE = "53 04 06 00 D0 01 01 00 40 0D 03 00"
+
+# Only the standard library, the wheel and what else is installed: directories that are appended to
+# sys.path do not have their .pth files read, so an editable checkout stays out.
+PRELUDE = """
+import sys
+assert sys.flags.isolated and sys.flags.no_site
+wheel, installed, hidden = sys.argv[1], sys.argv[2].split(";"), sys.argv[3].split()
+sys.path[:0] = [wheel]
+sys.path += installed
+sys.modules.update(dict.fromkeys(hidden))
+del sys.argv[1:4]
+"""
+COMMAND = PRELUDE + "from stagewire_cli.main import run; run()"
+
+
+@pytest.fixture(scope="session")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built once, without a network."""
+    folder = tmp_path_factory.mktemp("wheel")
+    words = ["wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
+    done = subprocess.run(
+        [sys.executable, "-m", "pip", *words, "--wheel-dir", str(folder), str(ROOT)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    (made,) = folder.glob("*.whl")
+    return made
+
+
+@pytest.fixture(scope="session")
+def names(wheel: Path) -> list[str]:
+    with zipfile.ZipFile(wheel) as archive:
+        return archive.namelist()
+
+
+@pytest.fixture(scope="session")
+def unpacked(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("unpacked")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def metadata(unpacked: Path) -> Message:
+    (path,) = unpacked.glob("*.dist-info/METADATA")
+    return email.message_from_bytes(path.read_bytes())
+
+
+def python(
+    unpacked: Path, code: str, *arguments: object, hidden: tuple[str, ...] = EXTRA, input: str = ""
+) -> subprocess.CompletedProcess[str]:
+    """Run ``code`` on the wheel alone; the modules in ``hidden`` cannot be imported."""
+    installed = ";".join(dict.fromkeys(sysconfig.get_path(key) for key in ("purelib", "platlib")))
+    words = [str(unpacked), installed, " ".join(hidden), *map(str, arguments)]
+    return subprocess.run(
+        [sys.executable, "-I", "-S", "-X", "utf8", "-c", code, *words],
+        capture_output=True,
+        encoding="utf-8",
+        timeout=120,
+        cwd=unpacked.parent,
+        input=input,
+    )
+
+
+def test_every_file_of_the_packages_is_in_the_wheel_and_nothing_else(names: list[str]) -> None:
+    wanted = {
+        path.relative_to(folder).as_posix()
+        for package, folder in PACKAGES.items()
+        for path in (folder / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    schemas = {f"stagewire_generator/schema/{p.name}" for p in (ROOT / "spec/schema").iterdir()}
+    assert schemas
+    found = {name for name in names if ".dist-info/" not in name}
+    assert found == wanted | schemas
+
+
+def test_no_yaml_and_nothing_compiled(names: list[str]) -> None:
+    suffixes = {PurePosixPath(name).suffix for name in names if ".dist-info/" not in name}
+    assert suffixes == {".py", ".json", ".j2", ".typed"}
+
+
+def test_every_package_is_typed(names: list[str]) -> None:
+    assert {f"{package}/py.typed" for package in PACKAGES} <= set(names)
+
+
+@pytest.mark.parametrize("kind", ["registry", "vectors"])
+def test_the_json_is_the_generated_one(unpacked: Path, kind: str) -> None:
+    packed = (unpacked / "stagewire_apt" / f"{kind}.json").read_bytes()
+    assert packed == (ROOT / "generated" / kind / "thorlabs_apt.json").read_bytes()
+
+
+def test_entry_points(unpacked: Path) -> None:
+    (path,) = unpacked.glob("*.dist-info/entry_points.txt")
+    points = configparser.ConfigParser()
+    points.read_string(path.read_text(encoding="utf-8"))
+    assert {section: dict(points[section]) for section in points.sections()} == {
+        "console_scripts": {"stagewire": "stagewire_cli.main:run"},
+        "stagewire.protocols": {"thorlabs_apt": "stagewire_apt:PROTOCOL"},
+    }
+
+
+def test_what_it_needs(metadata: Message) -> None:
+    needs = [str(need) for need in metadata.get_all("Requires-Dist", [])]
+    plain = " ".join(need.lower() for need in needs if "extra ==" not in need)
+    for name in ("yaml", "jinja2", "jsonschema"):
+        assert name not in plain
+        extras = [n.replace('"', "'") for n in needs if n.lower().startswith(("py" + name, name))]
+        assert any(need.endswith("extra == 'generator'") for need in extras), extras
+    assert metadata["License-File"] == "LICENSE"
+    assert metadata["Requires-Python"] == ">=3.11"
+
+
+def test_no_path_of_this_machine(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        for name in archive.namelist():
+            assert str(ROOT).encode() not in archive.read(name), name
+
+
+def test_it_imports_and_decodes(unpacked: Path) -> None:
+    code = """
+import importlib, json, pathlib
+files = []
+for name in json.loads(sys.argv[1]):
+    files.append(importlib.import_module(name).__file__)
+from stagewire import End, available_protocols, load_protocol
+from stagewire_apt import messages as m
+frame = m.decode(bytes.fromhex(sys.argv[2]))
+events = load_protocol("thorlabs_apt").framer(End.DEVICE).feed(frame.encode())
+inside = all(pathlib.Path(file).is_relative_to(wheel) for file in files)
+print(json.dumps([inside, available_protocols(), repr(frame.message), len(events)]))
+"""
+    packages = json.dumps(sorted(PACKAGES.keys() - {"stagewire_generator"}))
+    done = python(unpacked, PRELUDE + code, packages, MOVE)
+    assert done.stderr == ""
+    message = "MotMoveAbsolute(chan_ident=1, absolute_distance=200000)"
+    assert json.loads(done.stdout) == [True, ["thorlabs_apt"], message, 1]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--version"], "stagewire "),
+        (["show", "MOT_MOVE_ABSOLUTE"], "id 0x0453"),
+        (["decode", MOVE], "form data, dest 0x50, source 0x01"),
+        (["encode", "MOT_MOVE_ABSOLUTE", "--form", "data", "chan_ident=1", "absolute_distance=200000"], MOVE),
+        (["testee"], '"protocols":["thorlabs_apt"]'),
+        (["conformance", "examples"], " 0 failed, "),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)  # fmt: skip
+def test_the_command_without_an_extra(unpacked: Path, words: list[str], said: str) -> None:
+    done = python(unpacked, COMMAND, *words, input='{"id":1,"op":"hello"}\n')
+    assert (done.returncode, done.stderr) == (0, "")
+    assert said in done.stdout
+
+
+@pytest.mark.parametrize("name", EXTRA)
+@pytest.mark.parametrize("words", [["check", ROOT / "spec"], ["generate", "--check"]], ids=str)
+def test_a_missing_extra_is_named(unpacked: Path, words: list[object], name: str) -> None:
+    done = python(unpacked, COMMAND, *words, hidden=(name,))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        f"stagewire: this command needs {name}; it comes with pip install 'stagewire[generator]'\n"
+    )
+
+
+def test_the_generator_of_the_wheel_checks_and_compares(unpacked: Path, tmp_path: Path) -> None:
+    """The schemas come with the wheel, not with the spec."""
+    shutil.copytree(ROOT / "spec" / "thorlabs_apt", tmp_path / "spec" / "thorlabs_apt")
+    for kind in ("examples", "captures"):
+        shutil.copytree(ROOT / "conformance" / kind, tmp_path / "conformance" / kind)
+    done = python(unpacked, COMMAND, "check", tmp_path / "spec", hidden=())
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.startswith("thorlabs_apt: ok; ")
+    words = ["generate", "--spec", tmp_path / "spec", "--out", ROOT / "generated", "--check"]
+    done = python(unpacked, COMMAND, *words, hidden=())
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "not one byte drifted" in done.stdout
