@@ -33,6 +33,7 @@ from stagewire.framing import (
     Undocumented,
     Unknown,
 )
+from stagewire.header import DATA_FLAG, MAXIMUM_PACKET
 
 HOST = 0x01
 DEVICES = frozenset({0x11, *range(0x21, 0x2B), 0x50})
@@ -124,9 +125,9 @@ def naive(table: FramingTable) -> Rule:
         found, position = [], 0
         while len(stream) - position >= 6:
             size = 6
-            if stream[position + 4] & table.data_flag:
+            if stream[position + 4] & DATA_FLAG:
                 size += stream[position + 2] | stream[position + 3] << 8
-            if size > 6 + table.maximum_length:
+            if size > 6 + MAXIMUM_PACKET:
                 position += 1
                 continue
             if position + size > len(stream):
@@ -187,7 +188,7 @@ def make_run(
     # Real streams repeat a few messages: half of them are one kind.
     usual = {way: random_.choice(choices[way]) for way in directions}
     frames: list[bytes] = []
-    tail = 6 + table.maximum_length
+    tail = 6 + MAXIMUM_PACKET
     while len(frames) < 2 * FRAMES + 1 or sum(map(len, frames[2 * FRAMES :])) < tail:
         way = random_.choice(directions)
         id, forms = usual[way] if random_.random() < 0.5 else random_.choice(choices[way])
@@ -198,7 +199,7 @@ def make_run(
             id, forms = random_.choice(NEWER)
         if forms.lengths and not (forms.header and random_.random() < 0.5):
             length = random_.choice(sorted(forms.lengths))
-            head = bytes((id & 0xFF, id >> 8, length, 0, dest | table.data_flag, source))
+            head = bytes((id & 0xFF, id >> 8, length, 0, dest | DATA_FLAG, source))
             frames.append(head + make_payload(random_, length))
         else:
             parameters = 0 if forms.only_zero_parameters else random_.choice((0, 1, 1, 2, 0x0101))

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.errors import WRONG
-from stagewire_cli.generator import folder, load, the_generator
+from stagewire_cli.generator import folder, load, show_diagnostics, the_generator
 
 __all__ = ["EXAMPLE", "check"]
 
@@ -32,10 +32,7 @@ def check(
     try:
         _, counts = load([spec])
     except SpecError as error:
-        for diagnostic in error.diagnostics:
-            typer.echo(str(diagnostic))
-        number = len(error.diagnostics)
-        typer.echo(f"{spec}: {number} error{'s' * (number != 1)}", err=True)
+        show_diagnostics(error, [spec])
         raise typer.Exit(WRONG) from None
     for name, seen in counts.items():
         typer.echo(

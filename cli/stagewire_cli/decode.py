@@ -58,8 +58,9 @@ def decode(
     """Decode one frame in hex, or a stream from a file or standard input.
 
     One frame on the command line must be whole and right; what is wrong with it is explained. A
-    file holds hex text, raw bytes, or JSON captures ("hex" in each entry). Exit code 1 means that
-    something was no message.
+    file holds hex text, raw bytes, or JSON captures ("hex" in each entry). Exit code 1 means
+    that a frame was refused, or that a stream held garbage, a packet too short for its message, or
+    an end that is incomplete.
     """
     chosen = choose(protocol)
     context = None if status is None else {"status": status}

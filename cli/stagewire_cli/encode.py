@@ -11,7 +11,6 @@ from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.protocols import PROTOCOL_HELP, choose
 from stagewire_cli.values import parse_address, parse_assignments, parse_value
-from stagewire_conformance.answers import Refusal
 from stagewire_conformance.codec import encode_frame
 from stagewire_conformance.hexes import spaced
 from stagewire_conformance.registry import registry_of
@@ -66,7 +65,7 @@ def encode(
         }
         request |= _addresses(chosen, name, dest, source)
         raw = encode_frame(chosen, request).encode()
-    except (CodecError, Refusal) as error:
+    except CodecError as error:
         raise CalledWronglyError(str(error)) from None
     typer.echo(spaced(raw))
 

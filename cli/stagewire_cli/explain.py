@@ -5,34 +5,34 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stagewire.errors import BadLengthError, DecodeError, TruncatedError, UnknownMessageError
+from stagewire.header import DATA_FLAG, HEADER_SIZE
 from stagewire.protocol import Protocol
 
-__all__ = ["explain", "wrong_bytes"]
+__all__ = ["explain"]
 
-_HEADER = 6
 _SHOWN = 64
 
 
-def wrong_bytes(raw: bytes, error: DecodeError | UnknownMessageError) -> range:
+def _wrong_bytes(raw: bytes, error: DecodeError | UnknownMessageError) -> range:
     """Return the positions of the bytes that the refusal is about."""
     if isinstance(error, UnknownMessageError):
         return range(2)
     if isinstance(error, TruncatedError):
-        return range(len(raw), len(raw) + 1) if len(raw) < _HEADER else range(2, 4)
-    has_packet = bool(raw[4] & 0x80)
+        return range(len(raw), len(raw) + 1) if len(raw) < HEADER_SIZE else range(2, 4)
+    has_packet = bool(raw[4] & DATA_FLAG)
     if _lacks_flag(raw):
         return range(4, 5)
     if isinstance(error, BadLengthError):
         return range(2, 4) if has_packet else range(4, 5)
-    return range(_HEADER + (_declared(raw) if has_packet else 0), len(raw))
+    return range(HEADER_SIZE + (_declared(raw) if has_packet else 0), len(raw))
 
 
 def explain(
     protocol: Protocol, raw: bytes, error: DecodeError | UnknownMessageError
 ) -> Iterator[str]:
     """Yield lines that show the bytes, mark the wrong ones and say what was expected."""
-    wrong = wrong_bytes(raw, error)
-    start = max(0, min(wrong.start - _HEADER, len(raw) - _SHOWN)) if wrong.start > _SHOWN else 0
+    wrong = _wrong_bytes(raw, error)
+    start = max(0, min(wrong.start - HEADER_SIZE, len(raw) - _SHOWN)) if wrong.start > _SHOWN else 0
     shown = range(start, min(max(len(raw), wrong.start + 1), start + _SHOWN))
     lead = "... " if start else ""
     more = " ..." if shown.stop < len(raw) else ""
@@ -58,8 +58,8 @@ def _hints(
         return
     if _lacks_flag(raw):
         yield (
-            f"bytes 2 and 3 would declare exactly the {len(raw) - _HEADER} bytes that follow: "
-            f"byte 4 seems to lack the bit of a data packet ({raw[4] | 0x80:#04x})"
+            f"bytes 2 and 3 would declare exactly the {len(raw) - HEADER_SIZE} bytes that follow: "
+            f"byte 4 seems to lack the bit of a data packet ({raw[4] | DATA_FLAG:#04x})"
         )
     elif error.code == "trailing":
         yield "several frames in one text are read from a file, from standard input, or with --end"
@@ -67,8 +67,8 @@ def _hints(
 
 def _lacks_flag(raw: bytes) -> bool:
     """Whether this is a data frame but for the bit that announces its packet."""
-    following = len(raw) - _HEADER
-    return following > 0 and not raw[4] & 0x80 and _declared(raw) == following
+    following = len(raw) - HEADER_SIZE
+    return following > 0 and not raw[4] & DATA_FLAG and _declared(raw) == following
 
 
 def _declared(raw: bytes) -> int:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.generator import folder, load, the_generator
+from stagewire_cli.generator import folder, load, show_diagnostics, the_generator
 from stagewire_cli.progress import progress
 
 __all__ = ["EXAMPLE", "generate"]
@@ -46,45 +48,53 @@ def generate(
     with the_generator():
         from stagewire_generator import TARGETS, render
         from stagewire_generator.diagnostics import SpecError
-        from stagewire_generator.output import OutputError, compare, write
     for name in target or []:
         if name not in TARGETS:
             raise CalledWronglyError(f"there is no target {name} (there are: {', '.join(TARGETS)})")
+    folders = spec or [Path("spec")]
     try:
-        protocols, _ = load(spec or [Path("spec")])
+        protocols, _ = load(folders)
     except SpecError as error:
-        for diagnostic in error.diagnostics:
-            typer.echo(str(diagnostic))
-        typer.echo(
-            f"{error}; {'nothing was compared' if check else 'nothing was written'}", err=True
-        )
+        show_diagnostics(error, folders)
+        typer.echo(f"nothing was {'compared' if check else 'written'}", err=True)
         raise typer.Exit(WRONG) from None
     with progress() as say:
         say("rendering")
         files = render(protocols, target)
     if check:
-        changes = compare(out, files)
-        if target:  # the rest of the folder belongs to other targets
-            changes = [change for change in changes if change.kind != "orphaned"]
-        for change in changes:
-            typer.echo(f"{change.kind}: {change.path}")
-            if change.diff:
-                typer.echo(change.diff)
-        if changes:
-            count = {kind: sum(c.kind == kind for c in changes) for kind in _KINDS}
-            listed = ", ".join(f"{number} {kind}" for kind, number in count.items() if number)
-            typer.echo(f"{out} is not what the spec gives: {listed}", err=True)
-            raise typer.Exit(WRONG)
-        typer.echo(f"{out}: {len(files)} files, not one byte drifted")
-        return
+        _compare(out, files, partial=bool(target))
+    else:
+        _write(out, files, partial=bool(target))
+
+
+def _compare(out: Path, files: Mapping[str, str], *, partial: bool) -> None:
+    """Report every difference between the folder and the files that belong there."""
+    from stagewire_generator.output import compare
+
+    changes = compare(out, files)
+    if partial:  # the rest of the folder belongs to other targets
+        changes = [change for change in changes if change.kind != "orphaned"]
+    for change in changes:
+        typer.echo(f"{change.kind}: {change.path}")
+        if change.diff:
+            typer.echo(change.diff)
+    if changes:
+        count = Counter(change.kind for change in changes)
+        listed = ", ".join(f"{number} {kind}" for kind, number in sorted(count.items()))
+        typer.echo(f"{out} is not what the spec gives: {listed}", err=True)
+        raise typer.Exit(WRONG)
+    typer.echo(f"{out}: {len(files)} files, not one byte drifted")
+
+
+def _write(out: Path, files: Mapping[str, str], *, partial: bool) -> None:
+    """Write the files and say which of them were not there as they are now."""
+    from stagewire_generator.output import OutputError, write
+
     try:
-        touched = write(out, files, partial=bool(target))
+        touched = write(out, files, partial=partial)
     except OutputError as error:
         typer.echo(f"stagewire: {error}", err=True)
         raise typer.Exit(WRONG) from None
     for path in touched:
         typer.echo(path)
     typer.echo(f"{out}: {len(files)} files, {len(touched)} written or removed")
-
-
-_KINDS = ("changed", "missing", "orphaned")

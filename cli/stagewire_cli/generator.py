@@ -13,10 +13,11 @@ from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.progress import progress
 
 if TYPE_CHECKING:
+    from stagewire_generator.diagnostics import SpecError
     from stagewire_generator.model import Protocol
     from stagewire_generator.pipeline import Counts
 
-__all__ = ["folder", "load", "the_generator"]
+__all__ = ["folder", "load", "show_diagnostics", "the_generator"]
 
 
 def folder(text: str | Path) -> Path:
@@ -69,3 +70,12 @@ def load(folders: Sequence[Path]) -> tuple[list[Protocol], dict[str, Counts]]:
     if twice:
         raise CalledWronglyError(f"{', '.join(twice)} comes from more than one of the folders")
     return protocols, counts
+
+
+def show_diagnostics(error: SpecError, folders: Sequence[Path]) -> None:
+    """Print every diagnostic, and on standard error how many the folders gave."""
+    for diagnostic in error.diagnostics:
+        typer.echo(str(diagnostic))
+    number = len(error.diagnostics)
+    where = ", ".join(map(str, folders))
+    typer.echo(f"{where}: {number} error{'s' * (number != 1)}", err=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stagewire.errors import UnknownMessageError
+from stagewire.errors import UnknownProtocolError
 from stagewire.protocol import Protocol, available_protocols, load_protocol
 from stagewire_cli.errors import CalledWronglyError
 
@@ -23,5 +23,5 @@ def choose(name: str | None) -> Protocol:
         raise CalledWronglyError(f"several protocols are installed ({names}); choose by --protocol")
     try:
         return load_protocol(name)
-    except UnknownMessageError as error:
+    except UnknownProtocolError as error:
         raise CalledWronglyError(str(error)) from None

@@ -12,15 +12,7 @@ from stagewire_cli.terminal import printable, table
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.scales import factor
 
-__all__ = [
-    "amount",
-    "flag_names",
-    "frame_line",
-    "frame_table",
-    "frame_title",
-    "meaning",
-    "raw_text",
-]
+__all__ = ["frame_line", "frame_table", "frame_title"]
 
 Json = dict[str, Any]
 _HEX_FROM = 10
@@ -40,12 +32,13 @@ def frame_title(protocol: Protocol, answer: Json) -> str:
 def frame_table(protocol: Protocol, answer: Json) -> Table:
     """Return the fields of a decoded frame as a table."""
     known = registry_of(protocol).fields(answer["message"], answer["form"])
+    parameters = _parameters(protocol, answer)
     shown = table("offset", "field", "raw", "meaning", right=("offset", "raw"))
     for name, value in answer["fields"].items():
         field = known.get(name, {})
         offset = field.get("offset")
-        place = "" if offset is None or name in _parameters(protocol, answer) else str(offset)
-        shown.add_row(place, name, raw_text(value), meaning(field, value))
+        place = "" if offset is None or name in parameters else str(offset)
+        shown.add_row(place, name, _raw_text(value), _meaning(field, value))
     for key, text in (("extra", "bytes beyond the layout"), ("data", "the whole packet")):
         if answer.get(key):
             shown.add_row("", key, answer[key], text)
@@ -54,19 +47,19 @@ def frame_table(protocol: Protocol, answer: Json) -> Table:
 
 def frame_line(answer: Json) -> str:
     """Return a decoded frame in one line, for streams."""
-    fields = [f"{name}={raw_text(value)}" for name, value in answer["fields"].items()]
+    fields = [f"{name}={_raw_text(value)}" for name, value in answer["fields"].items()]
     fields += [f"{key}={answer[key]}" for key in ("extra", "data") if answer.get(key)]
     form = "" if answer["form"] in ("header", "data") else f" ({answer['form']})"
     where = f"{answer['source']:#04x}->{answer['dest']:#04x}"
     return " ".join([f"{where} {answer['message']}{form}", *fields])
 
 
-def raw_text(value: int | str) -> str:
+def _raw_text(value: int | str) -> str:
     """Return a raw value as it is shown: text with nothing in it that could steer a terminal."""
     return printable(value) if isinstance(value, str) else str(value)
 
 
-def meaning(field: Json, value: int | str) -> str:
+def _meaning(field: Json, value: int | str) -> str:
     """Return what a raw value means: a name, flag names, engineering units; empty if nothing is known."""
     if isinstance(value, str):
         return ""
@@ -75,7 +68,7 @@ def meaning(field: Json, value: int | str) -> str:
         names = [name for name, known in field["enum"].items() if known == value]
         parts.append(names[0] if names else "no name in the registry")
     if field.get("flags"):
-        parts.append(flag_names(field["flags"], value))
+        parts.append(_flag_names(field["flags"], value))
     if field.get("flags_by_unit"):
         parts.append(f"flags depend on the unit: {', '.join(field['flags_by_unit'])}")
     if field.get("scale"):
@@ -90,7 +83,7 @@ def meaning(field: Json, value: int | str) -> str:
     return "; ".join(part for part in parts if part)
 
 
-def flag_names(flags: dict[str, int], value: int) -> str:
+def _flag_names(flags: dict[str, int], value: int) -> str:
     """Return the names of the bits that are set; bits without a name in hex."""
     value &= (1 << 64) - 1
     names = [name for name, mask in sorted(flags.items(), key=lambda f: f[1]) if value & mask]
@@ -99,7 +92,7 @@ def flag_names(flags: dict[str, int], value: int) -> str:
     return " | ".join([*names, *([f"{value:#x}"] if value else [])]) or "none set"
 
 
-def amount(value: Fraction) -> str:
+def _amount(value: Fraction) -> str:
     """Return a fraction as a decimal, marked where it is rounded."""
     whole = value.denominator
     for prime in (2, 5):
@@ -113,7 +106,7 @@ def _in_units(field: Json, value: int) -> str:
     scale, unit = field["scale"], field.get("unit") or ""
     exact = factor(scale, unit)
     if exact is not None:
-        return f"{amount(exact.from_counts(value))} {unit}"
+        return f"{_amount(exact.from_counts(value))} {unit}"
     if "unknown" in scale:
         return f"{unit}: {scale['unknown']}" if unit else str(scale["unknown"])
     on = {

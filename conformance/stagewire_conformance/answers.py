@@ -8,11 +8,10 @@ from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
 
-__all__ = ["UNDOCUMENTED", "Refusal", "fields_of", "frame_answer", "refusal"]
+__all__ = ["Refusal", "frame_answer", "refusal"]
 
 Json = dict[str, Any]
 
-UNDOCUMENTED = "undocumented"
 _MAXIMUM_DETAIL = 500
 
 
@@ -41,20 +40,19 @@ def frame_answer(frame: Frame) -> Json:
         "form": message.layout.form,
         "dest": frame.dest,
         "source": frame.source,
-        "fields": fields_of(message),
+        "fields": _fields(message),
     }
     if isinstance(message, UndecidedMessage):
         # The whole payload: it encodes back from this alone.
         answer["data"] = (message.data + frame.extra).hex()
     elif isinstance(message, UndocumentedMessage):
-        answer["form"] = UNDOCUMENTED
         answer["data"] = None if message.data is None else message.data.hex()
     elif frame.extra:
         answer["extra"] = frame.extra.hex()
     return answer
 
 
-def fields_of(message: Message) -> Json:
+def _fields(message: Message) -> Json:
     """Return the fields of a message: integers, hex for byte strings, text.
 
     A header parameter without a name is shown when it is not zero, or when leaving it out would

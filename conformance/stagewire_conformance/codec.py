@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from stagewire.errors import BadValueError, MissingFieldError
+from stagewire.errors import BadLengthError, BadValueError, MissingFieldError
 from stagewire.frame import Frame
 from stagewire.framing import (
     BadLength,
@@ -19,7 +19,7 @@ from stagewire.framing import (
 )
 from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
 from stagewire.protocol import Protocol
-from stagewire_conformance.answers import UNDOCUMENTED, Refusal, frame_answer
+from stagewire_conformance.answers import frame_answer
 from stagewire_conformance.hexes import from_hex
 from stagewire_conformance.registry import registry_of
 
@@ -108,9 +108,7 @@ def encode_frame(protocol: Protocol, request: Mapping[str, Any]) -> Frame:
     if issubclass(cls, UndecidedMessage) and data is not None:
         size = cls.layout.length
         if len(data) < size:
-            raise Refusal(
-                "bad_length", f"{name}: its packet has {size} bytes, data has {len(data)}"
-            )
+            raise BadLengthError(f"{name}: its packet has {size} bytes, data has {len(data)}")
         data, extra = data[:size], data[size:] + extra
     if issubclass(cls, UndocumentedMessage):
         if extra:
@@ -123,22 +121,11 @@ def encode_frame(protocol: Protocol, request: Mapping[str, Any]) -> Frame:
     for address in ("dest", "source"):
         if address not in request:
             raise MissingFieldError(f"{name} lacks {address}")
-    if extra and not cls.layout.length:
-        raise BadValueError(
-            f"{name} ({cls.layout.form}) has no packet that extra bytes could follow"
-        )
     return Frame(message, request["dest"], request["source"], extra)
 
 
 def _form(protocol: Protocol, name: str, form: str | None, context: Context | None) -> str | None:
     """Return the form that is meant; ``context`` chooses where ``form`` leaves it open."""
-    if form == UNDOCUMENTED:
-        found = [
-            c.layout.form
-            for c in protocol.messages
-            if c.layout.message == name and issubclass(c, UndocumentedMessage)
-        ]
-        return found[0] if found else form
     if not context:
         return form
     decided = [c for c in protocol.messages if c.layout.message == name and c.layout.when]

@@ -51,9 +51,11 @@ def run_example(protocol: Protocol, entry: Mapping[str, Any]) -> Verdict:
         check_number(registry, entry, findings)
     elif kind == "scaling":
         check_scaling(registry, entry, findings)
-    else:
+    elif kind == "statement":
         check_claim(registry, entry, findings)
-    return _verdict(entry, kind, findings)
+    else:
+        findings.problems.append(f"there is no kind of example {kind}")
+    return _verdict(entry, findings)
 
 
 def run_capture(protocol: Protocol, entry: Mapping[str, Any]) -> Verdict:
@@ -61,19 +63,18 @@ def run_capture(protocol: Protocol, entry: Mapping[str, Any]) -> Verdict:
     findings = Findings()
     _known_errata(registry_of(protocol), entry, findings)
     check_capture(protocol, entry, findings)
-    return _verdict(entry, entry["kind"], findings)
+    return _verdict(entry, findings)
 
 
-def _verdict(entry: Mapping[str, Any], kind: str, findings: Findings) -> Verdict:
+def _verdict(entry: Mapping[str, Any], findings: Findings) -> Verdict:
     return Verdict(
         id=entry["id"],
         page=entry.get("page"),
         line=entry.get("line"),
-        kind=kind,
+        kind=entry["kind"],
         message=entry.get("message") or "",
         title=entry.get("title") or entry.get("says") or entry.get("note") or "",
-        # a statement without a verdict of its own is wrong when it has errata
-        expected=entry.get("verdict") or ("erratum" if entry.get("errata") else "reproduced"),
+        expected=entry["verdict"],
         outcome=findings.outcome,
         detail=findings.detail,
     )

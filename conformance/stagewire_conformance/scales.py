@@ -11,7 +11,7 @@ from stagewire.errors import UnknownScaleError
 from stagewire.quantities import Scale, exact
 from stagewire_conformance.registry import Registry
 
-__all__ = ["factor", "in_unit", "printed_factor", "scale_of", "stated_rule"]
+__all__ = ["factor", "in_unit", "printed_factor", "scale_of"]
 
 Json = dict[str, Any]
 
@@ -70,7 +70,7 @@ def in_unit(value: Fraction, unit: str, wanted: str) -> Fraction:
     raise UnknownScaleError(f"the registry has it in {wanted}, not in {unit}")
 
 
-def stated_rule(registry: Registry, stated: Mapping[str, Any]) -> Json:
+def _rule(registry: Registry, stated: Mapping[str, Any]) -> Json:
     """Return the rule of the registry for a stated value: its stage's, its unit's or its quantity's.
 
     Raises :class:`UnknownScaleError` when the registry has none.
@@ -105,7 +105,7 @@ def scale_of(registry: Registry, stated: Mapping[str, Any]) -> Scale:
 
     Raises :class:`UnknownScaleError` when nothing states one.
     """
-    rule = stated_rule(registry, stated)
+    rule = _rule(registry, stated)
     unit = rule["unit"]
     if "unknown" in rule:
         raise UnknownScaleError(f"{stated['quantity']}: {rule['unknown']}")

@@ -25,6 +25,9 @@ def check_number(registry: Registry, entry: Mapping[str, Any], findings: Finding
     if not size:
         return
     value, printed = entry["value"], bytes.fromhex(entry["printed"])
+    if not isinstance(value, int):
+        findings.problems.append(f"{entry['format']} holds integers, not {value}")
+        return
     try:
         made = value.to_bytes(size, "little", signed=signed)
     except OverflowError:
@@ -35,6 +38,8 @@ def check_number(registry: Registry, entry: Mapping[str, Any], findings: Finding
             made != printed, "unexpected pass: the printed bytes are those of the value"
         )
         printed = bytes.fromhex(entry["encoded"])
+    elif entry["verdict"] == "erratum":
+        findings.problems.append("`encoded` does not say what the value gives")
     findings.expect(made == printed, f"{value} is {spaced(made)}, not {spaced(printed)}")
     read = int.from_bytes(printed, "little", signed=signed)
     findings.expect(read == value, f"{spaced(printed)} is {read}, not {value}")
@@ -52,10 +57,8 @@ def _format(registry: Registry, name: str, findings: Findings) -> tuple[int, boo
 
 def check_scaling(registry: Registry, entry: Mapping[str, Any], findings: Findings) -> None:
     """Check a scaling statement: stated values, or arithmetic with its printed result."""
-    stated = entry.get("stated", {})
-    items = stated.items() if isinstance(stated, dict) else ((s["quantity"], s) for s in stated)
-    for name, item in items:
-        check_stated(registry, name, item, {}, findings)
+    for item in entry.get("stated", []):
+        check_stated(registry, item["quantity"], item, {}, findings)
     if "arithmetic" in entry:
         _arithmetic(entry, findings)
 
@@ -67,7 +70,10 @@ def _arithmetic(entry: Mapping[str, Any], findings: Findings) -> None:
     except ValueError as error:
         findings.problems.append(str(error))
         return
-    value = entry["equals"] if "equals" in entry else entry["value"]
+    value = entry.get("equals", entry.get("value"))
+    if value is None:
+        findings.problems.append("neither `equals` nor `value` says what the arithmetic gives")
+        return
     right = {result}
     if "rounded_to" in entry:
         right.add(rounded(result, exact(entry["rounded_to"])))
@@ -95,8 +101,6 @@ def check_stated(
 
     The difference between the two is noted in counts.
     """
-    if "quantity" not in item:
-        return
     what = f"{name} {item['value']} {item['unit']}"
     try:
         scale = scale_of(registry, item)
@@ -136,7 +140,7 @@ def _way(
 
 def check_claim(registry: Registry, entry: Mapping[str, Any], findings: Findings) -> None:
     """Check that the registry holds what a statement is taken to mean, where a program can."""
-    claim = entry.get("claim") or {"prose": True}
+    claim = entry["claim"]
     if "prose" in claim:
         findings.checked = False
         findings.notes.append("prose; nothing that a program could check")
@@ -162,6 +166,8 @@ def _claim(registry: Registry, claim: Mapping[str, Any]) -> tuple[bool, str]:
     if "range" in claim:
         field = _field(registry, claim["range"])
         ends = {key: claim[key] for key in ("minimum", "maximum") if key in claim}
+        if not ends:
+            raise LookupError(f"the claim says no end of the range of {claim['range']}")
         truth = f"{claim['range']} takes {field['minimum']} to {field['maximum']}"
         return all(field[key] == value for key, value in ends.items()), truth
     if "undefined" in claim:

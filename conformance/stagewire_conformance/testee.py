@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, BinaryIO, NoReturn
 
 import stagewire
-from stagewire.errors import CodecError, UnknownMessageError
+from stagewire.errors import CodecError, UnknownProtocolError
 from stagewire.protocol import available_protocols, load_protocol
 from stagewire_conformance.answers import Refusal, refusal
 from stagewire_conformance.codec import ENDS, Codec
@@ -64,9 +64,8 @@ class Testee:
             return {"id": id} | refusal(error)
         except RecursionError:
             return {"id": id} | refusal(Refusal("bad_request", "nested too deeply"))
-        except (
-            Exception
-        ) as error:  # a testee survives any line; tests see to it that none gets here
+        except Exception as error:
+            # A testee survives any line; tests see to it that none gets here.
             text = f"internal error: {type(error).__name__}: {error}"
             return {"id": id} | refusal(Refusal("unsupported", text))
 
@@ -107,7 +106,7 @@ class Testee:
         if name not in self._codecs:
             try:
                 self._codecs[name] = Codec(load_protocol(name))
-            except UnknownMessageError as error:
+            except UnknownProtocolError as error:
                 raise Refusal("unsupported", str(error)) from None
         return self._codecs[name]
 
@@ -168,8 +167,6 @@ def _parse(line: bytes) -> Json:
         )
     except UnicodeDecodeError as error:
         _bad(f"not UTF-8: byte {error.start} of the line")
-    except RecursionError:
-        _bad("nested too deeply")
     except ValueError as error:  # not JSON, or an integer of thousands of digits
         _bad(f"not JSON: {error}")
     if not isinstance(request, dict):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 
 __all__ = ["CODES", "Code", "Diagnostic", "Diagnostics", "Place", "SpecError"]
 
@@ -109,7 +108,6 @@ class SpecError(Exception):
 class Diagnostics:
     """Collects the diagnostics of one run."""
 
-    root: Path
     found: list[Diagnostic] = field(default_factory=list)
 
     def add(self, place: Place, code: str, message: str, hint: str = "") -> None:
@@ -123,8 +121,3 @@ class Diagnostics:
 
     def __iter__(self) -> Iterator[Diagnostic]:
         return iter(sorted(self.found))
-
-    def raise_if_any(self) -> None:
-        """Raise :class:`SpecError` with everything found so far, if anything was."""
-        if self.found:
-            raise SpecError(sorted(self.found))

@@ -23,6 +23,7 @@ __all__ = [
     "FlagBit",
     "FlagTable",
     "Format",
+    "Json",
     "Layout",
     "Message",
     "ParameterSet",
@@ -68,7 +69,6 @@ class Enumeration:
     """Named values of a field; others may occur and are kept."""
 
     name: str
-    chapter: str
     page: int
     summary: str
     values: tuple[EnumValue, ...]
@@ -94,7 +94,6 @@ class FlagTable:
     """Named bits of a field; others may be set and are kept."""
 
     name: str
-    chapter: str
     page: int
     summary: str
     format: Format
@@ -137,7 +136,6 @@ class Controller:
 
     name: str
     units: tuple[str, ...]
-    data: Json
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,7 +277,6 @@ class Protocol:
     package: str
     python_title: str
     name_prefix: str
-    groups: tuple[str, ...]
     formats: Json  # name -> size, signed
     framing: Json
     contexts: Json
@@ -295,7 +292,3 @@ class Protocol:
     errata: tuple[Erratum, ...]
     examples: Json
     captures: Json
-
-    def message(self, name: str) -> Message | None:
-        """Return the message of this name."""
-        return next((m for m in self.messages if m.name == name), None)

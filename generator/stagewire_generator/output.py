@@ -16,9 +16,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-__all__ = ["MANIFEST", "Change", "OutputError", "compare", "digest", "write"]
+from stagewire_generator.manifest import MANIFEST, digest, render
 
-MANIFEST = "manifest.json"
+__all__ = ["Change", "OutputError", "compare", "write"]
+
 _DIFF_LINES = 40
 _IGNORED = frozenset({"__pycache__"})
 
@@ -34,11 +35,6 @@ class Change:
     path: str
     kind: str  # changed | missing | orphaned
     diff: str = ""
-
-
-def digest(text: str) -> str:
-    """Return the SHA-256 of a text as it is written."""
-    return hashlib.sha256(text.encode("utf-8")).hexdigest()
 
 
 def compare(out: Path, files: Mapping[str, str]) -> list[Change]:
@@ -68,9 +64,10 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
     generator did not make, or delete one that it did not make or that was edited since. A file of its
     own that was edited is made anew: :func:`compare` shows the edits beforehand.
     """
-    known = _manifest(out)
+    known = _listed(out)
     if partial:
-        files = {**files, MANIFEST: _merged(out, files)}
+        made = {path: digest(text) for path, text in files.items()}
+        files = {**files, MANIFEST: render({**known, **made})}
     targets = {path: _inside(out, path) for path in files}
     foreign = [f"{path} (a folder)" for path, target in targets.items() if target.is_dir()]
     needed = {parent.as_posix() for path in files for parent in PurePosixPath(path).parents}
@@ -126,24 +123,14 @@ def _present(out: Path) -> list[str]:
     )
 
 
-def _manifest(out: Path) -> dict[str, str]:
-    files = _loaded(out).get("files")
-    return {str(path): str(sha) for path, sha in files.items()} if isinstance(files, dict) else {}
-
-
-def _loaded(out: Path) -> dict[str, object]:
+def _listed(out: Path) -> dict[str, str]:
+    """Return what the manifest in the folder lists; of one that cannot be read, nothing."""
     with contextlib.suppress(OSError, ValueError):
         loaded = json.loads((out / MANIFEST).read_text(encoding="utf-8"))
-        if isinstance(loaded, dict):
-            return loaded
+        files = loaded.get("files") if isinstance(loaded, dict) else None
+        if isinstance(files, dict):
+            return {str(path): str(sha) for path, sha in files.items()}
     return {}
-
-
-def _merged(out: Path, files: Mapping[str, str]) -> str:
-    """Return the manifest in the folder with the digests of ``files`` entered."""
-    listed = _manifest(out) | {path: digest(text) for path, text in files.items()}
-    data = {"schema_version": 1, "registry": {}, **_loaded(out), "files": listed}
-    return json.dumps(data, ensure_ascii=False, indent=2, sort_keys=True) + "\n"
 
 
 def _replace(target: Path, data: bytes) -> None:

@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from stagewire_generator import manifest
 from stagewire_generator.diagnostics import Diagnostics, Place, SpecError
 from stagewire_generator.lint import check_errata, check_layouts, check_names
 from stagewire_generator.model import Protocol
 from stagewire_generator.reader import protocol_folders, read
 from stagewire_generator.resolver import resolve
-from stagewire_generator.targets import manifest, python, registry, vectors
+from stagewire_generator.targets import python, registry, vectors
 
 __all__ = ["TARGETS", "Counts", "check", "render"]
 
@@ -46,7 +47,7 @@ def check(
     Raises :class:`SpecError` with every diagnostic of the run.
     """
     say = progress or (lambda _: None)
-    diagnostics = Diagnostics(spec)
+    diagnostics = Diagnostics()
     folders = protocol_folders(spec)
     if not folders:
         what = "no folder with a protocol.yaml in it"
@@ -84,7 +85,7 @@ def check(
                 examples=len(protocol.examples.get("examples", {})),
             )
     if diagnostics:
-        raise SpecError(sorted(diagnostics.found))
+        raise SpecError(list(diagnostics))
     return protocols
 
 
@@ -95,5 +96,6 @@ def render(protocols: Sequence[Protocol], targets: Sequence[str] | None = None) 
         for target in targets or TARGETS:
             files.update(TARGETS[target](protocol))
     if not targets:
-        files.update(manifest.render(protocols, files))
+        digests = {path: manifest.digest(text) for path, text in files.items()}
+        files[manifest.MANIFEST] = manifest.render(digests)
     return dict(sorted(files.items()))

@@ -2,7 +2,7 @@
 
 A spec is a folder with one folder per protocol in it (a folder that holds ``protocol.yaml``), or such a
 folder itself. Which kind a file is follows from where it stands; worked examples and captures stand
-in ``conformance/`` beside the spec.
+in a folder ``conformance`` beside the spec, in it, or in that of the protocol; the innermost counts.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from typing import Any
 import jsonschema
 
 from stagewire_generator import strict_yaml
-from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["KINDS", "Files", "protocol_folders", "read"]
+__all__ = ["Files", "protocol_folders", "read"]
 
 Files = dict[str, list[Document]]
 
 # kind -> pattern below the protocol's folder; the kind names the schema, too
-KINDS = {
+_KINDS = {
     "protocol": "protocol.yaml",
     "quantities": "quantities.yaml",
     "stages": "stages.yaml",
@@ -50,14 +50,14 @@ def read(folder: Path, diagnostics: Diagnostics, progress: Callable[[str], None]
     for kind, path, name in _find(folder):
         progress(name)
         document = strict_yaml.load(path, name, diagnostics, any_character=kind in _BESIDE)
-        if document is not None and _valid(document, kind, folder, diagnostics):
+        if document is not None and _valid(document, kind, diagnostics):
             files.setdefault(kind, []).append(document)
     return files
 
 
 def _find(folder: Path) -> Iterator[tuple[str, Path, str]]:
     root = folder.parent
-    for kind, pattern in KINDS.items():
+    for kind, pattern in _KINDS.items():
         for path in sorted(folder.glob(pattern)):
             yield kind, path, path.relative_to(root).as_posix()
     for beside in (folder / "conformance", root / "conformance", root.parent / "conformance"):
@@ -70,10 +70,9 @@ def _find(folder: Path) -> Iterator[tuple[str, Path, str]]:
         return
 
 
-def _valid(document: Document, kind: str, folder: Path, diagnostics: Diagnostics) -> bool:
-    validator = _validator(kind, _schema_folder(folder.parent / "schema"))
+def _valid(document: Document, kind: str, diagnostics: Diagnostics) -> bool:
     valid = True
-    for error in validator.iter_errors(document.data):
+    for error in _validator(kind).iter_errors(document.data):
         valid = False
         while error.context:  # of several alternatives, say what is wrong with the nearest
             error = max(error.context, key=lambda e: (len(e.absolute_path), -len(str(e.message))))
@@ -101,21 +100,18 @@ def _plain(error: jsonschema.ValidationError) -> str:
 
 
 @cache
-def _validator(kind: str, folder: Path) -> Any:
-    path = folder / f"{kind}.schema.json"
+def _validator(kind: str) -> Any:
+    path = _schema_folder() / f"{kind}.schema.json"
     return jsonschema.Draft202012Validator(json.loads(path.read_text(encoding="utf-8")))
 
 
-def _schema_folder(beside: Path) -> Path:
-    """Return the schemas beside the spec, else those of a checkout or an installed wheel."""
+def _schema_folder() -> Path:
+    """Return the schemas of an installed wheel or of the checkout, never those of the spec.
+
+    Their patterns keep a text of the spec from becoming code; a spec must not bring looser ones.
+    """
     here = Path(__file__).resolve().parent
-    for candidate in (beside, here / "schema", here.parents[1] / "spec" / "schema"):
+    for candidate in (here / "schema", here.parents[1] / "spec" / "schema"):
         if (candidate / "protocol.schema.json").is_file():
             return candidate
     raise FileNotFoundError("the JSON Schemas of the registry are not installed")
-
-
-def first_place(files: Files, kind: str, folder: Path) -> Place:
-    """Return the place of the first file of a kind, for what no line can be named."""
-    documents = files.get(kind)
-    return Place(documents[0].name if documents else folder.name)

@@ -15,7 +15,8 @@ from typing import Any, TypeVar
 
 from stagewire_generator import model
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.strict_yaml import Document
+from stagewire_generator.model import Json
+from stagewire_generator.strict_yaml import Document, KeyPath
 
 __all__ = ["resolve"]
 
@@ -24,7 +25,6 @@ _FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
 _RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
 _ROLES = ("set", "req", "get")
 
-Json = dict[str, Any]
 T = TypeVar("T")
 
 
@@ -42,7 +42,7 @@ class _Resolver:
         self.quantities: dict[str, model.Quantity] = {}
         self.enumerations: dict[str, model.Enumeration] = {}
         self.flags: dict[str, model.FlagTable] = {}
-        self.blocks: dict[str, tuple[Document, tuple[str | int, ...], Json]] = {}
+        self.blocks: dict[str, tuple[Document, KeyPath, Json]] = {}
         self.messages: dict[str, model.Message] = {}
         self.sets: dict[str, model.ParameterSet] = {}
         self.chapters: dict[str, model.Chapter] = {}
@@ -69,7 +69,6 @@ class _Resolver:
             package=head["python"]["package"],
             python_title=head["python"].get("title", head["title"]),
             name_prefix=head.get("name_prefix", ""),
-            groups=tuple(head.get("groups", ())),
             formats=self.formats,
             framing=head["framing"],
             contexts=head.get("contexts", {}),
@@ -168,11 +167,9 @@ class _Resolver:
         stages: dict[str, model.Stage] = {}
         for document in self.files.get("stages", []):
             for name, entry in document.data["controllers"].items():
-                controllers[name] = model.Controller(name, tuple(entry["units"]), entry)
+                controllers[name] = model.Controller(name, tuple(entry["units"]))
             for name, entry in document.data["stages"].items():
                 path = ("stages", name)
-                if name in stages:
-                    self.diagnostics.add(document.place(*path), "SW020", f"{name} is defined twice")
                 scales: dict[str, dict[str, model.Factor | str]] = {}
                 for controller, quantities in entry["controllers"].items():
                     place = document.place(*path, "controllers", controller)
@@ -196,22 +193,20 @@ class _Resolver:
             data = document.data
             chapter = data["chapter"]
             self.module(chapter, document.place("chapter"))
-            if chapter not in self.chapters:
-                self.chapters[chapter] = model.Chapter(
-                    chapter, data["title"], data["page"], data["order"], data.get("summary", "")
-                )
-        for document, name, entry, place in self.entries(
-            "messages", "enumerations", self.enumerations
-        ):
+            described = model.Chapter(
+                chapter, data["title"], data["page"], data["order"], data.get("summary", "")
+            )
+            if self.chapters.setdefault(chapter, described) != described:
+                what = f"the chapter {chapter} is described otherwise in another file"
+                self.diagnostics.add(document.place("chapter"), "SW020", what)
+        for _, name, entry, place in self.entries("messages", "enumerations", self.enumerations):
             values = tuple(
                 model.EnumValue(key, value["value"], value.get("note", ""))
                 for key, value in entry["values"].items()
             )
-            chapter, summary = document.data["chapter"], entry.get("summary", "")
-            self.enumerations[name] = model.Enumeration(
-                name, chapter, entry["page"], summary, values, place
-            )
-        for document, name, entry, place in self.entries("messages", "flags", self.flags):
+            summary = entry.get("summary", "")
+            self.enumerations[name] = model.Enumeration(name, entry["page"], summary, values, place)
+        for _, name, entry, place in self.entries("messages", "flags", self.flags):
             format = self.format(entry["format"], place)
             if format is None:
                 continue
@@ -219,10 +214,8 @@ class _Resolver:
                 model.FlagBit(key, bit["bit"], bit.get("note", ""))
                 for key, bit in entry["bits"].items()
             )
-            chapter, summary = document.data["chapter"], entry.get("summary", "")
-            self.flags[name] = model.FlagTable(
-                name, chapter, entry["page"], summary, format, bits, place
-            )
+            summary = entry.get("summary", "")
+            self.flags[name] = model.FlagTable(name, entry["page"], summary, format, bits, place)
         for document, name, entry, _ in self.entries("messages", "blocks", self.blocks):
             self.blocks[name] = (document, ("blocks", name), entry)
 
@@ -296,7 +289,7 @@ class _Resolver:
     def message(
         self,
         document: Document,
-        path: tuple[str | int, ...],
+        path: KeyPath,
         name: str,
         entry: Json,
         layouts: tuple[model.Layout, ...],
@@ -322,7 +315,7 @@ class _Resolver:
         )
 
     def layouts(
-        self, document: Document, path: tuple[str | int, ...], entry: Json, role: str
+        self, document: Document, path: KeyPath, entry: Json, role: str
     ) -> tuple[model.Layout, ...]:
         page = entry["page"]
         message = path[-1]
@@ -344,9 +337,7 @@ class _Resolver:
         bare = {**entry, "note": ""}  # the note is the message's
         return (self.data(document, path, bare, "data", page, str(message)),)
 
-    def header(
-        self, document: Document, path: tuple[str | int, ...], entry: Json, page: int
-    ) -> model.Layout:
+    def header(self, document: Document, path: KeyPath, entry: Json, page: int) -> model.Layout:
         params: list[model.Field | None] = []
         for index, key in enumerate(("param1", "param2")):
             param = entry.get(key)
@@ -367,7 +358,7 @@ class _Resolver:
     def data(
         self,
         document: Document,
-        path: tuple[str | int, ...],
+        path: KeyPath,
         entry: Json,
         form: str,
         page: int,
@@ -392,7 +383,6 @@ class _Resolver:
         fields = []
         offset = 0
         for name, spelled in (entries or {}).items():
-            offset = spelled.get("offset", offset)
             field = self.field(document, (*fields_path, name), name, spelled, offset, page)
             if field is None:
                 whole = False
@@ -408,7 +398,7 @@ class _Resolver:
     def field(
         self,
         document: Document,
-        path: tuple[str | int, ...],
+        path: KeyPath,
         name: str,
         entry: Json,
         offset: int,

@@ -17,7 +17,7 @@ import yaml
 
 from stagewire_generator.diagnostics import Diagnostics, Place
 
-__all__ = ["Document", "load"]
+__all__ = ["Document", "KeyPath", "load"]
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -37,10 +37,9 @@ _AMBIGUOUS = re.compile(  # what is left after the forms above; linear, so that 
 _LONGEST_NUMBER = 40  # characters
 _DEEPEST = 64  # brackets and indentations around a value
 _DIRECTION = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\u061c")
-
 _CONTROL = frozenset({"Cc", "Cs", "Zl", "Zp"})
 
-Path_ = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]  # keys and indices, from the outermost in
 
 
 @dataclass(slots=True)
@@ -49,7 +48,7 @@ class Document:
 
     name: str
     data: Any
-    places: dict[Path_, Place]
+    places: dict[KeyPath, Place]
 
     def place(self, *path: str | int) -> Place:
         """Return where ``path`` stands, or the nearest thing around it."""
@@ -126,7 +125,7 @@ class _Reader:
         self.name = name
         self.diagnostics = diagnostics
         self.any_character = any_character
-        self.places: dict[Path_, Place] = {}
+        self.places: dict[KeyPath, Place] = {}
 
     def at(self, node: yaml.Node) -> Place:
         mark = node.start_mark
@@ -155,11 +154,11 @@ class _Reader:
                 fit = False
             elif isinstance(event, yaml.NodeEvent) and event.anchor:
                 self.diagnostics.add(place, "SW003", f"anchor &{event.anchor}")
-            if getattr(event, "tag", None):
-                self.diagnostics.add(place, "SW003", f"tag {getattr(event, 'tag', '')}")
+            if tag := getattr(event, "tag", None):
+                self.diagnostics.add(place, "SW003", f"tag {tag}")
         return fit
 
-    def value(self, node: yaml.Node, path: Path_) -> Any:
+    def value(self, node: yaml.Node, path: KeyPath) -> Any:
         if isinstance(node, yaml.MappingNode):
             return self.mapping(node, path)
         if isinstance(node, yaml.SequenceNode):
@@ -171,7 +170,7 @@ class _Reader:
         assert isinstance(node, yaml.ScalarNode)
         return self.scalar(node)
 
-    def mapping(self, node: yaml.MappingNode, path: Path_) -> dict[str, Any]:
+    def mapping(self, node: yaml.MappingNode, path: KeyPath) -> dict[str, Any]:
         result: dict[str, Any] = {}
         for key_node, value_node in node.value:
             place = self.at(key_node)

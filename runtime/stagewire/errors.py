@@ -20,6 +20,7 @@ __all__ = [
     "TruncatedError",
     "UnknownFieldError",
     "UnknownMessageError",
+    "UnknownProtocolError",
     "UnknownScaleError",
     "UnsupportedError",
 ]
@@ -58,7 +59,7 @@ class BadLengthError(DecodeError):
 
 
 class UnknownMessageError(CodecError):
-    """No message of the registry has this id or name, or its layout is not documented."""
+    """No message of the registry has this id or name."""
 
     code = "unknown_message"
 
@@ -95,6 +96,10 @@ class UnsupportedError(CodecError):
     """Something that the registry names but that cannot be encoded without guessing."""
 
     code = "unsupported"
+
+
+class UnknownProtocolError(StagewireError):
+    """No protocol of this name is installed."""
 
 
 class UnknownScaleError(StagewireError):

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any, NoReturn
 
 from stagewire.errors import BadValueError, OutOfRangeError
+from stagewire.header import HEADER_SIZE, MAXIMUM_PACKET
 from stagewire.message import Message, check_addresses
 
 __all__ = ["Frame"]
-
-_MAXIMUM_PAYLOAD = 255
 
 
 class Frame:
@@ -54,9 +53,9 @@ class Frame:
         raw = self.message.pack(self.dest, self.source)
         if not self.extra:
             return raw
-        length = len(raw) - 6 + len(self.extra)
-        if length > _MAXIMUM_PAYLOAD:
-            raise OutOfRangeError(f"a packet has at most {_MAXIMUM_PAYLOAD} bytes, not {length}")
+        length = len(raw) - HEADER_SIZE + len(self.extra)
+        if length > MAXIMUM_PACKET:
+            raise OutOfRangeError(f"a packet has at most {MAXIMUM_PACKET} bytes, not {length}")
         return raw[:2] + length.to_bytes(2, "little") + raw[4:] + self.extra
 
     def __setattr__(self, name: str, value: object) -> NoReturn:

@@ -17,6 +17,7 @@ from struct import Struct
 from typing import Any, ClassVar, NoReturn, Self
 
 from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError
+from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
 
 __all__ = [
     "Layout",
@@ -29,10 +30,8 @@ __all__ = [
     "check_text",
 ]
 
-
 _HEADER = Struct("<HBBBB")
 _DATA_HEADER = Struct("<HHBB")
-_MAXIMUM_PACKET = 255
 
 
 class Layout:
@@ -197,7 +196,7 @@ class UndecidedMessage(Message, abstract=True):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        return cls.keep({"data": bytes(raw[6 : 6 + cls.layout.length])})
+        return cls.keep({"data": bytes(raw[HEADER_SIZE : HEADER_SIZE + cls.layout.length])})
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame that carries this message.
@@ -206,7 +205,7 @@ class UndecidedMessage(Message, abstract=True):
         """
         check_addresses(dest, source)
         layout = self.layout
-        return _DATA_HEADER.pack(layout.id, layout.length, dest | 0x80, source) + self.data
+        return _DATA_HEADER.pack(layout.id, layout.length, dest | DATA_FLAG, source) + self.data
 
 
 class UndocumentedMessage(Message, abstract=True):
@@ -231,9 +230,9 @@ class UndocumentedMessage(Message, abstract=True):
         if data is not None:
             if not isinstance(data, (bytes, bytearray, memoryview)):
                 raise BadValueError(f"{cls.layout.message}.data takes bytes, not {data!r}")
-            if len(data) > _MAXIMUM_PACKET:
+            if len(data) > MAXIMUM_PACKET:
                 raise OutOfRangeError(
-                    f"{cls.layout.message}.data takes at most {_MAXIMUM_PACKET} bytes, "
+                    f"{cls.layout.message}.data takes at most {MAXIMUM_PACKET} bytes, "
                     f"not {len(data)}"
                 )
             if param1 or param2:
@@ -246,8 +245,8 @@ class UndocumentedMessage(Message, abstract=True):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        if raw[4] & 0x80:
-            return cls.keep({"data": bytes(raw[6:]), "param1": 0, "param2": 0})
+        if raw[4] & DATA_FLAG:
+            return cls.keep({"data": bytes(raw[HEADER_SIZE:]), "param1": 0, "param2": 0})
         return cls.keep({"data": None, "param1": raw[2], "param2": raw[3]})
 
     def pack(self, dest: int, source: int) -> bytes:
@@ -258,7 +257,7 @@ class UndocumentedMessage(Message, abstract=True):
         check_addresses(dest, source)
         if self.data is None:
             return _HEADER.pack(self.layout.id, self.param1, self.param2, dest, source)
-        header = _DATA_HEADER.pack(self.layout.id, len(self.data), dest | 0x80, source)
+        header = _DATA_HEADER.pack(self.layout.id, len(self.data), dest | DATA_FLAG, source)
         return header + self.data
 
 

@@ -19,10 +19,12 @@ from stagewire.errors import (
     TruncatedError,
     UnknownFieldError,
     UnknownMessageError,
+    UnknownProtocolError,
     UnsupportedError,
 )
 from stagewire.frame import Frame, make_frame
 from stagewire.framing import Direction, End, Forms, Framer, FramingTable
+from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
 from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
 
 if TYPE_CHECKING:
@@ -31,9 +33,6 @@ if TYPE_CHECKING:
 __all__ = ["Protocol", "available_protocols", "load_protocol"]
 
 _ENTRY_POINTS = "stagewire.protocols"
-_HEADER = 6
-_DATA_FLAG = 0x80
-_MAXIMUM_PACKET = 255
 
 
 class _Shapes:
@@ -85,6 +84,7 @@ class Protocol:
     :param host: address of the host.
     :param devices: addresses that controllers have.
     :param nameless: messages that the document names without an id, and why they cannot be used.
+    :param parameterless: ids whose header form counts only with both parameter bytes zero.
     """
 
     def __init__(
@@ -147,8 +147,8 @@ class Protocol:
         if raw.__class__ is not bytes:
             raw = _as_bytes(raw)
         size = len(raw)
-        if size < _HEADER:
-            raise TruncatedError(f"a frame has at least {_HEADER} bytes, here are {size}")
+        if size < HEADER_SIZE:
+            raise TruncatedError(f"a frame has at least {HEADER_SIZE} bytes, here are {size}")
         id = raw[0] | raw[1] << 8
         shapes = self._shapes.get(id)
         if shapes is None:
@@ -156,28 +156,28 @@ class Protocol:
                 f"bytes 0 and 1: no message of {self.title} has the id {id:#06x}"
             )
         dest = raw[4]
-        if dest & _DATA_FLAG:
+        if dest & DATA_FLAG:
             length = raw[2] | raw[3] << 8
-            if size != _HEADER + length:
+            if size != HEADER_SIZE + length:
                 raise self._wrong_size(shapes, length, size)
             cls = shapes.by_length.get(length) if context is None else None
             if cls is None:
-                if length > _MAXIMUM_PACKET:
+                if length > MAXIMUM_PACKET:
                     raise BadLengthError(
                         f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes; "
-                        f"no packet has more than {_MAXIMUM_PACKET}"
+                        f"no packet has more than {MAXIMUM_PACKET}"
                     )
                 cls = shapes.undocumented or shapes.data(length, context)
                 if cls is None:
                     raise self._bad_length(shapes, length)
                 if not shapes.undocumented and length > cls.layout.length:
-                    extra = bytes(raw[_HEADER + cls.layout.length :])
-                    return make_frame(cls.unpack(raw), dest & 0x7F, raw[5], extra)
-            return make_frame(cls.unpack(raw), dest & 0x7F, raw[5])
-        if size != _HEADER:
+                    extra = bytes(raw[HEADER_SIZE + cls.layout.length :])
+                    return make_frame(cls.unpack(raw), dest & ~DATA_FLAG, raw[5], extra)
+            return make_frame(cls.unpack(raw), dest & ~DATA_FLAG, raw[5])
+        if size != HEADER_SIZE:
             raise TrailingBytesError(
                 f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, so the frame ends "
-                f"after {_HEADER} bytes; {size - _HEADER} more follow from byte {_HEADER} on"
+                f"after {HEADER_SIZE} bytes; {size - HEADER_SIZE} more follow from byte {HEADER_SIZE} on"
             )
         cls = shapes.header or shapes.undocumented
         if cls is None:
@@ -191,11 +191,11 @@ class Protocol:
     def _wrong_size(shapes: _Shapes, length: int, size: int) -> TruncatedError | TrailingBytesError:
         text = (
             f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, "
-            f"{size - _HEADER} follow the header"
+            f"{size - HEADER_SIZE} follow the header"
         )
-        if size < _HEADER + length:
+        if size < HEADER_SIZE + length:
             return TruncatedError(f"{text}; the frame ends before byte {size}")
-        return TrailingBytesError(f"{text}; it ends before byte {_HEADER + length}")
+        return TrailingBytesError(f"{text}; it ends before byte {HEADER_SIZE + length}")
 
     @staticmethod
     def _bad_length(shapes: _Shapes, length: int) -> BadLengthError:
@@ -335,13 +335,13 @@ def available_protocols() -> list[str]:
 def load_protocol(name: str) -> Protocol:
     """Return an installed protocol.
 
-    Raises :class:`~stagewire.errors.UnknownMessageError` when there is none of that name.
+    Raises :class:`~stagewire.errors.UnknownProtocolError` when there is none of that name.
     """
     for entry in _entry_points():
         if entry.name == name:
             protocol: Protocol = entry.load()
             return protocol
-    raise UnknownMessageError(
+    raise UnknownProtocolError(
         f"no protocol {name} is installed (there are: {', '.join(available_protocols())})"
     )
 

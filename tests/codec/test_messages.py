@@ -13,11 +13,14 @@ from stagewire.errors import (
     BadLengthError,
     BadValueError,
     OutOfRangeError,
+    TrailingBytesError,
+    TruncatedError,
     UnknownFieldError,
     UnsupportedError,
 )
-from stagewire.framing import Received
-from stagewire.message import Message
+from stagewire.framing import Direction, Received
+from stagewire.message import Layout, Message, UndecidedMessage
+from stagewire.protocol import Protocol
 from stagewire_apt import PROTOCOL, enumerations, flags
 from stagewire_apt import messages as m
 
@@ -95,6 +98,8 @@ def test_wrong_kinds_are_refused() -> None:
             m.MotMoveAbsolute(wrong, 5)  # type: ignore[arg-type]
     with pytest.raises(BadValueError, match=r"€"):
         m.HwGetInfo(1, "€", 44, bytes(4), "", 1)
+    with pytest.raises(BadValueError, match=r"HW_GET_INFO\.model_number: leave trailing NULs out"):
+        m.HwGetInfo(1, "TDC001\0", 44, bytes(4), "", 1)
 
 
 @pytest.mark.parametrize(("dest", "source"), [(-1, 1), (0x80, 1), (1, 256), ("1", 1), (1, None)])
@@ -198,6 +203,45 @@ def test_no_packet_is_longer_than_255_bytes(id: int, length: int) -> None:
         m.decode(raw)
     longest = raw[:2] + b"\xff\0\x81\x50" + bytes(255)
     assert m.decode(longest).encode() == longest
+
+
+@pytest.mark.parametrize(
+    ("raw", "error", "said"),
+    [
+        (MOVE[:3], TruncatedError, "at least 6 bytes, here are 3"),
+        (MOVE[:-1], TruncatedError, "a packet of 6 bytes, 5 follow the header; .* before byte 11$"),
+        (MOVE + b"a", TrailingBytesError, "6 bytes, 7 follow the header; it ends before byte 12$"),
+        (bytes.fromhex("430401005001") + b"ab", TrailingBytesError, "2 more follow from byte 6 on"),
+    ],
+)
+def test_a_refusal_says_which_byte_is_wrong(raw: bytes, error: type[Exception], said: str) -> None:
+    with pytest.raises(error, match=said):
+        m.decode(raw)
+
+
+class Short(UndecidedMessage):
+    __slots__ = ()
+    layout = Layout("TWO_LENGTHS", 0x04FE, "data:short", ("data",), 4)
+
+
+class Long(UndecidedMessage):
+    __slots__ = ()
+    layout = Layout("TWO_LENGTHS", 0x04FE, "data:long", ("data",), 12)
+
+
+@pytest.mark.parametrize(
+    ("length", "cls"), [(4, Short), (6, Short), (11, Short), (12, Long), (13, Long)]
+)
+def test_a_packet_is_read_by_the_longest_layout_that_it_fills(
+    length: int, cls: type[Message]
+) -> None:
+    directions = {0x04FE: Direction.TO_HOST}
+    two = Protocol("two", "Two", "two", [Short, Long], directions, 1, frozenset({0x50}), {})
+    frame = two.decode(bytes((0xFE, 0x04, length, 0, 0x81, 0x50)) + bytes(length))
+    assert type(frame.message) is cls
+    assert len(frame.extra) == length - cls.layout.length
+    with pytest.raises(BadLengthError, match="but a packet has 4 or 12 bytes"):
+        two.decode(bytes((0xFE, 0x04, 3, 0, 0x81, 0x50)) + bytes(3))
 
 
 def test_a_frame_is_made_of_the_right_parts() -> None:

@@ -116,6 +116,15 @@ def test_bytes_that_nobody_stated() -> None:
     assert "say param2 7, which is not stated" in failure(entry)
 
 
+def test_the_packet_of_a_message_without_a_layout() -> None:
+    entry = {
+        **RIGHT, "message": "HW_RICHRESPONSE", "form": "undocumented", "dest": 1, "source": 0x50,
+        "fields": {}, "data": "AB CD", "printed": "81 00 02 00 81 50 AB CD",
+    }  # fmt: skip
+    passes(entry)
+    assert "have the packet abce" in failure({**entry, "printed": "81 00 02 00 81 50 AB CE"})
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -204,6 +213,8 @@ def test_numbers() -> None:
     assert "1000000 is 40 42 0F 00" in failure(number(printed="41 42 0F 00"))
     assert "does not hold" in failure(number(format="word", value=70000))
     assert "no field of the registry" in failure(number(format="quad"))
+    assert "holds integers" in failure(number(value="1.5"))
+    assert "`encoded` does not say" in failure(number(verdict="erratum"))
 
 
 def scaling(**changes: Any) -> Json:
@@ -219,6 +230,7 @@ def test_arithmetic_statements() -> None:
     assert "printed is 34303" in passes(scaling(printed_value="34303"))
     assert "unexpected pass" in failure(scaling(printed_value="34304.0"))
     assert "512 * 67 = 34304, not 34303" in failure(scaling(value="34303"))
+    assert "neither `equals` nor `value`" in failure(scaling(value=None))
     assert "divides by zero" in failure(scaling(arithmetic="1 / 0"))
 
 
@@ -244,8 +256,12 @@ def test_claims() -> None:
     assert "CHAN1" in failure(statement(enum="channel", missing="CHAN1"))
     passes(statement(range="MOT_MOVE_ABSOLUTE.absolute_distance", maximum=2**31 - 1))
     assert "takes" in failure(statement(range="MOT_MOVE_ABSOLUTE.absolute_distance", maximum=5))
+    half = statement(range="MOT_MOVE_ABSOLUTE.absolute_distance", minimum=-(2**31), maximum=5)
+    assert "takes" in failure(half)
     assert "no field" in failure(statement(range="MOT_MOVE_ABSOLUTE.speed", maximum=5))
+    assert "says no end" in failure(statement(range="MOT_MOVE_ABSOLUTE.absolute_distance"))
     assert "no such claim" in failure(statement(rumour=1))
+    assert "no kind of example" in failure({**statement(prose=True), "kind": "rumour"})
 
 
 @pytest.mark.parametrize(

@@ -104,6 +104,17 @@ def test_a_file_that_is_a_folder(spec: Path) -> None:
     assert (str(found.place), found.code) == ("tiny/units.yaml:1:1", "SW006")
 
 
+def test_a_spec_cannot_bring_looser_schemas(spec: Path) -> None:
+    (spec / "schema").mkdir()
+    for kind in ("protocol", "messages"):
+        (spec / "schema" / f"{kind}.schema.json").write_text("{}")
+    case = BAD / "sw010-bad-name.yaml"
+    apply(case, spec)
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert [str(d).splitlines()[0] for d in caught.value.diagnostics] == expected(case)
+
+
 def test_all_diagnostics_of_a_run(spec: Path) -> None:
     """Errors in several files come together, sorted by file and line."""
     names = ["sw001-syntax", "sw002-duplicate-key", "sw004-long-number", "sw010-wrong-type"]

@@ -12,7 +12,7 @@ import pytest
 
 from stagewire.flags import Enumeration, Flags
 from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
-from stagewire_generator import check
+from stagewire_generator import check, model
 from stagewire_generator.diagnostics import Diagnostic, Place, SpecError
 from stagewire_generator.model import Factor, Field, Protocol
 
@@ -31,10 +31,13 @@ def parts(value: Any) -> Iterator[Any]:
             yield from parts(item)
 
 
-def field(protocol: Protocol, message: str, name: str) -> Field:
-    found = protocol.message(message)
-    assert found is not None
-    return next(f for layout in found.layouts for f in layout.all_fields if f.name == name)
+def message(protocol: Protocol, name: str) -> model.Message:
+    return next(message for message in protocol.messages if message.name == name)
+
+
+def field(protocol: Protocol, owner: str, name: str) -> Field:
+    layouts = message(protocol, owner).layouts
+    return next(f for layout in layouts for f in layout.all_fields if f.name == name)
 
 
 def test_everything_is_frozen(protocol: Protocol) -> None:
@@ -85,14 +88,12 @@ def test_sets_are_opened(protocol: Protocol) -> None:
         "get": "POS_GET_VELPARAMS",
     }
     assert dict(mode.members) == {"req": "POS_REQ_MODE", "get": "POS_GET_MODE"}
-    request = protocol.message("POS_REQ_VELPARAMS")
-    assert request is not None
+    request = message(protocol, "POS_REQ_VELPARAMS")
     assert request.exchange == {"answered_by": ["POS_GET_VELPARAMS"]}
     assert request.direction == "to_controller"
     assert request.class_name == "PosReqVelParams"
     assert [layout.form for layout in request.layouts] == ["header"]
-    reply = protocol.message("POS_GET_VELPARAMS")
-    assert reply is not None
+    reply = message(protocol, "POS_GET_VELPARAMS")
     assert reply.direction == "to_host"
     assert reply.pages == (4, 5)
     assert reply.layouts[0].note == ""  # the note is the message's

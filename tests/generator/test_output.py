@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from stagewire_generator.output import MANIFEST, Change, OutputError, compare, digest, write
+from stagewire_generator.manifest import MANIFEST, digest
+from stagewire_generator.output import Change, OutputError, compare, write
 
 
 def tree(texts: dict[str, str]) -> dict[str, str]:
@@ -286,6 +287,13 @@ def test_a_manifest_cannot_point_outside(tmp_path: Path) -> None:
     assert present(out) == FILES
 
 
+def test_some_targets_enter_the_digest_of_the_registry(tmp_path: Path) -> None:
+    for text in ("1", "2"):
+        write(tmp_path, {"registry/tiny.json": text}, partial=True)
+        manifest = json.loads((tmp_path / MANIFEST).read_text())
+        assert manifest["registry"] == {"tiny": digest(text)}
+
+
 def test_some_targets_leave_the_rest_alone_and_enter_the_manifest(tmp_path: Path) -> None:
     write(tmp_path, tree({"a/one.txt": "1"}))
     assert write(tmp_path, {"b/two.txt": "2"}, partial=True) == ["b/two.txt", MANIFEST]
@@ -294,3 +302,27 @@ def test_some_targets_leave_the_rest_alone_and_enter_the_manifest(tmp_path: Path
     assert listed == {"a/one.txt": digest("1"), "b/two.txt": digest("2")}
     write(tmp_path, tree({"a/one.txt": "1"}))
     assert not (tmp_path / "b").exists()
+
+
+def test_a_file_where_a_folder_belongs_is_named_when_some_targets_are_written(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "a").write_text("my own\n", encoding="utf-8")
+    with pytest.raises(OutputError, match="a file where a folder belongs"):
+        write(tmp_path, {"a/one.py": "one = 1\n"}, partial=True)
+    assert present(tmp_path) == {"a": "my own\n"}
+
+
+def test_the_manifest_is_written_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was not written is not in a manifest: an interrupted run claims nothing."""
+    really = os.replace
+
+    def fail(source: str, target: Path) -> None:
+        if Path(target).name == "three.json":
+            raise OSError("the disk is full")
+        really(source, target)
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(OSError, match="the disk is full"):
+        write(tmp_path / "out", FILES)
+    assert set(present(tmp_path / "out")) == {"a/one.py", "a/b/two.py"}

@@ -24,7 +24,7 @@ def read(data: str | bytes, *, any_character: bool = False) -> tuple[Document | 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "x.yaml"
         path.write_bytes(raw)
-        diagnostics = Diagnostics(Path(folder))
+        diagnostics = Diagnostics()
         document = load(path, "x.yaml", diagnostics, any_character=any_character)
     found = [f"{d.place.line}:{d.place.column} {d.code}" for d in diagnostics]
     assert all(d.code in CODES and d.message and "\n" not in d.message for d in diagnostics)

@@ -152,6 +152,23 @@ def test_6_bytes_longer_with_a_header_inside_is_garbage_up_to_there() -> None:
     ]
 
 
+def test_a_header_that_fills_the_surplus_exactly_counts() -> None:
+    damaged = b("81 04 14 00 81 50") + bytes(14)  # 14 became 20
+    assert frame(damaged + HOMED + STATUS) == [
+        Garbage(damaged),
+        Received(HOMED),
+        Received(STATUS),
+    ]
+
+
+def test_a_header_inside_may_begin_in_the_header_that_declares_it() -> None:
+    forms = {**TABLE.forms, 0x0450: Forms("begins like an address", IN, False, frozenset({6}))}
+    framer = Framer(FramingTable(forms, TABLE.host, TABLE.devices), End.HOST)
+    damaged, inside = b("81 04 1C 00 81"), b("50 04 06 00 81 50") + bytes(6)
+    events = framer.feed(damaged + inside + bytes(17))
+    assert events[:2] == [Garbage(damaged), Received(inside)]
+
+
 def test_a_header_inside_counts_only_as_a_whole_header() -> None:
     longer = b("81 04 14 00 81 50") + bytes(15) + HOMED[:5]
     assert frame(longer + HOMED[5:] + STATUS)[0] == Received(longer)
@@ -198,6 +215,32 @@ def test_an_id_without_a_layout_is_framed_like_an_unknown_one_and_undocumented()
     assert frame(rich + STATUS) == [Undocumented(rich), Received(STATUS)]
     wrong = b("81 00 44 00 80 00")
     assert frame(wrong + STATUS) == [Garbage(wrong), Received(STATUS)]
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        Received(STATUS),
+        Received(HOMED),
+        Received(b("81 04 13 00 81 50") + bytes(19)),
+        Received(b("81 04 14 00 81 50") + bytes(20)),
+        BadLength(b("81 04 04 00 81 50") + bytes(4)),
+        Unknown(b("77 0F 04 00 81 50") + bytes(4)),
+        Undocumented(b("81 00 04 00 81 50") + bytes(4)),
+    ],
+)
+def test_a_header_that_was_seen_before_means_the_same_again(event: Event) -> None:
+    assert frame(event.raw * 3) == [event, event, event]
+
+
+def test_a_longer_packet_is_looked_into_whatever_came_with_its_header_before() -> None:
+    head = b("81 04 14 00 81 50")
+    longer, damaged = head + bytes(20), head + bytes(14)
+    assert frame(longer + damaged + HOMED) == [
+        Received(longer),
+        Garbage(damaged),
+        Received(HOMED),
+    ]
 
 
 def test_a_data_frame_that_lost_its_top_bit_must_not_start_a_stored_move() -> None:

@@ -45,7 +45,7 @@ class Proof:
     """The registry as it is, and what may contradict a wrong one."""
 
     def __init__(self, spec: Path = ROOT / "spec") -> None:
-        diagnostics = Diagnostics(spec)
+        diagnostics = Diagnostics()
         self.spec = spec
         self.files = read(protocol_folders(spec)[0], diagnostics, lambda _: None)
         self.protocol: Protocol = resolve(self.files, diagnostics)

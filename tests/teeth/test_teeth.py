@@ -50,7 +50,7 @@ def test_an_erratum_cannot_be_left_out(erratum: Erratum, monkeypatch: pytest.Mon
     rest = tuple(e for e in PROOF.protocol.errata if e is not erratum)
     without = replace(PROOF.protocol, errata=rest)
     monkeypatch.setattr(errata, "compare_witness", lambda *_: COMPARISON)
-    diagnostics = Diagnostics(PROOF.spec)
+    diagnostics = Diagnostics()
     errata.check_errata(without, PROOF.files, diagnostics)
     wanted = [*erratum.places, erratum.id]
     assert any(name in d.message for d in diagnostics for name in wanted)

@@ -13,12 +13,7 @@ APT_STEPPER = Stage(
     page=77,
     scales={
         "STEPPER": {
-            "position": Scale.counts_per(
-                "mm",
-                25600,
-                1,
-                printed="25,600 counts per mm",
-            ),
+            "position": Scale.counts_per("mm", 25600, 1, printed="25,600 counts per mm"),
             "encoder_position": UnknownScale(
                 "mm",
                 "the encoder of the stage decides and the document gives no figure",
@@ -47,26 +42,11 @@ MLS203 = Stage(
     page=14,
     scales={
         "BBD10x": {
-            "position": Scale.counts_per(
-                "mm",
-                20000,
-                1,
-                printed="20,000 PMD units",
-            ),
+            "position": Scale.counts_per("mm", 20000, 1, printed="20,000 PMD units"),
             "encoder_position": Scale.counts_per("mm", 20000, 1, printed="10 x 20,000"),
             "velocity": Scale.counts_per("mm/s", 16777216, 125, printed="134218"),
-            "acceleration": Scale.counts_per(
-                "mm/s^2",
-                134217728,
-                9765625,
-                printed="13.7439",
-            ),
-            "jerk": Scale.counts_per(
-                "mm/s^3",
-                70368744177664,
-                762939453125,
-                printed="92.2337",
-            ),
+            "acceleration": Scale.counts_per("mm/s^2", 134217728, 9765625, printed="13.7439"),
+            "jerk": Scale.counts_per("mm/s^3", 70368744177664, 762939453125, printed="92.2337"),
             "status_velocity": Scale.counts_per("mm/s", 256, 125, printed="204.8"),
         },
     },
@@ -81,12 +61,7 @@ Z8 = Stage(
     page=56,
     scales={
         "TDC001": {
-            "position": Scale.counts_per(
-                "mm",
-                34304,
-                1,
-                printed="512 x 67 = 34,304",
-            ),
+            "position": Scale.counts_per("mm", 34304, 1, printed="512 x 67 = 34,304"),
             "encoder_position": Scale.counts_per(
                 "mm",
                 34304,

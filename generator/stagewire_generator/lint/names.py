@@ -10,84 +10,21 @@ from stagewire_generator.model import Message, Protocol
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["RESERVED", "check_names"]
+__all__ = ["check_names"]
 
 # What generated classes, or the languages they are written in, keep for themselves.
-_C_KEYWORDS = frozenset(
-    [
-        "auto",
-        "break",
-        "case",
-        "char",
-        "const",
-        "continue",
-        "default",
-        "do",
-        "double",
-        "else",
-        "enum",
-        "extern",
-        "float",
-        "for",
-        "goto",
-        "if",
-        "inline",
-        "int",
-        "long",
-        "register",
-        "restrict",
-        "return",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "struct",
-        "switch",
-        "typedef",
-        "union",
-        "unsigned",
-        "void",
-        "volatile",
-        "while",
-        "bool",
-        "true",
-        "false",
-        "class",
-        "namespace",
-        "template",
-        "this",
-        "new",
-        "delete",
-        "operator",
-        "private",
-        "public",
-        "protected",
-        "virtual",
-        "friend",
-        "using",
-        "try",
-        "catch",
-        "throw",
-        "typename",
-        "explicit",
-        "mutable",
-    ]
-)
-_MEMBERS = frozenset(
-    [
-        "layout",
-        "unpack",
-        "pack",
-        "values",
-        "replace",
-        "keep",
-        "shared",
-        "mro",
-        "data",
-        "param1",
-        "param2",
-    ]
-)
+_C_KEYWORDS = frozenset({
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum",
+    "extern", "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict",
+    "return", "short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union",
+    "unsigned", "void", "volatile", "while", "bool", "true", "false", "class", "namespace",
+    "template", "this", "new", "delete", "operator", "private", "public", "protected", "virtual",
+    "friend", "using", "try", "catch", "throw", "typename", "explicit", "mutable"
+})  # fmt: skip
+_MEMBERS = frozenset({
+    "layout", "unpack", "pack", "values", "replace", "keep", "shared", "mro", "data", "param1",
+    "param2"
+})  # fmt: skip
 # What the modules of a generated package import, beside what Python keeps.
 _KEPT = frozenset({"False", "None", "True"})
 _IN_CHAPTERS = _KEPT | frozenset(
@@ -97,7 +34,13 @@ _IN_MESSAGES = _IN_CHAPTERS | frozenset({"Direction", "Protocol"})
 _IN_FLAGS = _IN_CHAPTERS | frozenset({"Bit", "Flags"})
 _IN_ENUMERATIONS = _KEPT | frozenset({"Enumeration"})
 _IN_STAGES = _KEPT | frozenset({"Scale", "Stage", "UnknownScale"})
-RESERVED = _C_KEYWORDS | frozenset(keyword.kwlist) | frozenset({"self", "cls", "raw", "draft"})
+# What the methods of a generated message call, or give a value to.
+_IN_METHODS = frozenset({
+    "self", "cls", "raw", "draft", "bytes", "classmethod", "property", "check_addresses",
+    "check_bytes", "check_integer", "check_text"
+})  # fmt: skip
+_RESERVED = _C_KEYWORDS | frozenset(keyword.kwlist) | _IN_METHODS
+_TO_HOST = frozenset({"answered_by", "completes_with", "stops_with", "announces"})
 
 
 def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnostics) -> None:
@@ -119,7 +62,7 @@ def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
             with_flags = {field.name for field in layout.all_fields if field.flags}
             for field in layout.all_fields:
                 unnamed = field.role == "constant" and field.name in ("param1", "param2")
-                if (field.name in RESERVED or field.name in _MEMBERS) and not unnamed:
+                if (field.name in _RESERVED or field.name in _MEMBERS) and not unnamed:
                     diagnostics.add(field.place, "SW023", f"{message.name}: the field {field.name}")
                 folded = field.name.replace("_", "").lower()
                 if folded in seen:
@@ -135,13 +78,17 @@ def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
         names = [value.name for value in enumeration.values]
         _distinct(names, f"the values of {enumeration.name}", enumeration.place, diagnostics)
         for name in names:
-            if name in RESERVED or name == "mro":
+            if name in _RESERVED or name == "mro":
                 diagnostics.add(enumeration.place, "SW023", f"{enumeration.name}: the value {name}")
     for table in protocol.flags:
         names = [bit.name for bit in table.bits]
         _distinct(names, f"the bits of {table.name}", table.place, diagnostics)
         for name in names:
-            if name in RESERVED or hasattr(int, name) or name in ("bits", "of", "names", "unnamed"):
+            if (
+                name in _RESERVED
+                or hasattr(int, name)
+                or name in ("bits", "of", "names", "unnamed")
+            ):
                 diagnostics.add(table.place, "SW023", f"{table.name}: the bit {name}")
 
 
@@ -180,8 +127,10 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
         for name in _class_names(message):
             if name in _IN_MESSAGES:
                 diagnostics.add(message.place, "SW023", f"{message.name}: the class {name}")
-            if name in classes and classes[name] != message.name:
+            if name in classes:
                 what = f"{message.name} and {classes[name]}: the class {name}"
+                if classes[name] == message.name:
+                    what = f"{message.name}: two of its forms are the class {name}"
                 diagnostics.add(message.place, "SW022", what)
             classes[name] = message.name
     stages: dict[str, str] = {}
@@ -222,9 +171,6 @@ def _exchanges(protocol: Protocol, diagnostics: Diagnostics) -> None:
                         "SW035",
                         f"{message.name}: {key} {name}, which only the host sends",
                     )
-
-
-_TO_HOST = frozenset({"answered_by", "completes_with", "stops_with", "announces"})
 
 
 def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:

@@ -7,6 +7,7 @@ from typing import Final
 
 from stagewire.errors import UnsupportedError
 from stagewire.frame import Frame
+from stagewire.header import DATA_FLAG, HEADER_SIZE
 
 __all__ = [
     "BadLength",
@@ -49,7 +50,7 @@ class FrameEvent(Event):
 
     __slots__ = ()
 
-    payload_offset: Final = 6  # where the packet begins, if there is one
+    payload_offset: Final = HEADER_SIZE  # where the packet begins, if there is one
 
     @property
     def id(self) -> int:
@@ -59,7 +60,7 @@ class FrameEvent(Event):
     @property
     def dest(self) -> int:
         """Address of the receiver, without the bit that announces a packet."""
-        return self.raw[4] & 0x7F
+        return self.raw[4] & ~DATA_FLAG
 
     @property
     def source(self) -> int:

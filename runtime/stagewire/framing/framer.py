@@ -16,8 +16,9 @@ from stagewire.framing.events import (
     Unknown,
     join_garbage,
 )
-from stagewire.framing.rule import HEADER_SIZE, Rule, TooLong
+from stagewire.framing.rule import Rule, TooLong
 from stagewire.framing.table import End, FramingTable
+from stagewire.header import HEADER_SIZE
 
 __all__ = ["Framer"]
 
@@ -133,7 +134,7 @@ class Framer:
             if in_step:
                 # Headers seen before. A part of a header is never among them.
                 while (
-                    end := position + size_of(data[position : position + 6], _NEVER)
+                    end := position + size_of(data[position : position + HEADER_SIZE], _NEVER)
                 ) <= available:
                     event = new(Received)
                     event.raw = data[position:end]

@@ -16,10 +16,10 @@ from stagewire.framing.events import (
     Unknown,
 )
 from stagewire.framing.table import Direction, End, Forms, FramingTable
+from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
 
-__all__ = ["HEADER_SIZE", "Rule", "TooLong"]
+__all__ = ["Rule", "TooLong"]
 
-HEADER_SIZE: Final = 6
 _HEADER: Final = Struct("<HHBB")  # id, parameters or packet length, destination, source
 
 
@@ -71,8 +71,6 @@ class Rule:
                 pairs |= to_controller
             return pairs
 
-        self.data_flag = table.data_flag
-        self.maximum_length = table.maximum_length
         self.right = right(end.receives)
         self.tolerated = to_host | to_controller | {0}
         self.shapes: dict[int, _Shape] = {}
@@ -91,7 +89,7 @@ class Rule:
     def _make_sieve(self) -> re.Pattern[bytes]:
         """Return a pattern that all headers accepted out of step match, and little else does."""
         destinations = {pair >> 8 for pair in self.tolerated}
-        destinations |= {destination | self.data_flag for destination in destinations}
+        destinations |= {destination | DATA_FLAG for destination in destinations}
         sources = {pair & 0xFF for pair in self.tolerated}
         low, high = {id & 0xFF for id in self.shapes}, {id >> 8 for id in self.shapes}
         if not self.shapes:
@@ -103,11 +101,11 @@ class Rule:
     def in_step(self, header: bytes) -> tuple[type[Event], int]:
         """Return what begins with ``header`` where a frame is due, and how many bytes it takes."""
         id, word, dest, source = _HEADER.unpack(header)
-        has_packet = dest & self.data_flag
-        if has_packet and word > self.maximum_length:
+        has_packet = dest & DATA_FLAG
+        if has_packet and word > MAXIMUM_PACKET:
             return Garbage, 1
         size = HEADER_SIZE + word if has_packet else HEADER_SIZE
-        addresses = (dest & ~self.data_flag) << 8 | source
+        addresses = (dest & ~DATA_FLAG) << 8 | source
         shape = self.shapes.get(id)
         if shape is None:
             if id in self.not_ours or addresses not in self.right:
@@ -130,8 +128,8 @@ class Rule:
         shape = self.shapes.get(id)
         if shape is None:
             return 0
-        addresses = (dest & ~self.data_flag) << 8 | source
-        if dest & self.data_flag:
+        addresses = (dest & ~DATA_FLAG) << 8 | source
+        if dest & DATA_FLAG:
             exact = word in shape.lengths and addresses in self.tolerated
             return HEADER_SIZE + word if exact else 0
         return HEADER_SIZE if shape.has_header_form(word) and addresses in shape.right else 0

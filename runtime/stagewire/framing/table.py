@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from stagewire.header import DATA_FLAG, MAXIMUM_PACKET
+
 __all__ = ["Direction", "End", "Forms", "FramingTable"]
 
 
@@ -69,28 +71,22 @@ class FramingTable:
     :param forms: message id -> its forms.
     :param host: address of the host.
     :param devices: addresses that controllers have.
-    :param data_flag: the bit of the destination that says that a packet follows.
-    :param maximum_length: the longest packet that a header may declare.
     """
 
     forms: Mapping[int, Forms]
     host: int
     devices: frozenset[int]
-    data_flag: int = 0x80
-    maximum_length: int = 255
 
     def __post_init__(self) -> None:
         """Raise :class:`ValueError` for numbers that no frame can carry."""
-        if not 0 < self.data_flag <= 0xFF:
-            raise ValueError(f"the data flag is a bit of one byte, not {self.data_flag:#x}")
         for address in (self.host, *self.devices):
-            if not 0 <= address <= 0xFF or address & self.data_flag:
+            if not 0 <= address <= 0xFF or address & DATA_FLAG:
                 raise ValueError(f"{address:#x} is no address: it has to leave the data flag free")
         for id, forms in self.forms.items():
             if not 0 <= id <= 0xFFFF:
                 raise ValueError(f"{forms.name}: a message id has 16 bits, {id:#x} has more")
             for length in forms.lengths:
-                if not 0 < length <= self.maximum_length:
+                if not 0 < length <= MAXIMUM_PACKET:
                     raise ValueError(
-                        f"{forms.name}: a packet has 1 to {self.maximum_length} bytes, not {length}"
+                        f"{forms.name}: a packet has 1 to {MAXIMUM_PACKET} bytes, not {length}"
                     )

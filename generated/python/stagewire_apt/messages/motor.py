@@ -2179,7 +2179,7 @@ class MotMoveRelativeHeader(Message):
 
     Completes with ``MOT_MOVE_COMPLETED``.
 
-    moves by the distance stored with MOT_SET_MOVERELPARAMS
+    Moves by the distance stored with MOT_SET_MOVERELPARAMS.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
@@ -2480,7 +2480,7 @@ class MotMoveAbsoluteHeader(Message):
 
     Completes with ``MOT_MOVE_COMPLETED``.
 
-    moves to the position stored with MOT_SET_MOVEABSPARAMS
+    Moves to the position stored with MOT_SET_MOVEABSPARAMS.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
@@ -2920,19 +2920,19 @@ class MotMoveCompletedUndecided(UndecidedMessage):
     @property
     def chan_ident(self) -> int:
         """``chan_ident``, which all candidate layouts share."""
-        value: int = Struct("<0xH").unpack_from(self.data)[0]
+        value: int = Struct("<H").unpack_from(self.data, 0)[0]
         return value
 
     @property
     def position(self) -> int:
         """``position``, which all candidate layouts share."""
-        value: int = Struct("<2xl").unpack_from(self.data)[0]
+        value: int = Struct("<l").unpack_from(self.data, 2)[0]
         return value
 
     @property
     def status_bits(self) -> int:
         """``status_bits``, which all candidate layouts share."""
-        value: int = Struct("<10xL").unpack_from(self.data)[0]
+        value: int = Struct("<L").unpack_from(self.data, 10)[0]
         return value
 
 
@@ -3261,19 +3261,19 @@ class MotMoveStoppedUndecided(UndecidedMessage):
     @property
     def chan_ident(self) -> int:
         """``chan_ident``, which all candidate layouts share."""
-        value: int = Struct("<0xH").unpack_from(self.data)[0]
+        value: int = Struct("<H").unpack_from(self.data, 0)[0]
         return value
 
     @property
     def position(self) -> int:
         """``position``, which all candidate layouts share."""
-        value: int = Struct("<2xl").unpack_from(self.data)[0]
+        value: int = Struct("<l").unpack_from(self.data, 2)[0]
         return value
 
     @property
     def status_bits(self) -> int:
         """``status_bits``, which all candidate layouts share."""
-        value: int = Struct("<10xL").unpack_from(self.data)[0]
+        value: int = Struct("<L").unpack_from(self.data, 10)[0]
         return value
 
 

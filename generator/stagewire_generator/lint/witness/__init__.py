@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stagewire_generator.lint.witness.chapters import compare_section
-from stagewire_generator.lint.witness.comparison import Comparison, Difference
+from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.lint.witness.lists import (
     compare_contents,
     compare_lists,
@@ -19,7 +19,7 @@ from stagewire_generator.lint.witness.lists import (
 from stagewire_generator.model import Protocol
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["Comparison", "Difference", "compare_witness"]
+__all__ = ["Comparison", "compare_witness"]
 
 _LISTS = {
     "contents": compare_contents,

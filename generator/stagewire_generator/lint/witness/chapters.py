@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from stagewire_generator.lint.witness.comparison import Comparison, Json, Path
+from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.lint.witness.reading import (
     FILLERS,
     find_field,
@@ -13,7 +13,8 @@ from stagewire_generator.lint.witness.reading import (
     same_name,
     squash,
 )
-from stagewire_generator.model import Field, Layout, Message
+from stagewire_generator.model import Field, Json, Layout, Message
+from stagewire_generator.strict_yaml import KeyPath
 
 __all__ = ["compare_section"]
 
@@ -23,7 +24,7 @@ _NAME = re.compile(r"[A-Z][a-z]+[A-Za-z]*[0-9]*\Z")
 
 def compare_section(comparison: Comparison, name: str, entry: Json) -> None:
     """Compare everything that the witness has of one message."""
-    path: Path = ("messages", name)
+    path: KeyPath = ("messages", name)
     message = comparison.messages.get(name)
     if message is None:
         comparison.unknown.append((comparison.document.place(*path), name))
@@ -47,7 +48,9 @@ def compare_section(comparison: Comparison, name: str, entry: Json) -> None:
         _limits(comparison, message, printed, aliases, (*path, "ranges", index))
 
 
-def _table(comparison: Comparison, where: str, message: Message, table: Json, path: Path) -> None:
+def _table(
+    comparison: Comparison, where: str, message: Message, table: Json, path: KeyPath
+) -> None:
     layout = _layout_of(message, table)
     cells = table.get("header", [])
     at = (*path, "header")
@@ -72,10 +75,9 @@ def _table(comparison: Comparison, where: str, message: Message, table: Json, pa
         else:
             _param(comparison, f"{where}/param1", layout.param1, cells[2], at)
             _param(comparison, f"{where}/param2", layout.param2, cells[3], at)
-        dest = cells[4].replace(" ", "").replace("l", "|").replace("I", "|")
         if data:
             comparison.same("headers/bar", at, cells[4], "d|")
-        comparison.same(f"{where}/dest", at, dest[:1], "d")
+        comparison.same(f"{where}/dest", at, cells[4].strip()[:1], "d")
         comparison.same(f"{where}/source", at, cells[5].lower(), "s")
     else:
         comparison.same(f"{where}/cells", at, len(cells), 6)
@@ -91,7 +93,9 @@ def _layout_of(message: Message, table: Json) -> Layout | None:
     return (data or header) if packed else (header or data)
 
 
-def _param(comparison: Comparison, place: str, field: Field | None, cell: str, path: Path) -> None:
+def _param(
+    comparison: Comparison, place: str, field: Field | None, cell: str, path: KeyPath
+) -> None:
     if field is None:
         if cell != "0" and squash(cell) not in FILLERS:
             comparison.same(place, path, cell, "00")
@@ -102,7 +106,7 @@ def _param(comparison: Comparison, place: str, field: Field | None, cell: str, p
 
 
 def _columns(
-    comparison: Comparison, where: str, layout: Layout, columns: list[str], path: Path
+    comparison: Comparison, where: str, layout: Layout, columns: list[str], path: KeyPath
 ) -> None:
     if not comparison.same(f"{where}/columns", path, len(columns), len(layout.fields)):
         return
@@ -111,7 +115,7 @@ def _columns(
             comparison.differs(f"{where}/columns/{field.name}", path, column, field.name)
 
 
-def _rows(comparison: Comparison, message: Message, rows: list[list[str]], path: Path) -> None:
+def _rows(comparison: Comparison, message: Message, rows: list[list[str]], path: KeyPath) -> None:
     fields = _listed_fields(message)
     place = f"rows/{message.name}"
     if len(rows) != len(fields):
@@ -126,6 +130,7 @@ def _rows(comparison: Comparison, message: Message, rows: list[list[str]], path:
             comparison.differs(f"{place}/{field.name}/name", path, row[0], field.name)
         comparison.compared += 1
         printed = (row[1] or "").lower()
+        # A single char is one byte without a sign, and may be a number
         if printed != field.format.name and (printed, field.format.name) != ("char", "byte"):
             comparison.differs(f"{place}/{field.name}/format", path, printed, field.format.name)
 
@@ -147,7 +152,11 @@ def _by_row(message: Message, rows: list[list[str]]) -> dict[str, Field]:
 
 
 def _values(
-    comparison: Comparison, message: Message, printed: Json, aliases: dict[str, Field], path: Path
+    comparison: Comparison,
+    message: Message,
+    printed: Json,
+    aliases: dict[str, Field],
+    path: KeyPath,
 ) -> None:
     place = f"values/{message.name}/{squash(printed['of'])}"
     if "table" in printed:
@@ -216,7 +225,11 @@ def _known_values(field: Field, table: str) -> dict[int, str]:
 
 
 def _limits(
-    comparison: Comparison, message: Message, printed: Json, aliases: dict[str, Field], path: Path
+    comparison: Comparison,
+    message: Message,
+    printed: Json,
+    aliases: dict[str, Field],
+    path: KeyPath,
 ) -> None:
     field = aliases.get(squash(printed["of"]))
     field = field or find_field(_all_fields(comparison, message), printed["of"])

@@ -5,16 +5,12 @@ from __future__ import annotations
 import difflib
 import re
 from dataclasses import dataclass
-from typing import Any
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.model import Message, Protocol
-from stagewire_generator.strict_yaml import Document
+from stagewire_generator.strict_yaml import Document, KeyPath
 
-__all__ = ["ID", "Comparison", "Difference", "Json", "Path"]
-
-Json = dict[str, Any]
-Path = tuple[str | int, ...]
+__all__ = ["ID", "Comparison", "Difference"]
 
 ID = re.compile(r"0x([0-9A-F]{4})\Z")
 
@@ -46,7 +42,7 @@ class Comparison:
         self.headed: set[str] = set()  # messages that have a heading
         self.unknown: list[tuple[Place, str]] = []  # names that are no message's
 
-    def same(self, place: str, path: Path, printed: object, encoded: object) -> bool:
+    def same(self, place: str, path: KeyPath, printed: object, encoded: object) -> bool:
         """Compare one place; note a difference."""
         self.compared += 1
         if printed == encoded:
@@ -56,13 +52,13 @@ class Comparison:
             self.differences[place] = Difference(place, at, str(printed), str(encoded))
         return False
 
-    def differs(self, place: str, path: Path, printed: object, encoded: object) -> None:
+    def differs(self, place: str, path: KeyPath, printed: object, encoded: object) -> None:
         """Note a difference that was found otherwise."""
         self.compared += 1
         at = self.document.place(*path)
         self.differences.setdefault(place, Difference(place, at, str(printed), str(encoded)))
 
-    def canonical(self, printed: str, path: Path) -> str:
+    def canonical(self, printed: str, path: KeyPath) -> str:
         """Return a printed message name as the registry spells it, noting lost underscores."""
         prefix = self.protocol.name_prefix
         name = printed.strip().replace("\t", " ")
@@ -72,7 +68,7 @@ class Comparison:
         self.same("names/blanks", path, bare, joined)
         return joined.removeprefix(prefix)
 
-    def named(self, where: str, printed: str, id: str | None, path: Path) -> Message | None:
+    def named(self, where: str, printed: str, id: str | None, path: KeyPath) -> Message | None:
         """Find the message that a row means: by its name, else by its id."""
         name = self.canonical(printed, path)
         message = self.messages.get(name)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stagewire_generator.lint.witness.comparison import ID, Comparison, Json, Path
+from stagewire_generator.lint.witness.comparison import ID, Comparison
+from stagewire_generator.model import Json
+from stagewire_generator.strict_yaml import KeyPath
 
 __all__ = ["compare_contents", "compare_lists", "compare_summary"]
 
@@ -37,7 +39,7 @@ def compare_contents(comparison: Comparison) -> None:
 def compare_summary(comparison: Comparison) -> None:
     """Compare the overview of the command reference, and every mention in prose."""
     for index, row in enumerate(comparison.document.data["rows"]):
-        path: Path = ("rows", index)
+        path: KeyPath = ("rows", index)
         message = comparison.named("summary", row["name"], row["id"], path)
         if message:
             comparison.same(
@@ -108,7 +110,9 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
             comparison.differs(f"lists/{key}/{name}/misprinted", ("lists", key), name, "as printed")
 
 
-def _rows_of_list(comparison: Comparison, key: str, printed: Json) -> Iterator[tuple[Path, Json]]:
+def _rows_of_list(
+    comparison: Comparison, key: str, printed: Json
+) -> Iterator[tuple[KeyPath, Json]]:
     """Yield the rows of a list; of a damaged one what can be read."""
     for index, row in enumerate(printed["rows"]):
         path = ("lists", key, "rows", index)

@@ -14,6 +14,7 @@ from stagewire_generator.targets.python.source import (
     integer,
     literal,
     paragraph,
+    sentence,
     tuple_of,
 )
 
@@ -43,21 +44,35 @@ class FieldView:
 
 
 @dataclass(frozen=True, slots=True)
+class SharedView:
+    """One field that all candidates of an undecided payload share, as a property."""
+
+    name: str
+    type: str
+    wire_type: str  # type of the unpacked value
+    format: str  # struct format of the field alone
+    offset: int
+    returned: str  # expression that turns the unpacked value into the property's
+
+
+@dataclass(frozen=True, slots=True)
 class ClassView:
     """One message class."""
 
     name: str
-    kind: str  # plain | empty | undecided | undocumented
+    kind: str  # plain | undecided | undocumented; names the template
     doc: str
     slots: str
     layout: str
-    signature: str
-    fields: tuple[FieldView, ...]
-    payload: str  # struct format that reads the fields from a whole frame
-    frame: str  # struct format of the whole frame
-    unpack: str  # the assignment
-    pack: str  # the return statement
-    shared: tuple[FieldView, ...] = ()
+    # Plain classes only
+    signature: str = ""
+    fields: tuple[FieldView, ...] = ()
+    payload: str = ""  # struct format that reads the fields from a whole frame
+    frame: str = ""  # struct format of the whole frame
+    unpack: str = ""  # the assignment
+    pack: str = ""  # the return statement
+    # Undecided classes only
+    shared: tuple[SharedView, ...] = ()
     shared_names: str = ""
 
 
@@ -129,10 +144,7 @@ def _assign(targets: list[str]) -> str:
     if len(targets) == 1:
         return f"({targets[0]},) = {right}"
     line = f"{', '.join(targets)} = {right}"
-    if len(line) + 8 <= 100:
-        return line
-    body = "".join(f"            {target},\n" for target in targets)
-    return f"(\n{body}        ) = {right}"
+    return line if len(line) + 8 <= WIDTH else bracketed("(", targets, f") = {right}", 8, 0)
 
 
 def _code(slot: Field | str) -> str:
@@ -244,8 +256,7 @@ def _undocumented(protocol: Protocol, message: Message) -> ClassView:
         doc=_doc(protocol, message, None),
         slots="__slots__ = ()",
         layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0),
-        signature="", fields=(), payload="", frame="", unpack="", pack="",
-    )  # fmt: skip
+    )
 
 
 def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> ClassView:
@@ -280,13 +291,13 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
         )
     )
     views = tuple(
-        FieldView(
+        SharedView(
             name=field.name,
             type=_TYPES[field.format.kind],
-            check=f'value{_DECODE}("latin-1")' if field.format.kind == "text" else "value",
-            flags="",
-            unpacked=f"value: {'int' if field.format.kind == 'integer' else 'bytes'} = "
-            f'Struct("<{field.offset}x{_code(field)}").unpack_from(self.data)[0]',
+            wire_type="int" if field.format.kind == "integer" else "bytes",
+            format=f"<{_code(field)}",
+            offset=field.offset,
+            returned=f'value{_DECODE}("latin-1")' if field.format.kind == "text" else "value",
         )
         for field in shared
     )
@@ -296,10 +307,9 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
         doc=docstring(text),
         slots="__slots__ = ()",
         layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0),
-        signature="", fields=(), payload="", frame="", unpack="", pack="",
         shared=views,
         shared_names=_names("shared: ClassVar[tuple[str, ...]] = ", [view.name for view in views]),
-    )  # fmt: skip
+    )
 
 
 def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
@@ -325,7 +335,7 @@ def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
         parts.append(paragraph(" ".join(facts), 4))
     for note in (message.note, layout.note if layout else ""):
         if note:
-            parts.append(paragraph(note, 4))
+            parts.append(paragraph(sentence(note), 4))
     if layout is not None and layout.all_fields:
         lines = [paragraph(_param(field), 4, 4) for field in layout.all_fields]
         parts.append("\n    ".join(lines))

@@ -13,6 +13,7 @@ from stagewire_generator.targets.python.source import (
     literal,
     long_text,
     paragraph,
+    sentence,
     tuple_of,
 )
 
@@ -43,7 +44,7 @@ def enumeration_view(enumeration: Enumeration) -> NamedView:
         sign = "-" if value.value < 0 else ""
         members.append(f"{value.name} = {sign}0x{abs(value.value):02X}")
         if value.note:
-            members.append(f'"""{docstring(paragraph(_sentence(value.note), 4))}"""')
+            members.append(f'"""{docstring(paragraph(sentence(value.note), 4))}"""')
     doc = _named_doc("Values", enumeration.name, enumeration.page, enumeration.summary)
     return NamedView(camel(enumeration.name), doc, tuple(members))
 
@@ -66,11 +67,6 @@ def _named_doc(kind: str, name: str, page: int, summary: str) -> str:
     return docstring(f"{head}\n\n    {paragraph(summary, 4)}\n    " if summary else head)
 
 
-def _sentence(text: str) -> str:
-    text = text[:1].upper() + text[1:]
-    return text if text.endswith(".") else text + "."
-
-
 def stage_view(protocol: Protocol, stage: Stage) -> StageView:
     """Make the view of a stage."""
     units = {quantity.name: quantity.unit for quantity in protocol.quantities}
@@ -79,8 +75,7 @@ def stage_view(protocol: Protocol, stage: Stage) -> StageView:
     families = []
     for controller, factors in stage.scales.items():
         lines = "".join(
-            f"            {literal(name)}: {_scale(factor, units[name])},\n"
-            for name, factor in factors.items()
+            f"            {_scale(name, factor, units[name])}\n" for name, factor in factors.items()
         )
         scales.append(f"        {literal(controller)}: {{\n{lines}        }},\n")
         names = [literal(unit) for unit in controllers[controller]]
@@ -100,10 +95,11 @@ def stage_view(protocol: Protocol, stage: Stage) -> StageView:
     return StageView(stage.name, source)
 
 
-def _scale(factor: Factor | str, unit: str) -> str:
+def _scale(name: str, factor: Factor | str, unit: str) -> str:
+    """Return the entry of a quantity in the table of a controller."""
     if isinstance(factor, str):
         reason = long_text("", " ".join(factor.split()), 16)
-        return call("UnknownScale", [literal(unit), reason], "", 12, 0)
+        return call(f"{literal(name)}: UnknownScale", [literal(unit), reason], ",", 12, 0)
     value = factor.value
     method = "unit_per" if factor.key.endswith("_per_count") else "counts_per"
     arguments = [literal(unit), str(value.numerator), str(value.denominator)]
@@ -111,4 +107,4 @@ def _scale(factor: Factor | str, unit: str) -> str:
         arguments.append(f"printed={literal(factor.printed)}")
     if factor.source:
         arguments.append(long_text("source=", factor.source, 16))
-    return call(f"Scale.{method}", arguments, "", 12, 70)
+    return call(f"{literal(name)}: Scale.{method}", arguments, ",", 12)

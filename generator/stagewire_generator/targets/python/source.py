@@ -22,6 +22,7 @@ __all__ = [
     "long_text",
     "natural",
     "paragraph",
+    "sentence",
     "tuple_of",
     "width",
 ]
@@ -96,6 +97,12 @@ def paragraph(text: str, indent: int, hanging: int = 0) -> str:
         break_on_hyphens=False,
     )
     return f"\n{pad}".join(lines)
+
+
+def sentence(text: str) -> str:
+    """Return a note of the registry as a sentence that stands alone."""
+    text = text[:1].upper() + text[1:]
+    return text if text.endswith(".") else text + "."
 
 
 def docstring(text: str) -> str:

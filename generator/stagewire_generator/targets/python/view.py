@@ -155,20 +155,18 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
     for message in protocol.messages:
         if message.chapter == name and message.id is not None:
             classes += class_views(protocol, message)
-    used = {
-        field.flags for view in classes for field in (*view.fields, *view.shared) if field.flags
-    }
+    used = {field.flags for view in classes for field in view.fields if field.flags}
     source = "".join(field.check for view in classes for field in view.fields)
     kinds = {view.kind for view in classes}
-    checks = ["Layout"]
-    if kinds & {"plain", "empty"}:
-        checks += ["Message", "check_addresses"]
+    needed = ["Layout"]
+    if "plain" in kinds:
+        needed += ["Message", "check_addresses"]
     if "undecided" in kinds:
-        checks.append("UndecidedMessage")
+        needed.append("UndecidedMessage")
     if "undocumented" in kinds:
-        checks.append("UndocumentedMessage")
-    checks += [f"check_{k}" for k in ("bytes", "integer", "text") if f"check_{k}(" in source]
-    imports = [imported("stagewire.message", checks)]
+        needed.append("UndocumentedMessage")
+    needed += [f"check_{k}" for k in ("bytes", "integer", "text") if f"check_{k}(" in source]
+    imports = [imported("stagewire.message", needed)]
     if used:
         imports.append(imported(f"{protocol.package}.flags", list(used)))
     names = sorted(view.name for view in classes)

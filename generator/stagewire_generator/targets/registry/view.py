@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
 
 from stagewire_generator.model import (
     Factor,
     Field,
+    Json,
     Layout,
     Message,
     Protocol,
@@ -19,7 +19,6 @@ from stagewire_generator.targets.canonical import canonical
 
 __all__ = ["registry_json", "render"]
 
-Json = dict[str, Any]
 SCHEMA_VERSION = 1
 _TABLES_OF_UNITS = ("families", "lists", "addresses", "hardware_types")
 
