@@ -1,0 +1,130 @@
+"""Whatever the witness says is held against the registry: a changed or a lost place is a difference."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from mutants import Proof
+
+from stagewire_generator.lint.witness import compare_witness
+
+PROOF = Proof()
+
+# Where it stands in the files of the witness (* is any key or row), and what else may be said there.
+CHANGED = {
+    "addresses/*/1": "0x77",
+    "formats/*/1": "quad",
+    "formats/*/2": "9 bytes",
+    "lists/*/page": 999,
+    "lists/*/rows/*/id": "0x7777",
+    "lists/*/rows/*/name": "MGMSG_NO_SUCH",
+    "lists/*/rows/*/page": "999",
+    "mentions/*/id": "0x7777",
+    "mentions/*/name": "MGMSG_NO_SUCH",
+    "messages/*/heading/id": "0x7777",
+    "messages/*/heading/page": 999,
+    "messages/*/ranges/*/default": "77",
+    "messages/*/ranges/*/from": "77",
+    "messages/*/ranges/*/to": "77",
+    "messages/*/rows/*/0": "No Such Field",
+    "messages/*/rows/*/1": "quad",
+    "messages/*/tables/*/columns/*": "No Such Column",
+    "messages/*/tables/*/header/*": "77",
+    "messages/*/tables/*/last_offset": 777,
+    "messages/*/tables/*/packet": 777,
+    "messages/*/tables/*/structure": 777,
+    "messages/*/values/*/rows/*/0": "0x77",
+    "motor_controllers/*/1": "XYZ001",
+    "piezo_controllers/*/1": "XYZ001",
+    "rows/*/id": "0x7777",
+    "rows/*/name": "MGMSG_NO_SUCH",
+    "rows/*/page": "999",
+    "usb_prefixes/*/1": "99 at the front",
+    "usb_prefixes/*/3": "XYZ001",
+}
+# What cannot be noticed, and why. Strings have no size, parts of a byte string are told in a note, future use
+# has no value, and a limit may be the name of another field. Where the number of columns, rows or values, or
+# a name in prose, is itself a difference that an erratum claims, nothing in it can be held against a field.
+CLAIMED = [
+    ["Chan Ident", "HubAnalogOP", "DisplayMode", "ForceCalib", "Future Use"],
+    ["Chan Ident", "StatusBits"],
+    ["750", "75 V"],
+    ["1000", "100 V"],
+    ["1500", "150 V"],
+    ["Not Used", "word"],
+    ["Reserved", "word"],
+    ["Reserved", "dword"],
+]
+NAMES_IN_PROSE = ("SettleWnd", "TrackWnd")
+
+
+def excused(printed: object, holder: Any) -> bool:
+    if isinstance(holder, dict):
+        field = re.fullmatch(r"[A-Z][a-z]+[A-Za-z]*[0-9]", str(printed))
+        return field is not None or holder.get("of") in NAMES_IN_PROSE
+    texts = [str(cell) for cell in holder]
+    return (
+        holder in CLAIMED
+        or "future" in texts[-1].lower()
+        or texts[0].startswith("byte[")
+        or texts[1].endswith("[N]")
+    )
+
+
+LOST = ("addresses/*", "lists/*/rows/*", "usb_prefixes/*")
+AT_MOST = 1000  # of each kind; they are evenly spread
+
+
+def found() -> tuple[object, ...]:
+    comparison = compare_witness(PROOF.protocol, PROOF.witness)
+    differences = {d.place: (d.printed, d.encoded) for d in comparison.differences.values()}
+    return differences, [name for _, name in comparison.unknown]
+
+
+AS_IT_IS = found()
+
+
+def places(node: Any, pattern: list[str]) -> Iterator[tuple[Any, Any]]:
+    """Yield every place of a pattern: what holds it, and its key there."""
+    step, *rest = pattern
+    keys = dict(enumerate(node)) if isinstance(node, list) else node
+    for key in keys if isinstance(keys, dict) else ():
+        if step in ("*", str(key)):
+            if rest:
+                yield from places(node[key], rest)
+            else:
+                yield node, key
+
+
+def every(pattern: str) -> list[tuple[Any, Any]]:
+    whole = [p for doc in PROOF.witness for p in places(doc.data, pattern.split("/"))]
+    return whole[:: max(1, len(whole) // AT_MOST)]
+
+
+@pytest.mark.parametrize("pattern", CHANGED)
+def test_a_changed_place_is_a_difference(pattern: str) -> None:
+    chosen = every(pattern)
+    assert chosen
+    unnoticed = []
+    for holder, key in chosen:
+        printed = holder[key]
+        holder[key] = CHANGED[pattern]
+        noticed = found() != AS_IT_IS
+        holder[key] = printed
+        if not noticed and not excused(printed, holder):
+            unnoticed.append((printed, holder))
+    assert unnoticed == []
+
+
+@pytest.mark.parametrize("pattern", LOST)
+def test_a_lost_row_is_a_difference(pattern: str) -> None:
+    unnoticed = []
+    for holder, key in every(pattern):
+        row = holder.pop(key)
+        if found() == AS_IT_IS:
+            unnoticed.append(row)
+        holder.insert(key, row)
+    assert unnoticed == []
