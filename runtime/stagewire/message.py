@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from struct import Struct
 from typing import Any, ClassVar, NoReturn, Self
 
+from stagewire.direction import Direction
 from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError
 from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
 
@@ -39,6 +40,7 @@ class Layout:
 
     :param message: name in the registry, such as ``MOT_MOVE_ABSOLUTE``.
     :param id: the message id.
+    :param direction: which way the message travels.
     :param form: ``header``, ``data`` or ``data:dc``.
     :param fields: the names of the fields in wire order, reserved ones included.
     :param length: bytes of payload; 0 for a header form.
@@ -46,16 +48,19 @@ class Layout:
     :param unnamed: header parameters without a meaning, shown only when they are not zero.
     :param when: the context that decides for this layout, such as ``{"status": "dc"}``.
     :param constants: reserved fields that are sent as something other than zero.
+    :param only_zero: a stream must not take a header with other parameters than zero for it.
     """
 
     __slots__ = (
-        "constants", "fields", "form", "id", "length", "message", "optional", "unnamed", "when"
+        "constants", "direction", "fields", "form", "id", "length", "message", "only_zero",
+        "optional", "unnamed", "when",
     )  # fmt: skip
 
     def __init__(
         self,
         message: str,
         id: int,
+        direction: Direction,
         form: str,
         fields: tuple[str, ...],
         length: int = 0,
@@ -63,9 +68,11 @@ class Layout:
         unnamed: tuple[str, ...] = (),
         when: Mapping[str, str] | None = None,
         constants: Mapping[str, int] | None = None,
+        only_zero: bool = False,
     ) -> None:
         self.message = message
         self.id = id
+        self.direction = direction
         self.form = form
         self.fields = fields
         self.length = length
@@ -73,6 +80,7 @@ class Layout:
         self.unnamed = unnamed
         self.when = dict(when or {})
         self.constants = dict(constants or {})
+        self.only_zero = only_zero
 
     def __repr__(self) -> str:
         return f"<Layout {self.message} {self.form}>"

@@ -23,9 +23,9 @@ from stagewire.errors import (
     UnsupportedError,
 )
 from stagewire.frame import Frame, make_frame
-from stagewire.framing import Direction, End, Forms, Framer, FramingTable
+from stagewire.framing import End, Forms, Framer, FramingTable
 from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
-from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire.message import Layout, Message, UndecidedMessage, UndocumentedMessage
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoints
@@ -38,10 +38,14 @@ _ENTRY_POINTS = "stagewire.protocols"
 class _Shapes:
     """The layouts of one message id, ready for dispatch."""
 
-    __slots__ = ("by_length", "decided", "header", "name", "undocumented")
+    __slots__ = (
+        "by_length", "decided", "direction", "header", "name", "only_zero", "undocumented"
+    )  # fmt: skip
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(self, layout: Layout) -> None:
+        self.name = layout.message
+        self.direction = layout.direction
+        self.only_zero = False
         self.header: type[Message] | None = None
         self.by_length: dict[int, type[Message]] = {}
         self.decided: list[type[Message]] = []
@@ -53,6 +57,7 @@ class _Shapes:
             self.undocumented = cls
         elif layout.form == "header":
             self.header = cls
+            self.only_zero = layout.only_zero
         elif layout.when:
             self.decided.append(cls)
         else:
@@ -80,11 +85,9 @@ class Protocol:
     :param title: for people.
     :param package: the generated package; it holds ``registry.json`` and ``vectors.json``.
     :param messages: every message class.
-    :param directions: message id -> direction.
     :param host: address of the host.
     :param devices: addresses that controllers have.
     :param nameless: messages that the document names without an id, and why they cannot be used.
-    :param parameterless: ids whose header form counts only with both parameter bytes zero.
     """
 
     def __init__(
@@ -93,11 +96,9 @@ class Protocol:
         title: str,
         package: str,
         messages: Iterable[type[Message]],
-        directions: Mapping[int, Direction],
         host: int,
         devices: frozenset[int],
         nameless: Mapping[str, str],
-        parameterless: frozenset[int] = frozenset(),
     ) -> None:
         self.name = name
         self.title = title
@@ -110,18 +111,18 @@ class Protocol:
         self._by_name: dict[str, dict[str, type[Message]]] = {}
         for cls in self.messages:
             layout = cls.layout
-            shapes = self._shapes.setdefault(layout.id, _Shapes(layout.message))
+            shapes = self._shapes.setdefault(layout.id, _Shapes(layout))
             shapes.add(cls)
             self._by_name.setdefault(layout.message, {})[layout.form] = cls
         self.framing = FramingTable(
             forms={
                 id: Forms(
                     name=shapes.name,
-                    direction=directions[id],
+                    direction=shapes.direction,
                     header=shapes.header is not None,
                     lengths=shapes.lengths(),
                     documented=shapes.undocumented is None,
-                    only_zero_parameters=id in parameterless,
+                    only_zero_parameters=shapes.only_zero,
                 )
                 for id, shapes in self._shapes.items()
             },

@@ -221,12 +221,12 @@ def test_a_refusal_says_which_byte_is_wrong(raw: bytes, error: type[Exception], 
 
 class Short(UndecidedMessage):
     __slots__ = ()
-    layout = Layout("TWO_LENGTHS", 0x04FE, "data:short", ("data",), 4)
+    layout = Layout("TWO_LENGTHS", 0x04FE, Direction.TO_HOST, "data:short", ("data",), 4)
 
 
 class Long(UndecidedMessage):
     __slots__ = ()
-    layout = Layout("TWO_LENGTHS", 0x04FE, "data:long", ("data",), 12)
+    layout = Layout("TWO_LENGTHS", 0x04FE, Direction.TO_HOST, "data:long", ("data",), 12)
 
 
 @pytest.mark.parametrize(
@@ -235,8 +235,7 @@ class Long(UndecidedMessage):
 def test_a_packet_is_read_by_the_longest_layout_that_it_fills(
     length: int, cls: type[Message]
 ) -> None:
-    directions = {0x04FE: Direction.TO_HOST}
-    two = Protocol("two", "Two", "two", [Short, Long], directions, 1, frozenset({0x50}), {})
+    two = Protocol("two", "Two", "two", [Short, Long], 1, frozenset({0x50}), {})
     frame = two.decode(bytes((0xFE, 0x04, length, 0, 0x81, 0x50)) + bytes(length))
     assert type(frame.message) is cls
     assert len(frame.extra) == length - cls.layout.length

@@ -27,10 +27,11 @@ _MEMBERS = frozenset({
 })  # fmt: skip
 # What the modules of a generated package import, beside what Python keeps.
 _KEPT = frozenset({"False", "None", "True"})
-_IN_CHAPTERS = _KEPT | frozenset(
-    ["ClassVar", "Layout", "Message", "Self", "Struct", "UndecidedMessage", "UndocumentedMessage"]
-)
-_IN_MESSAGES = _IN_CHAPTERS | frozenset({"Direction", "Protocol"})
+_IN_CHAPTERS = _KEPT | frozenset({
+    "ClassVar", "Direction", "Layout", "Message", "Self", "Struct", "UndecidedMessage",
+    "UndocumentedMessage"
+})  # fmt: skip
+_IN_MESSAGES = _IN_CHAPTERS | frozenset({"Protocol"})
 _IN_FLAGS = _IN_CHAPTERS | frozenset({"Bit", "Flags"})
 _IN_ENUMERATIONS = _KEPT | frozenset({"Enumeration"})
 _IN_STAGES = _KEPT | frozenset({"Scale", "Stage", "UnknownScale"})

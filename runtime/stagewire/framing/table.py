@@ -7,17 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from stagewire.direction import Direction
 from stagewire.header import DATA_FLAG, MAXIMUM_PACKET
 
 __all__ = ["Direction", "End", "Forms", "FramingTable"]
-
-
-class Direction(enum.Flag):
-    """Which way a message travels."""
-
-    TO_CONTROLLER = 1
-    TO_HOST = 2
-    BOTH = 3
 
 
 class End(enum.Enum):

@@ -10,6 +10,7 @@ of range and :class:`~stagewire.errors.BadValueError` for one of the wrong kind.
 from struct import Struct
 from typing import ClassVar, Self
 
+from stagewire.direction import Direction
 from stagewire.message import (
     Layout,
     Message,
@@ -59,10 +60,12 @@ class HwDisconnect(Message):
     layout: ClassVar[Layout] = Layout(
         "HW_DISCONNECT",
         id=0x0002,
+        direction=Direction.BOTH,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
         unnamed=("param1", "param2"),
+        only_zero=True,
     )
     _unpack = Struct("<2xBB2x").unpack_from
     _pack = Struct("<HBBBB").pack
@@ -110,6 +113,7 @@ class HwReqInfo(Message):
     layout: ClassVar[Layout] = Layout(
         "HW_REQ_INFO",
         id=0x0005,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -170,6 +174,7 @@ class HwGetInfo(Message):
     layout: ClassVar[Layout] = Layout(
         "HW_GET_INFO",
         id=0x0006,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("serial_number", "model_number", "type", "software_version", "notes", "nchs"),
         length=84,
@@ -266,6 +271,7 @@ class HwStartUpdateMsgs(Message):
     layout: ClassVar[Layout] = Layout(
         "HW_START_UPDATEMSGS",
         id=0x0011,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("update_rate", "param2"),
         optional=("param2",),
@@ -315,6 +321,7 @@ class HwStopUpdateMsgs(Message):
     layout: ClassVar[Layout] = Layout(
         "HW_STOP_UPDATEMSGS",
         id=0x0012,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -369,6 +376,7 @@ class RackReqBayUsed(Message):
     layout: ClassVar[Layout] = Layout(
         "RACK_REQ_BAYUSED",
         id=0x0060,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("bay_ident", "param2"),
         optional=("param2",),
@@ -424,6 +432,7 @@ class RackGetBayUsed(Message):
     layout: ClassVar[Layout] = Layout(
         "RACK_GET_BAYUSED",
         id=0x0061,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("bay_ident", "bay_state"),
     )
@@ -470,6 +479,7 @@ class HubReqBayUsed(Message):
     layout: ClassVar[Layout] = Layout(
         "HUB_REQ_BAYUSED",
         id=0x0065,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -520,6 +530,7 @@ class HubGetBayUsed(Message):
     layout: ClassVar[Layout] = Layout(
         "HUB_GET_BAYUSED",
         id=0x0066,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("bay_ident", "param2"),
         optional=("param2",),
@@ -566,6 +577,7 @@ class HwResponse(Message):
     layout: ClassVar[Layout] = Layout(
         "HW_RESPONSE",
         id=0x0080,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -615,6 +627,7 @@ class HwRichResponse(UndocumentedMessage):
     layout: ClassVar[Layout] = Layout(
         "HW_RICHRESPONSE",
         id=0x0081,
+        direction=Direction.TO_HOST,
         form="undocumented",
         fields=("data", "param1", "param2"),
         optional=("param1", "param2"),
@@ -635,6 +648,7 @@ class ModSetChanEnableState(Message):
     layout: ClassVar[Layout] = Layout(
         "MOD_SET_CHANENABLESTATE",
         id=0x0210,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "enable_state"),
     )
@@ -683,6 +697,7 @@ class ModReqChanEnableState(Message):
     layout: ClassVar[Layout] = Layout(
         "MOD_REQ_CHANENABLESTATE",
         id=0x0211,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -732,6 +747,7 @@ class ModGetChanEnableState(Message):
     layout: ClassVar[Layout] = Layout(
         "MOD_GET_CHANENABLESTATE",
         id=0x0212,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("chan_ident", "enable_state"),
     )
@@ -780,6 +796,7 @@ class ModIdentify(Message):
     layout: ClassVar[Layout] = Layout(
         "MOD_IDENTIFY",
         id=0x0223,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -834,6 +851,7 @@ class RackReqStatusBits(Message):
     layout: ClassVar[Layout] = Layout(
         "RACK_REQ_STATUSBITS",
         id=0x0226,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("status_bits", "param2"),
         optional=("status_bits", "param2"),
@@ -890,6 +908,7 @@ class RackGetStatusBits(Message):
     layout: ClassVar[Layout] = Layout(
         "RACK_GET_STATUSBITS",
         id=0x0227,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("status_bits",),
         length=4,
@@ -945,6 +964,7 @@ class RackSetDigOutputs(Message):
     layout: ClassVar[Layout] = Layout(
         "RACK_SET_DIGOUTPUTS",
         id=0x0228,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("dig_op", "param2"),
         optional=("param2",),
@@ -1002,6 +1022,7 @@ class RackReqDigOutputs(Message):
     layout: ClassVar[Layout] = Layout(
         "RACK_REQ_DIGOUTPUTS",
         id=0x0229,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -1055,6 +1076,7 @@ class RackGetDigOutputs(Message):
     layout: ClassVar[Layout] = Layout(
         "RACK_GET_DIGOUTPUTS",
         id=0x0230,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("dig_op", "param2"),
         optional=("param2",),

@@ -10,6 +10,7 @@ of range and :class:`~stagewire.errors.BadValueError` for one of the wrong kind.
 from struct import Struct
 from typing import ClassVar, Self
 
+from stagewire.direction import Direction
 from stagewire.message import (
     Layout,
     Message,
@@ -129,6 +130,7 @@ class MotSetEncCounter(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_ENCCOUNTER",
         id=0x0409,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "encoder_count"),
         length=6,
@@ -194,6 +196,7 @@ class MotReqEncCounter(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_ENCCOUNTER",
         id=0x040A,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -244,6 +247,7 @@ class MotGetEncCounter(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_ENCCOUNTER",
         id=0x040B,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "encoder_count"),
         length=6,
@@ -308,6 +312,7 @@ class MotSetPosCounter(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_POSCOUNTER",
         id=0x0410,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "position"),
         length=6,
@@ -358,6 +363,7 @@ class MotReqPosCounter(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_POSCOUNTER",
         id=0x0411,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -408,6 +414,7 @@ class MotGetPosCounter(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_POSCOUNTER",
         id=0x0412,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "position"),
         length=6,
@@ -470,6 +477,7 @@ class MotSetVelParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_VELPARAMS",
         id=0x0413,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "min_velocity", "acceleration", "max_velocity"),
         length=14,
@@ -554,6 +562,7 @@ class MotReqVelParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_VELPARAMS",
         id=0x0414,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -607,6 +616,7 @@ class MotGetVelParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_VELPARAMS",
         id=0x0415,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "min_velocity", "acceleration", "max_velocity"),
         length=14,
@@ -712,6 +722,7 @@ class MotSetJogParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_JOGPARAMS",
         id=0x0416,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -851,6 +862,7 @@ class MotReqJogParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_JOGPARAMS",
         id=0x0417,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -916,6 +928,7 @@ class MotGetJogParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_JOGPARAMS",
         id=0x0418,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -1079,6 +1092,7 @@ class MotSetLimSwitchParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_LIMSWITCHPARAMS",
         id=0x0423,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -1192,6 +1206,7 @@ class MotReqLimSwitchParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_LIMSWITCHPARAMS",
         id=0x0424,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1263,6 +1278,7 @@ class MotGetLimSwitchParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_LIMSWITCHPARAMS",
         id=0x0425,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -1373,6 +1389,7 @@ class MotReqStatusBits(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_STATUSBITS",
         id=0x0429,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1423,6 +1440,7 @@ class MotGetStatusBits(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_STATUSBITS",
         id=0x042A,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "status_bits"),
         length=6,
@@ -1477,6 +1495,7 @@ class MotSetGenMoveParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_GENMOVEPARAMS",
         id=0x043A,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "backlash_distance"),
         length=6,
@@ -1542,6 +1561,7 @@ class MotReqGenMoveParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_GENMOVEPARAMS",
         id=0x043B,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1592,6 +1612,7 @@ class MotGetGenMoveParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_GENMOVEPARAMS",
         id=0x043C,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "backlash_distance"),
         length=6,
@@ -1669,6 +1690,7 @@ class MotSetHomeParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_HOMEPARAMS",
         id=0x0440,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "home_direction", "limit_switch", "home_velocity", "offset_distance"),
         length=14,
@@ -1760,6 +1782,7 @@ class MotReqHomeParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_HOMEPARAMS",
         id=0x0441,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1816,6 +1839,7 @@ class MotGetHomeParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_HOMEPARAMS",
         id=0x0442,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "home_direction", "limit_switch", "home_velocity", "offset_distance"),
         length=14,
@@ -1906,6 +1930,7 @@ class MotMoveHome(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_HOME",
         id=0x0443,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1954,6 +1979,7 @@ class MotMoveHomed(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_HOMED",
         id=0x0444,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2004,6 +2030,7 @@ class MotSetMoveRelParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_MOVERELPARAMS",
         id=0x0445,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "relative_distance"),
         length=6,
@@ -2070,6 +2097,7 @@ class MotReqMoveRelParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_MOVERELPARAMS",
         id=0x0446,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2120,6 +2148,7 @@ class MotGetMoveRelParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_MOVERELPARAMS",
         id=0x0447,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "relative_distance"),
         length=6,
@@ -2188,6 +2217,7 @@ class MotMoveRelativeHeader(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_RELATIVE",
         id=0x0448,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2240,6 +2270,7 @@ class MotMoveRelative(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_RELATIVE",
         id=0x0448,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "relative_distance"),
         length=6,
@@ -2305,6 +2336,7 @@ class MotSetMoveAbsParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_MOVEABSPARAMS",
         id=0x0450,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "absolute_position"),
         length=6,
@@ -2371,6 +2403,7 @@ class MotReqMoveAbsParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_MOVEABSPARAMS",
         id=0x0451,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2421,6 +2454,7 @@ class MotGetMoveAbsParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_MOVEABSPARAMS",
         id=0x0452,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "absolute_position"),
         length=6,
@@ -2489,6 +2523,7 @@ class MotMoveAbsoluteHeader(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_ABSOLUTE",
         id=0x0453,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2542,6 +2577,7 @@ class MotMoveAbsolute(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_ABSOLUTE",
         id=0x0453,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "absolute_distance"),
         length=6,
@@ -2616,6 +2652,7 @@ class MotMoveVelocity(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_VELOCITY",
         id=0x0457,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "direction"),
     )
@@ -2672,6 +2709,7 @@ class MotMoveCompletedHeader(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_COMPLETED",
         id=0x0464,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2736,6 +2774,7 @@ class MotMoveCompletedDc(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_COMPLETED",
         id=0x0464,
+        direction=Direction.TO_HOST,
         form="data:dc",
         fields=("chan_ident", "position", "velocity", "reserved", "status_bits"),
         length=14,
@@ -2841,6 +2880,7 @@ class MotMoveCompletedStepper(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_COMPLETED",
         id=0x0464,
+        direction=Direction.TO_HOST,
         form="data:stepper",
         fields=("chan_ident", "position", "enc_count", "status_bits"),
         length=14,
@@ -2911,6 +2951,7 @@ class MotMoveCompletedUndecided(UndecidedMessage):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_COMPLETED",
         id=0x0464,
+        direction=Direction.TO_HOST,
         form="data:undecided",
         fields=("data",),
         length=14,
@@ -2957,6 +2998,7 @@ class MotMoveStop(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_STOP",
         id=0x0465,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "stop_mode"),
     )
@@ -3013,6 +3055,7 @@ class MotMoveStoppedHeader(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_STOPPED",
         id=0x0466,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -3077,6 +3120,7 @@ class MotMoveStoppedDc(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_STOPPED",
         id=0x0466,
+        direction=Direction.TO_HOST,
         form="data:dc",
         fields=("chan_ident", "position", "velocity", "reserved", "status_bits"),
         length=14,
@@ -3182,6 +3226,7 @@ class MotMoveStoppedStepper(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_STOPPED",
         id=0x0466,
+        direction=Direction.TO_HOST,
         form="data:stepper",
         fields=("chan_ident", "position", "enc_count", "status_bits"),
         length=14,
@@ -3252,6 +3297,7 @@ class MotMoveStoppedUndecided(UndecidedMessage):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_STOPPED",
         id=0x0466,
+        direction=Direction.TO_HOST,
         form="data:undecided",
         fields=("data",),
         length=14,
@@ -3296,6 +3342,7 @@ class MotMoveJog(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_MOVE_JOG",
         id=0x046A,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "direction"),
     )
@@ -3341,6 +3388,7 @@ class MotSuspendEndOfMoveMsgs(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SUSPEND_ENDOFMOVEMSGS",
         id=0x046B,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -3390,6 +3438,7 @@ class MotResumeEndOfMoveMsgs(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_RESUME_ENDOFMOVEMSGS",
         id=0x046C,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -3442,6 +3491,7 @@ class MotReqStatusUpdate(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_STATUSUPDATE",
         id=0x0480,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -3498,6 +3548,7 @@ class MotGetStatusUpdate(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_STATUSUPDATE",
         id=0x0481,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "position", "enc_count", "status_bits"),
         length=14,
@@ -3569,6 +3620,7 @@ class MotReqDcStatusUpdate(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_DCSTATUSUPDATE",
         id=0x0490,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -3631,6 +3683,7 @@ class MotGetDcStatusUpdate(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_DCSTATUSUPDATE",
         id=0x0491,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "position", "velocity", "reserved", "status_bits"),
         length=14,
@@ -3723,6 +3776,7 @@ class MotAckDcStatusUpdate(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_ACK_DCSTATUSUPDATE",
         id=0x0492,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -3789,6 +3843,7 @@ class MotSetDcPidParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_DCPIDPARAMS",
         id=0x04A0,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -3890,6 +3945,7 @@ class MotReqDcPidParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_DCPIDPARAMS",
         id=0x04A1,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -3954,6 +4010,7 @@ class MotGetDcPidParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_DCPIDPARAMS",
         id=0x04A2,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -4070,6 +4127,7 @@ class MotSetPotParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_POTPARAMS",
         id=0x04B0,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "zero_wnd", "vel1", "wnd1", "vel2", "wnd2", "vel3", "wnd3", "vel4"),
         length=26,
@@ -4186,6 +4244,7 @@ class MotReqPotParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_POTPARAMS",
         id=0x04B1,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -4250,6 +4309,7 @@ class MotGetPotParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_POTPARAMS",
         id=0x04B2,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "zero_wnd", "vel1", "wnd1", "vel2", "wnd2", "vel3", "wnd3", "vel4"),
         length=26,
@@ -4363,6 +4423,7 @@ class MotSetAvModes(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_AVMODES",
         id=0x04B3,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "mode_bits"),
         length=4,
@@ -4419,6 +4480,7 @@ class MotReqAvModes(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_AVMODES",
         id=0x04B4,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -4468,6 +4530,7 @@ class MotGetAvModes(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_AVMODES",
         id=0x04B5,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "mode_bits"),
         length=4,
@@ -4536,6 +4599,7 @@ class MotSetButtonParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_BUTTONPARAMS",
         id=0x04B6,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "mode", "position1", "position2", "time_out", "not_used_1"),
         length=16,
@@ -4631,6 +4695,7 @@ class MotReqButtonParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_BUTTONPARAMS",
         id=0x04B7,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -4691,6 +4756,7 @@ class MotGetButtonParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_BUTTONPARAMS",
         id=0x04B8,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "mode", "position1", "position2", "time_out", "not_used_1"),
         length=16,
@@ -4783,6 +4849,7 @@ class MotSetEepromParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_EEPROMPARAMS",
         id=0x04B9,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "msg_id"),
         length=4,
@@ -4848,6 +4915,7 @@ class MotSetPmdCurrentLoopParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_PMDCURRENTLOOPPARAMS",
         id=0x04D4,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -4974,6 +5042,7 @@ class MotReqPmdCurrentLoopParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_PMDCURRENTLOOPPARAMS",
         id=0x04D5,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -5040,6 +5109,7 @@ class MotGetPmdCurrentLoopParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_PMDCURRENTLOOPPARAMS",
         id=0x04D6,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -5194,6 +5264,7 @@ class MotSetPmdPositionLoopParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_PMDPOSITIONLOOPPARAMS",
         id=0x04D7,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -5348,6 +5419,7 @@ class MotReqPmdPositionLoopParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_PMDPOSITIONLOOPPARAMS",
         id=0x04D8,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -5424,6 +5496,7 @@ class MotGetPmdPositionLoopParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_PMDPOSITIONLOOPPARAMS",
         id=0x04D9,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -5601,6 +5674,7 @@ class MotSetPmdMotorOutputParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_PMDMOTOROUTPUTPARAMS",
         id=0x04DA,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -5715,6 +5789,7 @@ class MotReqPmdMotorOutputParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_PMDMOTOROUTPUTPARAMS",
         id=0x04DB,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -5783,6 +5858,7 @@ class MotGetPmdMotorOutputParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_PMDMOTOROUTPUTPARAMS",
         id=0x04DC,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -5909,6 +5985,7 @@ class MotSetPmdTrackSettleParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_PMDTRACKSETTLEPARAMS",
         id=0x04E0,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "time", "settle_window", "track_window", "not_used_1", "not_used_2"),
         length=12,
@@ -6004,6 +6081,7 @@ class MotReqPmdTrackSettleParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_PMDTRACKSETTLEPARAMS",
         id=0x04E1,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -6064,6 +6142,7 @@ class MotGetPmdTrackSettleParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_PMDTRACKSETTLEPARAMS",
         id=0x04E2,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "time", "settle_window", "track_window", "not_used_1", "not_used_2"),
         length=12,
@@ -6162,6 +6241,7 @@ class MotSetPmdProfileModeParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_PMDPROFILEMODEPARAMS",
         id=0x04E3,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "mode", "jerk", "not_used_1", "not_used_2"),
         length=12,
@@ -6248,6 +6328,7 @@ class MotReqPmdProfileModeParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_PMDPROFILEMODEPARAMS",
         id=0x04E4,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -6301,6 +6382,7 @@ class MotGetPmdProfileModeParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_PMDPROFILEMODEPARAMS",
         id=0x04E5,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "mode", "jerk", "not_used_1", "not_used_2"),
         length=12,
@@ -6404,6 +6486,7 @@ class MotSetPmdSettledCurrentLoopParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS",
         id=0x04E9,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -6537,6 +6620,7 @@ class MotReqPmdSettledCurrentLoopParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS",
         id=0x04EA,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -6604,6 +6688,7 @@ class MotGetPmdSettledCurrentLoopParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS",
         id=0x04EB,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -6777,6 +6862,7 @@ class MotSetPmdStageAxisParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_PMDSTAGEAXISPARAMS",
         id=0x04F0,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -6991,6 +7077,7 @@ class MotReqPmdStageAxisParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_PMDSTAGEAXISPARAMS",
         id=0x04F1,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -7093,6 +7180,7 @@ class MotGetPmdStageAxisParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_PMDSTAGEAXISPARAMS",
         id=0x04F2,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",

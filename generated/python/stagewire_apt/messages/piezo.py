@@ -11,6 +11,7 @@ of range and :class:`~stagewire.errors.BadValueError` for one of the wrong kind.
 from struct import Struct
 from typing import ClassVar, Self
 
+from stagewire.direction import Direction
 from stagewire.message import Layout, Message, check_addresses, check_integer
 from stagewire_apt.flags import BpcStatusBits, InputVoltsSource, LutOutputMode, OutputMaxVoltsFlags
 
@@ -86,6 +87,7 @@ class PzSetPosControlMode(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_POSCONTROLMODE",
         id=0x0640,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "mode"),
     )
@@ -134,6 +136,7 @@ class PzReqPosControlMode(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_POSCONTROLMODE",
         id=0x0641,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -183,6 +186,7 @@ class PzGetPosControlMode(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_POSCONTROLMODE",
         id=0x0642,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("chan_ident", "mode"),
     )
@@ -234,6 +238,7 @@ class PzSetOutputVolts(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_OUTPUTVOLTS",
         id=0x0643,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "voltage"),
         length=4,
@@ -283,6 +288,7 @@ class PzReqOutputVolts(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_OUTPUTVOLTS",
         id=0x0644,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -333,6 +339,7 @@ class PzGetOutputVolts(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_OUTPUTVOLTS",
         id=0x0645,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "voltage"),
         length=4,
@@ -385,6 +392,7 @@ class PzSetOutputPos(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_OUTPUTPOS",
         id=0x0646,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "position_sw"),
         length=4,
@@ -435,6 +443,7 @@ class PzReqOutputPos(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_OUTPUTPOS",
         id=0x0647,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -486,6 +495,7 @@ class PzGetOutputPos(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_OUTPUTPOS",
         id=0x0648,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "position_sw"),
         length=4,
@@ -538,6 +548,7 @@ class PzReqMaxTravel(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_MAXTRAVEL",
         id=0x0650,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -595,6 +606,7 @@ class PzGetMaxTravel(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_MAXTRAVEL",
         id=0x0651,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "travel"),
         length=4,
@@ -644,6 +656,7 @@ class PzSetInputVoltsSrc(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_INPUTVOLTSSRC",
         id=0x0652,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "volt_src"),
         length=4,
@@ -698,6 +711,7 @@ class PzReqInputVoltsSrc(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_INPUTVOLTSSRC",
         id=0x0653,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -748,6 +762,7 @@ class PzGetInputVoltsSrc(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_INPUTVOLTSSRC",
         id=0x0654,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "volt_src"),
         length=4,
@@ -802,6 +817,7 @@ class PzSetPiConsts(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_PICONSTS",
         id=0x0655,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "prop_const", "int_const"),
         length=6,
@@ -863,6 +879,7 @@ class PzReqPiConsts(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_PICONSTS",
         id=0x0656,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -913,6 +930,7 @@ class PzGetPiConsts(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_PICONSTS",
         id=0x0657,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "prop_const", "int_const"),
         length=6,
@@ -973,6 +991,7 @@ class PzSetZero(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_ZERO",
         id=0x0658,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1028,6 +1047,7 @@ class PzReqPzStatusBits(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_PZSTATUSBITS",
         id=0x065B,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1086,6 +1106,7 @@ class PzGetPzStatusBits(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_PZSTATUSBITS",
         id=0x065C,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "status_bits"),
         length=6,
@@ -1156,6 +1177,7 @@ class PzGetPzStatusUpdate(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_PZSTATUSUPDATE",
         id=0x0661,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "op_voltage", "position", "status_bits"),
         length=10,
@@ -1231,6 +1253,7 @@ class PzAckPzStatusUpdate(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_ACK_PZSTATUSUPDATE",
         id=0x0662,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -1297,6 +1320,7 @@ class PzSetIoSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_IOSETTINGS",
         id=0x0670,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -1401,6 +1425,7 @@ class PzReqIoSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_IOSETTINGS",
         id=0x0671,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1463,6 +1488,7 @@ class PzGetIoSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_IOSETTINGS",
         id=0x0672,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -1575,6 +1601,7 @@ class PzSetOutputMaxVolts(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_OUTPUTMAXVOLTS",
         id=0x0680,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "voltage", "flags"),
         length=6,
@@ -1644,6 +1671,7 @@ class PzReqOutputMaxVolts(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_OUTPUTMAXVOLTS",
         id=0x0681,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1704,6 +1732,7 @@ class PzGetOutputMaxVolts(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_OUTPUTMAXVOLTS",
         id=0x0682,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "voltage", "flags"),
         length=6,
@@ -1779,6 +1808,7 @@ class PzSetTpzSlewRates(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_TPZ_SLEWRATES",
         id=0x0683,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "slew_open", "slew_closed"),
         length=6,
@@ -1843,6 +1873,7 @@ class PzReqTpzSlewRates(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_TPZ_SLEWRATES",
         id=0x0684,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -1896,6 +1927,7 @@ class PzGetTpzSlewRates(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_TPZ_SLEWRATES",
         id=0x0685,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "slew_open", "slew_closed"),
         length=6,
@@ -1957,6 +1989,7 @@ class MotSetPzStageParamDefaults(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_PZSTAGEPARAMDEFAULTS",
         id=0x0686,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2017,6 +2050,7 @@ class PzSetOutputLut(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_OUTPUTLUT",
         id=0x0700,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "index", "output"),
         length=6,
@@ -2080,6 +2114,7 @@ class PzReqOutputLut(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_OUTPUTLUT",
         id=0x0701,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2133,6 +2168,7 @@ class PzGetOutputLut(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_OUTPUTLUT",
         id=0x0702,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "index", "output"),
         length=6,
@@ -2237,6 +2273,7 @@ class PzSetOutputLutParams(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_OUTPUTLUTPARAMS",
         id=0x0703,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -2396,6 +2433,7 @@ class PzReqOutputLutParams(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_OUTPUTLUTPARAMS",
         id=0x0704,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2475,6 +2513,7 @@ class PzGetOutputLutParams(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_OUTPUTLUTPARAMS",
         id=0x0705,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -2633,6 +2672,7 @@ class PzStartLutOutput(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_START_LUTOUTPUT",
         id=0x0706,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2681,6 +2721,7 @@ class PzStopLutOutput(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_STOP_LUTOUTPUT",
         id=0x0707,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -2733,6 +2774,7 @@ class PzSetLutValueType(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_LUTVALUETYPE",
         id=0x0708,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("lut_type", "param2"),
         optional=("param2",),
@@ -2782,6 +2824,7 @@ class PzSetEepromParams(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_EEPROMPARAMS",
         id=0x07D0,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "msg_id"),
         length=4,
@@ -2836,6 +2879,7 @@ class PzSetTpzDispSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_TPZ_DISPSETTINGS",
         id=0x07D1,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("disp_intensity",),
         length=2,
@@ -2881,6 +2925,7 @@ class PzReqTpzDispSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_TPZ_DISPSETTINGS",
         id=0x07D2,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("param1", "param2"),
         optional=("param1", "param2"),
@@ -2931,6 +2976,7 @@ class PzGetTpzDispSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_TPZ_DISPSETTINGS",
         id=0x07D3,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("disp_intensity",),
         length=2,
@@ -2985,6 +3031,7 @@ class PzSetTpzIoSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_TPZ_IOSETTINGS",
         id=0x07D4,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "voltage_limit", "hub_analog_input", "future_use_1", "future_use_2"),
         length=10,
@@ -3079,6 +3126,7 @@ class PzReqTpzIoSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_TPZ_IOSETTINGS",
         id=0x07D5,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -3135,6 +3183,7 @@ class PzGetTpzIoSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_TPZ_IOSETTINGS",
         id=0x07D6,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "voltage_limit", "hub_analog_input", "future_use_1", "future_use_2"),
         length=10,
@@ -3247,6 +3296,7 @@ class PzSetTsgIoSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_SET_TSG_IOSETTINGS",
         id=0x07DA,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=(
             "chan_ident",
@@ -3355,6 +3405,7 @@ class PzReqTsgIoSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_TSG_IOSETTINGS",
         id=0x07DB,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -3422,6 +3473,7 @@ class PzGetTsgIoSettings(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_TSG_IOSETTINGS",
         id=0x07DC,
+        direction=Direction.TO_HOST,
         form="data",
         fields=(
             "chan_ident",
@@ -3529,6 +3581,7 @@ class PzReqTsgReading(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_REQ_TSG_READING",
         id=0x07DD,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -3589,6 +3642,7 @@ class PzGetTsgReading(Message):
     layout: ClassVar[Layout] = Layout(
         "PZ_GET_TSG_READING",
         id=0x07DE,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "reading", "smoothed"),
         length=6,

@@ -10,6 +10,7 @@ of range and :class:`~stagewire.errors.BadValueError` for one of the wrong kind.
 from struct import Struct
 from typing import ClassVar, Self
 
+from stagewire.direction import Direction
 from stagewire.message import Layout, Message, check_addresses, check_integer
 
 __all__ = [
@@ -45,6 +46,7 @@ class MotSetSolOperatingMode(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_SOL_OPERATINGMODE",
         id=0x04C0,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "operating_mode"),
     )
@@ -93,6 +95,7 @@ class MotReqSolOperatingMode(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_SOL_OPERATINGMODE",
         id=0x04C1,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -142,6 +145,7 @@ class MotGetSolOperatingMode(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_SOL_OPERATINGMODE",
         id=0x04C2,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("chan_ident", "operating_mode"),
     )
@@ -197,6 +201,7 @@ class MotSetSolCycleParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_SOL_CYCLEPARAMS",
         id=0x04C3,
+        direction=Direction.TO_CONTROLLER,
         form="data",
         fields=("chan_ident", "on_time", "off_time", "num_cycles"),
         length=14,
@@ -263,6 +268,7 @@ class MotReqSolCycleParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_SOL_CYCLEPARAMS",
         id=0x04C4,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -317,6 +323,7 @@ class MotGetSolCycleParams(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_SOL_CYCLEPARAMS",
         id=0x04C5,
+        direction=Direction.TO_HOST,
         form="data",
         fields=("chan_ident", "on_time", "off_time", "num_cycles"),
         length=14,
@@ -384,6 +391,7 @@ class MotSetSolInterlockMode(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_SOL_INTERLOCKMODE",
         id=0x04C6,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "interlock_mode"),
     )
@@ -432,6 +440,7 @@ class MotReqSolInterlockMode(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_SOL_INTERLOCKMODE",
         id=0x04C7,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -481,6 +490,7 @@ class MotGetSolInterlockMode(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_SOL_INTERLOCKMODE",
         id=0x04C8,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("chan_ident", "interlock_mode"),
     )
@@ -530,6 +540,7 @@ class MotSetSolState(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_SET_SOL_STATE",
         id=0x04CB,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "state"),
     )
@@ -578,6 +589,7 @@ class MotReqSolState(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_REQ_SOL_STATE",
         id=0x04CC,
+        direction=Direction.TO_CONTROLLER,
         form="header",
         fields=("chan_ident", "param2"),
         optional=("param2",),
@@ -627,6 +639,7 @@ class MotGetSolState(Message):
     layout: ClassVar[Layout] = Layout(
         "MOT_GET_SOL_STATE",
         id=0x04CD,
+        direction=Direction.TO_HOST,
         form="header",
         fields=("chan_ident", "state"),
     )

@@ -213,6 +213,7 @@ def _layout(message: Message, layout: Layout, slots: list[Field | str]) -> str:
     arguments = [
         literal(message.name),
         f"id=0x{message.id:04X}",
+        f"direction=Direction.{message.direction.upper()}",
         f"form={literal(layout.form)}",
         f"fields={tuple_of([literal(n) for n in names])}",
     ]
@@ -237,6 +238,8 @@ def _layout(message: Message, layout: Layout, slots: list[Field | str]) -> str:
     if constants:
         pairs = [f"{literal(k)}: {v}" for k, v in constants.items()]
         arguments.append(bracketed("constants={", pairs, "}", 8, WIDTH - 1))
+    if layout.only_zero:
+        arguments.append("only_zero=True")
     return call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0)
 
 
@@ -245,6 +248,7 @@ def _undocumented(protocol: Protocol, message: Message) -> ClassView:
     arguments = [
         literal(message.name),
         f"id=0x{message.id:04X}",
+        f"direction=Direction.{message.direction.upper()}",
         'form="undocumented"',
         'fields=("data", "param1", "param2")',
         'optional=("param1", "param2")',
@@ -276,6 +280,7 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
     arguments = [
         literal(message.name),
         f"id=0x{message.id:04X}",
+        f"direction=Direction.{message.direction.upper()}",
         'form="data:undecided"',
         'fields=("data",)',
         f"length={first.length}",

@@ -116,30 +116,18 @@ def _all(names: list[str]) -> str:
 def _protocol(protocol: Protocol) -> str:
     framing = protocol.framing
     nameless = {m.name: "the document gives it no id" for m in protocol.messages if m.id is None}
-    parameterless = [
-        f"0x{message.id:04X}"
-        for message in protocol.messages
-        if message.id is not None and any(layout.only_zero for layout in message.layouts)
-    ]
     devices = [f"0x{d:02X}" for d in framing["devices"]]
     reasons = [f"{literal(n)}: {literal(w)}" for n, w in nameless.items()]
-    table = [
-        f"0x{m.id:04X}: Direction.{m.direction.upper()}"
-        for m in protocol.messages
-        if m.id is not None
-    ]
     lines = [
         literal(protocol.name),
         literal(protocol.title),
         literal(protocol.package),
         "MESSAGES",
-        "directions={\n" + "".join(f"        {entry},\n" for entry in table) + "    }",
         f"host=0x{framing['host']:02X}",
         _frozenset("devices", devices),
         bracketed("nameless={", reasons, "}", 4, WIDTH - 1),
-        _frozenset("parameterless", parameterless) if parameterless else "",
     ]
-    return call("PROTOCOL = Protocol", [line for line in lines if line], "", 0, 0)
+    return call("PROTOCOL = Protocol", lines, "", 0, 0)
 
 
 def _frozenset(name: str, items: list[str]) -> str:
@@ -166,7 +154,10 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
     if "undocumented" in kinds:
         needed.append("UndocumentedMessage")
     needed += [f"check_{k}" for k in ("bytes", "integer", "text") if f"check_{k}(" in source]
-    imports = [imported("stagewire.message", needed)]
+    imports = [
+        imported("stagewire.direction", ["Direction"]),
+        imported("stagewire.message", needed),
+    ]
     if used:
         imports.append(imported(f"{protocol.package}.flags", list(used)))
     names = sorted(view.name for view in classes)
