@@ -17,7 +17,7 @@ from struct import Struct
 from typing import Any, ClassVar, NoReturn, Self
 
 from stagewire.direction import Direction
-from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError
+from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError, UnsupportedError
 from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
 
 __all__ = [
@@ -228,13 +228,22 @@ class UndocumentedMessage(Message, abstract=True):
     param1: int
     param2: int
 
-    def __new__(cls, data: bytes | None = None, *, param1: int = 0, param2: int = 0) -> Self:
+    def __new__(
+        cls, data: bytes | None = None, *, param1: int | None = None, param2: int | None = None
+    ) -> Self:
         """Make the message from the bytes that it is to carry: a packet, or two parameters.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for a packet of over 255 bytes and
-        parameters that are no bytes, :class:`~stagewire.errors.BadValueError` for values of the wrong
-        kind and for both at once.
+        Raises :class:`~stagewire.errors.UnsupportedError` when neither is given: what the document
+        does not describe is not made up. Raises :class:`~stagewire.errors.OutOfRangeError` for a
+        packet of over 255 bytes and parameters that are no bytes,
+        :class:`~stagewire.errors.BadValueError` for values of the wrong kind and for both at once.
         """
+        if data is None and param1 is None and param2 is None:
+            raise UnsupportedError(
+                f"{cls.layout.message} has no documented layout; give the bytes of its data"
+            )
+        param1 = 0 if param1 is None else param1
+        param2 = 0 if param2 is None else param2
         if data is not None:
             if not isinstance(data, (bytes, bytearray, memoryview)):
                 raise BadValueError(f"{cls.layout.message}.data takes bytes, not {data!r}")

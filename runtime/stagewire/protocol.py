@@ -280,8 +280,6 @@ class Protocol:
                     )
             return undecided
         if issubclass(cls, UndocumentedMessage):
-            if data is None and not fields:
-                raise UnsupportedError(f"{message} has no documented layout; give its data in hex")
             return cls(data, **fields)
         if data is not None:
             raise BadValueError(f"{message} ({layout.form}) is made from its fields, not from data")

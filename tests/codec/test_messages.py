@@ -164,6 +164,8 @@ def test_an_undocumented_message_carries_data_or_parameters() -> None:
             wrong()
     with pytest.raises(OutOfRangeError):
         m.HwRichResponse(bytes(256))
+    with pytest.raises(UnsupportedError, match="no documented layout"):
+        m.HwRichResponse()
 
 
 @pytest.mark.parametrize("cls", PROTOCOL.messages, ids=lambda cls: cls.__name__)

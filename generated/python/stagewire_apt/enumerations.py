@@ -81,7 +81,7 @@ class BayState(Enumeration):
 class BncMode(Enumeration):
     """Values of ``bnc_mode`` (page 119).
 
-    Function of the Control IO BNC connectors on the rear panel.
+    What the BNC connectors at the rear (Control IO) are used for.
     """
 
     BNCMODE_TRIG = 0x00

@@ -2863,7 +2863,7 @@ class PzSetEepromParams(Message):
 class PzSetTpzDispSettings(Message):
     """``PZ_SET_TPZ_DISPSETTINGS`` (0x07D1), to the controller, 2 bytes of data; page 114.
 
-    Set: brightness of the LED display on the front of the unit.
+    Set: how bright the front display of a TPZ001 is.
 
     :param disp_intensity: 0 off, 255 brightest; raw counts of percent, counts_per_percent 51/20; 0
         to 255.
@@ -2914,7 +2914,7 @@ class PzSetTpzDispSettings(Message):
 class PzReqTpzDispSettings(Message):
     """``PZ_REQ_TPZ_DISPSETTINGS`` (0x07D2), to the controller, header only; page 114.
 
-    Request: brightness of the LED display on the front of the unit.
+    Request: how bright the front display of a TPZ001 is.
 
     Answered by ``PZ_GET_TPZ_DISPSETTINGS``.
 
@@ -2966,7 +2966,7 @@ class PzReqTpzDispSettings(Message):
 class PzGetTpzDispSettings(Message):
     """``PZ_GET_TPZ_DISPSETTINGS`` (0x07D3), to the host, 2 bytes of data; page 114.
 
-    Report: brightness of the LED display on the front of the unit.
+    Report: how bright the front display of a TPZ001 is.
 
     :param disp_intensity: 0 off, 255 brightest; raw counts of percent, counts_per_percent 51/20; 0
         to 255.
