@@ -6,13 +6,17 @@ carries messages (:mod:`stagewire.message`, :mod:`stagewire.frame`), finds proto
 wrong (:mod:`stagewire.errors`).
 """
 
+from typing import TYPE_CHECKING, Any
+
 from stagewire.errors import StagewireError
 from stagewire.flags import Bit, Flags
 from stagewire.frame import Frame
 from stagewire.framing import End, Framer
 from stagewire.message import Message
 from stagewire.protocol import Protocol, available_protocols, load_protocol
-from stagewire.quantities import Scale, Stage, UnknownScale
+
+if TYPE_CHECKING:
+    from stagewire.quantities import Scale, Stage, UnknownScale
 
 __all__ = [
     "Bit",
@@ -31,3 +35,12 @@ __all__ = [
 ]
 
 __version__ = "0.1.0"
+
+
+def __getattr__(name: str) -> Any:
+    """Import the exact fractions of quantities when they are first asked for; they take long."""
+    if name in ("Scale", "Stage", "UnknownScale"):
+        from stagewire import quantities
+
+        return getattr(quantities, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -83,23 +83,23 @@ class Frame:
         return f"Frame({self.message!r}, dest={self.dest:#04x}, source={self.source:#04x}{extra})"
 
 
-class _Draft(Frame):
+class _Draft:
     """A frame that is still being filled; see :mod:`stagewire.message` for why."""
 
-    __slots__ = ()
-    __setattr__ = object.__setattr__  # type: ignore[assignment]
-    __delattr__ = object.__delattr__  # type: ignore[assignment]
-
-
-_new = object.__new__
+    __slots__ = Frame.__slots__
+    message: Message
+    dest: int
+    source: int
+    extra: bytes
 
 
 def make_frame(message: Message, dest: int, source: int, extra: bytes = b"") -> Frame:
     """Make a frame from parts that are known to be right."""
-    draft = _new(_Draft)
+    draft: Any = _Draft()
     draft.message = message
     draft.dest = dest
     draft.source = source
     draft.extra = extra
-    draft.__class__ = Frame  # type: ignore[assignment]
-    return draft
+    draft.__class__ = Frame
+    frame: Frame = draft
+    return frame

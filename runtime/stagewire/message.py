@@ -6,12 +6,11 @@ addresses. Messages are immutable, slotted, hashable, picklable and equal only t
 A generated class lists its fields in ``__slots__``, checks what a user sets in ``__new__`` and is filled
 without any check by ``unpack`` from the wire: what was decoded is kept as it came. Attributes of a
 frozen object can only be set in a roundabout and slow way, so both fill a *draft*: an object of a
-subclass that has the same slots and no lock, whose class is then changed to the real one.
+twin class that has the same slots and no lock, whose class is then changed to the real one.
 """
 
 from __future__ import annotations
 
-import types
 from collections.abc import Mapping
 from struct import Struct
 from typing import Any, ClassVar, NoReturn, Self
@@ -86,6 +85,31 @@ class Layout:
         return f"<Layout {self.message} {self.form}>"
 
 
+class _Draft:
+    """Finds the twin of a message class; makes it when the first message of the class is made.
+
+    Most programs use few of the messages, and a class is the dearest part of an import.
+    """
+
+    __slots__ = ()
+
+    def __get__(self, message: Message | None, cls: type[Message]) -> type[Any]:
+        # Python allows the change of class only between classes with the same bases and slots.
+        # The lock has two methods that share one C slot: unless both are object's own again,
+        # setting stays slow.
+        body: dict[str, Any] = {
+            "__new__": object.__new__,
+            "__setattr__": object.__setattr__,
+            "__delattr__": object.__delattr__,
+        }
+        if "__slots__" in vars(cls):
+            body["__slots__"] = cls.__slots__
+        make: Any = type(cls)
+        draft: type[Any] = make(cls.__name__, cls.__bases__, body, draft=True)
+        cls._draft = draft
+        return draft
+
+
 class Message:
     """Base of all messages of all protocols."""
 
@@ -103,16 +127,7 @@ class Message:
         # not shifted by a reserved word.
         layout = cls.layout
         cls.__match_args__ = tuple(f for f in layout.fields if f not in layout.optional)  # type: ignore[misc]
-        # The draft must add no slot, or its objects could not become objects of cls.
-        # Both methods share one C slot; unless both are object's own, setting stays slow.
-        body = {
-            "__slots__": (),
-            "__setattr__": object.__setattr__,
-            "__delattr__": object.__delattr__,
-        }
-        cls._draft = types.new_class(
-            cls.__name__, (cls,), {"draft": True}, lambda namespace: namespace.update(body)
-        )
+        cls._draft = _Draft()  # type: ignore[assignment]
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"{type(self).__name__} is immutable; make a new one to change {name}")
@@ -155,7 +170,7 @@ class Message:
     @classmethod
     def keep(cls, values: Mapping[str, Any]) -> Self:
         """Make the message from ``values`` without a range check, as if it had been decoded."""
-        draft = object.__new__(cls._draft)
+        draft = cls._draft()
         for name in cls.layout.fields:
             setattr(draft, name, values[name])
         draft.__class__ = cls

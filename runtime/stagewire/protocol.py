@@ -6,10 +6,9 @@ A generated package makes one :class:`Protocol` and names it under the entry poi
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.errors import (
     BadLengthError,
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["Protocol", "available_protocols", "load_protocol"]
 
 _ENTRY_POINTS = "stagewire.protocols"
+_REMEMBERED_HEADERS: Final = 1024
 
 
 class _Shapes:
@@ -109,6 +109,9 @@ class Protocol:
         self.nameless = dict(nameless)
         self._shapes: dict[int, _Shapes] = {}
         self._by_name: dict[str, dict[str, type[Message]]] = {}
+        # What a header alone decides -> unpack, size, destination, source. A controller says the same
+        # few things again and again. No more than _REMEMBERED_HEADERS, whatever comes.
+        self._headers: dict[bytes, tuple[Callable[[bytes], Message], int, int, int]] = {}
         for cls in self.messages:
             layout = cls.layout
             shapes = self._shapes.setdefault(layout.id, _Shapes(layout))
@@ -145,8 +148,15 @@ class Protocol:
         :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`,
         and :class:`~stagewire.errors.BadValueError` for what is not bytes, such as hex text.
         """
-        if raw.__class__ is not bytes:
-            raw = _as_bytes(raw)
+        try:
+            unpack, size, dest, source = self._headers[raw[:HEADER_SIZE]]
+            if len(raw) == size:
+                return make_frame(unpack(raw), dest, source)
+        except (KeyError, TypeError):
+            pass  # not seen before, or no bytes at all
+        return self._decode(_as_bytes(raw), context)
+
+    def _decode(self, raw: bytes, context: Mapping[str, str] | None) -> Frame:
         size = len(raw)
         if size < HEADER_SIZE:
             raise TruncatedError(f"a frame has at least {HEADER_SIZE} bytes, here are {size}")
@@ -156,37 +166,38 @@ class Protocol:
             raise UnknownMessageError(
                 f"bytes 0 and 1: no message of {self.title} has the id {id:#06x}"
             )
-        dest = raw[4]
-        if dest & DATA_FLAG:
+        dest, source = raw[4] & ~DATA_FLAG, raw[5]
+        extra = b""
+        if raw[4] & DATA_FLAG:
             length = raw[2] | raw[3] << 8
             if size != HEADER_SIZE + length:
                 raise self._wrong_size(shapes, length, size)
-            cls = shapes.by_length.get(length) if context is None else None
+            if length > MAXIMUM_PACKET:
+                raise BadLengthError(
+                    f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes; "
+                    f"no packet has more than {MAXIMUM_PACKET}"
+                )
+            cls = shapes.undocumented or shapes.data(length, context)
             if cls is None:
-                if length > MAXIMUM_PACKET:
-                    raise BadLengthError(
-                        f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes; "
-                        f"no packet has more than {MAXIMUM_PACKET}"
-                    )
-                cls = shapes.undocumented or shapes.data(length, context)
-                if cls is None:
-                    raise self._bad_length(shapes, length)
-                if not shapes.undocumented and length > cls.layout.length:
-                    extra = bytes(raw[HEADER_SIZE + cls.layout.length :])
-                    return make_frame(cls.unpack(raw), dest & ~DATA_FLAG, raw[5], extra)
-            return make_frame(cls.unpack(raw), dest & ~DATA_FLAG, raw[5])
-        if size != HEADER_SIZE:
-            raise TrailingBytesError(
-                f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, so the frame ends "
-                f"after {HEADER_SIZE} bytes; {size - HEADER_SIZE} more follow from byte {HEADER_SIZE} on"
-            )
-        cls = shapes.header or shapes.undocumented
-        if cls is None:
-            raise BadLengthError(
-                f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, but the message has "
-                f"no header-only form (packet of {_list(shapes.lengths())} bytes)"
-            )
-        return make_frame(cls.unpack(raw), dest, raw[5])
+                raise self._bad_length(shapes, length)
+            if not shapes.undocumented:
+                extra = raw[HEADER_SIZE + cls.layout.length :]
+        else:
+            if size != HEADER_SIZE:
+                raise TrailingBytesError(
+                    f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, so the frame ends "
+                    f"after {HEADER_SIZE} bytes; {size - HEADER_SIZE} more follow from byte "
+                    f"{HEADER_SIZE} on"
+                )
+            cls = shapes.header or shapes.undocumented
+            if cls is None:
+                raise BadLengthError(
+                    f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, but the message "
+                    f"has no header-only form (packet of {_list(shapes.lengths())} bytes)"
+                )
+        if not extra and not shapes.decided and len(self._headers) < _REMEMBERED_HEADERS:
+            self._headers[raw[:HEADER_SIZE]] = cls.unpack, size, dest, source
+        return make_frame(cls.unpack(raw), dest, source, extra)
 
     @staticmethod
     def _wrong_size(shapes: _Shapes, length: int, size: int) -> TruncatedError | TrailingBytesError:
@@ -307,7 +318,9 @@ class Protocol:
 
 
 def _as_bytes(raw: object) -> bytes:
-    if isinstance(raw, (bytes, bytearray, memoryview)):
+    if isinstance(raw, bytes):
+        return raw
+    if isinstance(raw, (bytearray, memoryview)):
         return bytes(raw)
     hint = "; bytes.fromhex makes bytes of hex text" if isinstance(raw, str) else ""
     raise BadValueError(f"decode takes bytes, not {type(raw).__name__}{hint}")
@@ -319,7 +332,8 @@ def _list(lengths: frozenset[int]) -> str:
 
 @cache
 def _load_json(package: str, name: str) -> dict[str, Any]:
-    from importlib import resources  # slow to import, and most users never ask
+    import json  # both are slow to import, and most users never ask
+    from importlib import resources
 
     text = resources.files(package).joinpath(name).read_text(encoding="utf-8")
     loaded: dict[str, Any] = json.loads(text)

@@ -53,6 +53,31 @@ def test_a_message_cannot_be_changed() -> None:
     assert not hasattr(message, "__dict__")
 
 
+class _Own(m.MotMoveAbsolute):
+    """A user's own class on top of a generated one."""
+
+    layout = m.MotMoveAbsolute.layout
+
+    def doubled(self) -> _Own:
+        return self.replace(absolute_distance=2 * self.absolute_distance)
+
+
+class _OwnStopped(m.MotMoveStoppedUndecided):
+    __slots__ = ()
+
+
+def test_a_class_on_top_of_a_message_is_a_message_too() -> None:
+    own = _Own(1, 100_000).doubled()
+    assert type(own) is _Own
+    assert own.pack(0x50, 0x01) == MOVE
+    assert own != m.MotMoveAbsolute(1, 200_000)
+    with pytest.raises(AttributeError, match="immutable"):
+        own.absolute_distance = 1
+    assert type(_Own.unpack(MOVE)) is _Own
+    assert type(_OwnStopped(bytes(14))) is _OwnStopped
+    assert type(m.MotMoveAbsolute(1, 2)) is m.MotMoveAbsolute
+
+
 def test_messages_are_equal_only_to_their_own_class() -> None:
     assert m.MotSetPosCounter(1, 5) == m.MotSetPosCounter(1, 5)
     assert m.MotSetPosCounter(1, 5) != m.MotGetPosCounter(1, 5)

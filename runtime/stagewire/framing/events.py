@@ -19,6 +19,7 @@ __all__ = [
     "Undocumented",
     "Unknown",
     "join_garbage",
+    "no_protocol",
 ]
 
 
@@ -68,26 +69,29 @@ class FrameEvent(Event):
         return self.raw[5]
 
 
+def no_protocol(raw: bytes) -> Frame:
+    """Stand for the decoder of a framer that was made without a protocol."""
+    raise UnsupportedError("this event's framer knows no protocol; use Protocol.framer")
+
+
 class DecodableEvent(FrameEvent):
     """A frame that is decoded when somebody asks for it."""
 
     __slots__ = ("decoder",)
 
-    decoder: Callable[[bytes], Frame] | None
+    decoder: Callable[[bytes], Frame]
 
-    def __init__(self, raw: bytes, decoder: Callable[[bytes], Frame] | None = None) -> None:
+    def __init__(self, raw: bytes, decoder: Callable[[bytes], Frame] = no_protocol) -> None:
         self.raw = raw
         self.decoder = decoder
 
     @property
     def frame(self) -> Frame:
-        """The decoded frame, by the context that the framer was told for its source.
+        """The decoded frame, by what the framer had been told of its source when it came.
 
         Raises :class:`~stagewire.errors.UnsupportedError` for an event of a framer that was made
         without a protocol; ``Protocol.framer`` makes them with one.
         """
-        if self.decoder is None:
-            raise UnsupportedError("this event's framer knows no protocol; use Protocol.framer")
         return self.decoder(self.raw)
 
 

@@ -15,6 +15,7 @@ from stagewire.framing.events import (
     Undocumented,
     Unknown,
     join_garbage,
+    no_protocol,
 )
 from stagewire.framing.rule import Rule, TooLong
 from stagewire.framing.table import End, FramingTable
@@ -22,7 +23,8 @@ from stagewire.header import HEADER_SIZE
 
 __all__ = ["Framer"]
 
-Decode = Callable[[bytes, Mapping[str, str] | None], Frame]
+Decode = Callable[..., Frame]
+"""Makes a frame of its bytes and, if given, of the context that decides between layouts."""
 
 _NEVER: Final = 1 << 62  # the size of a frame that no buffer will ever hold
 _REMEMBERED_HEADERS: Final = 1024
@@ -41,7 +43,9 @@ class Framer:
     Raises :class:`~stagewire.errors.BadValueError` for an end that is none.
     """
 
-    __slots__ = ("_contexts", "_decode", "_in_step", "_needed", "_pending", "_rule", "_sizes")
+    __slots__ = (
+        "_contexts", "_decode", "_decoder", "_in_step", "_needed", "_pending", "_rule", "_sizes"
+    )  # fmt: skip
 
     def __init__(
         self, table: FramingTable, end: End = End.NONE, decode: Decode | None = None
@@ -52,6 +56,7 @@ class Framer:
             )
         self._rule = Rule(table, end)
         self._decode = decode
+        self._decoder: Callable[[bytes], Frame] = decode or no_protocol
         self._contexts: dict[int, dict[str, str]] = {}
         # Headers that were messages in step -> size of their frame: a controller says the same few
         # things again and again. No more than _REMEMBERED_HEADERS, whatever comes.
@@ -67,18 +72,16 @@ class Framer:
     def tell(self, source: int, **context: str) -> None:
         """Say once what decides between layouts of messages from ``source``.
 
-        ``framer.tell(0x22, status="dc")``: from then on ``event.frame`` of messages from 0x22 has
-        the DC status, where without it the layout stays undecided. What was told before of this
-        source is replaced. Raises :class:`~stagewire.errors.BadValueError` for a source that is no
+        ``framer.tell(0x22, status="dc")``: ``event.frame`` of messages that come from 0x22 from then
+        on has the DC status, where without it the layout stays undecided. What was told before of
+        this source is replaced. Raises :class:`~stagewire.errors.BadValueError` for a source that is no
         address.
         """
         if isinstance(source, bool) or not isinstance(source, int) or not 0 <= source <= 0xFF:
             raise BadValueError(f"a source is an address from 0 to 0xff, not {source!r}")
-        self._contexts[source] = context
-
-    def _frame(self, raw: bytes) -> Frame:
-        assert self._decode is not None
-        return self._decode(raw, self._contexts.get(raw[5]))
+        if self._decode:
+            self._contexts = {**self._contexts, source: context}
+            self._decoder = _in_context(self._decode, self._contexts)
 
     @property
     def pending(self) -> bytes:
@@ -126,7 +129,7 @@ class Framer:
 
         events: list[Event] = []
         append, new, size_of = events.append, object.__new__, self._sizes.get
-        decoder = self._frame if self._decode else None
+        decoder = self._decoder
         position = 0  # everything before it has been given out, or is garbage since `garbage`
         garbage = 0
         in_step = self._in_step
@@ -180,3 +183,10 @@ class Framer:
         self._needed = needed
         self._in_step = in_step
         return events
+
+
+def _in_context(
+    decode: Decode, contexts: Mapping[int, Mapping[str, str]]
+) -> Callable[[bytes], Frame]:
+    """Return a decoder by the context of the source, which is byte 5 of a frame."""
+    return lambda raw: decode(raw, contexts.get(raw[5]))

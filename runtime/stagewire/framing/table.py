@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 from stagewire.direction import Direction
@@ -37,9 +36,8 @@ _RECEIVES: Final = {
 }
 
 
-@dataclass(frozen=True, slots=True)
 class Forms:
-    """What framing has to know of one message id.
+    """What framing has to know of one message id. Not to be modified.
 
     :param name: name of the message, for people.
     :param direction: which way it travels.
@@ -49,37 +47,49 @@ class Forms:
     :param only_zero_parameters: the header form counts only with both parameter bytes zero.
     """
 
-    name: str
-    direction: Direction
-    header: bool
-    lengths: frozenset[int]
-    documented: bool = True
-    only_zero_parameters: bool = False
+    __slots__ = ("direction", "documented", "header", "lengths", "name", "only_zero_parameters")
+
+    def __init__(
+        self,
+        name: str,
+        direction: Direction,
+        header: bool,
+        lengths: frozenset[int],
+        documented: bool = True,
+        only_zero_parameters: bool = False,
+    ) -> None:
+        self.name = name
+        self.direction = direction
+        self.header = header
+        self.lengths = lengths
+        self.documented = documented
+        self.only_zero_parameters = only_zero_parameters
 
 
-@dataclass(frozen=True, slots=True)
 class FramingTable:
-    """Everything that framing has to know of a protocol.
+    """Everything that framing has to know of a protocol. Not to be modified.
 
     :param forms: message id -> its forms.
     :param host: address of the host.
     :param devices: addresses that controllers have.
+
+    Raises :class:`ValueError` for numbers that no frame can carry.
     """
 
-    forms: Mapping[int, Forms]
-    host: int
-    devices: frozenset[int]
+    __slots__ = ("devices", "forms", "host")
 
-    def __post_init__(self) -> None:
-        """Raise :class:`ValueError` for numbers that no frame can carry."""
-        for address in (self.host, *self.devices):
+    def __init__(self, forms: Mapping[int, Forms], host: int, devices: frozenset[int]) -> None:
+        for address in (host, *devices):
             if not 0 <= address <= 0xFF or address & DATA_FLAG:
                 raise ValueError(f"{address:#x} is no address: it has to leave the data flag free")
-        for id, forms in self.forms.items():
+        for id, known in forms.items():
             if not 0 <= id <= 0xFFFF:
-                raise ValueError(f"{forms.name}: a message id has 16 bits, {id:#x} has more")
-            for length in forms.lengths:
+                raise ValueError(f"{known.name}: a message id has 16 bits, {id:#x} has more")
+            for length in known.lengths:
                 if not 0 < length <= MAXIMUM_PACKET:
                     raise ValueError(
-                        f"{forms.name}: a packet has 1 to {MAXIMUM_PACKET} bytes, not {length}"
+                        f"{known.name}: a packet has 1 to {MAXIMUM_PACKET} bytes, not {length}"
                     )
+        self.forms = forms
+        self.host = host
+        self.devices = devices

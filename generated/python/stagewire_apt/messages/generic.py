@@ -45,8 +45,6 @@ __all__ = [
     "RackSetDigOutputs",
 ]
 
-_new = object.__new__
-
 
 class HwDisconnect(Message):
     """``HW_DISCONNECT`` (0x0002), either way, header only; page 19.
@@ -78,7 +76,7 @@ class HwDisconnect(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -87,15 +85,21 @@ class HwDisconnect(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0002, self.param1, self.param2, dest, source)
 
 
 class HwReqInfo(Message):
@@ -130,7 +134,7 @@ class HwReqInfo(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -139,15 +143,21 @@ class HwReqInfo(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0005, self.param1, self.param2, dest, source)
 
 
 class HwGetInfo(Message):
@@ -213,7 +223,7 @@ class HwGetInfo(Message):
         notes = check_text(cls.layout, "notes", notes, 64)
         if nchs.__class__ is not int or not 0 <= nchs <= 0xFFFF:
             nchs = check_integer(cls.layout, "nchs", nchs, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.serial_number = serial_number
         draft.model_number = model_number
         draft.type = type
@@ -226,7 +236,7 @@ class HwGetInfo(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.serial_number,
             model_number,
@@ -242,9 +252,15 @@ class HwGetInfo(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0006,
             84,
             dest | 0x80,
             source,
@@ -288,7 +304,7 @@ class HwStartUpdateMsgs(Message):
             update_rate = check_integer(cls.layout, "update_rate", update_rate, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.update_rate = update_rate
         draft.param2 = param2
         draft.__class__ = cls
@@ -297,15 +313,21 @@ class HwStartUpdateMsgs(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.update_rate, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.update_rate, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0011, self.update_rate, self.param2, dest, source)
 
 
 class HwStopUpdateMsgs(Message):
@@ -338,7 +360,7 @@ class HwStopUpdateMsgs(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -347,15 +369,21 @@ class HwStopUpdateMsgs(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0012, self.param1, self.param2, dest, source)
 
 
 class RackReqBayUsed(Message):
@@ -393,7 +421,7 @@ class RackReqBayUsed(Message):
             bay_ident = check_integer(cls.layout, "bay_ident", bay_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.bay_ident = bay_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -402,15 +430,21 @@ class RackReqBayUsed(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.bay_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.bay_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0060, self.bay_ident, self.param2, dest, source)
 
 
 class RackGetBayUsed(Message):
@@ -447,7 +481,7 @@ class RackGetBayUsed(Message):
             bay_ident = check_integer(cls.layout, "bay_ident", bay_ident, 0, 0xFF)
         if bay_state.__class__ is not int or not 0 <= bay_state <= 0xFF:
             bay_state = check_integer(cls.layout, "bay_state", bay_state, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.bay_ident = bay_ident
         draft.bay_state = bay_state
         draft.__class__ = cls
@@ -456,15 +490,21 @@ class RackGetBayUsed(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.bay_ident, draft.bay_state = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.bay_ident, self.bay_state, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0061, self.bay_ident, self.bay_state, dest, source)
 
 
 class HubReqBayUsed(Message):
@@ -496,7 +536,7 @@ class HubReqBayUsed(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -505,15 +545,21 @@ class HubReqBayUsed(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0065, self.param1, self.param2, dest, source)
 
 
 class HubGetBayUsed(Message):
@@ -547,7 +593,7 @@ class HubGetBayUsed(Message):
             bay_ident = check_integer(cls.layout, "bay_ident", bay_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.bay_ident = bay_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -556,15 +602,21 @@ class HubGetBayUsed(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.bay_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.bay_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0066, self.bay_ident, self.param2, dest, source)
 
 
 class HwResponse(Message):
@@ -594,7 +646,7 @@ class HwResponse(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -603,15 +655,21 @@ class HwResponse(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0080, self.param1, self.param2, dest, source)
 
 
 class HwRichResponse(UndocumentedMessage):
@@ -663,7 +721,7 @@ class ModSetChanEnableState(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if enable_state.__class__ is not int or not 0 <= enable_state <= 0xFF:
             enable_state = check_integer(cls.layout, "enable_state", enable_state, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.enable_state = enable_state
         draft.__class__ = cls
@@ -672,15 +730,21 @@ class ModSetChanEnableState(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.enable_state = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.enable_state, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0210, self.chan_ident, self.enable_state, dest, source)
 
 
 class ModReqChanEnableState(Message):
@@ -714,7 +778,7 @@ class ModReqChanEnableState(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -723,15 +787,21 @@ class ModReqChanEnableState(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0211, self.chan_ident, self.param2, dest, source)
 
 
 class ModGetChanEnableState(Message):
@@ -762,7 +832,7 @@ class ModGetChanEnableState(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if enable_state.__class__ is not int or not 0 <= enable_state <= 0xFF:
             enable_state = check_integer(cls.layout, "enable_state", enable_state, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.enable_state = enable_state
         draft.__class__ = cls
@@ -771,15 +841,21 @@ class ModGetChanEnableState(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.enable_state = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.enable_state, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0212, self.chan_ident, self.enable_state, dest, source)
 
 
 class ModIdentify(Message):
@@ -813,7 +889,7 @@ class ModIdentify(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -822,15 +898,21 @@ class ModIdentify(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0223, self.param1, self.param2, dest, source)
 
 
 class RackReqStatusBits(Message):
@@ -868,7 +950,7 @@ class RackReqStatusBits(Message):
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.status_bits = status_bits
         draft.param2 = param2
         draft.__class__ = cls
@@ -877,15 +959,21 @@ class RackReqStatusBits(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.status_bits, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.status_bits, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0226, self.status_bits, self.param2, dest, source)
 
 
 class RackGetStatusBits(Message):
@@ -921,7 +1009,7 @@ class RackGetStatusBits(Message):
         """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.status_bits = status_bits
         draft.__class__ = cls
         return draft
@@ -929,15 +1017,21 @@ class RackGetStatusBits(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (draft.status_bits,) = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.status_bits)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0227, 4, dest | 0x80, source, self.status_bits)
 
     @property
     def status_bits_flags(self) -> RackStatusBits:
@@ -981,7 +1075,7 @@ class RackSetDigOutputs(Message):
             dig_op = check_integer(cls.layout, "dig_op", dig_op, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.dig_op = dig_op
         draft.param2 = param2
         draft.__class__ = cls
@@ -990,15 +1084,21 @@ class RackSetDigOutputs(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.dig_op, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.dig_op, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0228, self.dig_op, self.param2, dest, source)
 
     @property
     def dig_op_flags(self) -> RackDigitalOutputs:
@@ -1039,7 +1139,7 @@ class RackReqDigOutputs(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -1048,15 +1148,21 @@ class RackReqDigOutputs(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0229, self.param1, self.param2, dest, source)
 
 
 class RackGetDigOutputs(Message):
@@ -1093,7 +1199,7 @@ class RackGetDigOutputs(Message):
             dig_op = check_integer(cls.layout, "dig_op", dig_op, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.dig_op = dig_op
         draft.param2 = param2
         draft.__class__ = cls
@@ -1102,15 +1208,21 @@ class RackGetDigOutputs(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.dig_op, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.dig_op, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0230, self.dig_op, self.param2, dest, source)
 
     @property
     def dig_op_flags(self) -> RackDigitalOutputs:

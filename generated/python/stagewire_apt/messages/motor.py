@@ -111,8 +111,6 @@ __all__ = [
     "MotSuspendEndOfMoveMsgs",
 ]
 
-_new = object.__new__
-
 
 class MotSetEncCounter(Message):
     """``MOT_SET_ENCCOUNTER`` (0x0409), to the controller, 6 bytes of data; page 29.
@@ -152,7 +150,7 @@ class MotSetEncCounter(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.encoder_count = encoder_count
         draft.__class__ = cls
@@ -161,22 +159,21 @@ class MotSetEncCounter(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.encoder_count = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.encoder_count,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0409, 6, dest | 0x80, source, self.chan_ident, self.encoder_count)
 
 
 class MotReqEncCounter(Message):
@@ -213,7 +210,7 @@ class MotReqEncCounter(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -222,15 +219,21 @@ class MotReqEncCounter(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x040A, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetEncCounter(Message):
@@ -269,7 +272,7 @@ class MotGetEncCounter(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.encoder_count = encoder_count
         draft.__class__ = cls
@@ -278,22 +281,21 @@ class MotGetEncCounter(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.encoder_count = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.encoder_count,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x040B, 6, dest | 0x80, source, self.chan_ident, self.encoder_count)
 
 
 class MotSetPosCounter(Message):
@@ -328,7 +330,7 @@ class MotSetPosCounter(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
             position = check_integer(cls.layout, "position", position, -0x80000000, 0x7FFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position = position
         draft.__class__ = cls
@@ -337,15 +339,21 @@ class MotSetPosCounter(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.position = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 6, dest | 0x80, source, self.chan_ident, self.position)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0410, 6, dest | 0x80, source, self.chan_ident, self.position)
 
 
 class MotReqPosCounter(Message):
@@ -380,7 +388,7 @@ class MotReqPosCounter(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -389,15 +397,21 @@ class MotReqPosCounter(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0411, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetPosCounter(Message):
@@ -430,7 +444,7 @@ class MotGetPosCounter(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position.__class__ is not int or not -0x80000000 <= position <= 0x7FFFFFFF:
             position = check_integer(cls.layout, "position", position, -0x80000000, 0x7FFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position = position
         draft.__class__ = cls
@@ -439,15 +453,21 @@ class MotGetPosCounter(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.position = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 6, dest | 0x80, source, self.chan_ident, self.position)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0412, 6, dest | 0x80, source, self.chan_ident, self.position)
 
 
 class MotSetVelParams(Message):
@@ -511,7 +531,7 @@ class MotSetVelParams(Message):
             acceleration = check_integer(cls.layout, "acceleration", acceleration, 0, 0xFFFFFFFF)
         if max_velocity.__class__ is not int or not 0 <= max_velocity <= 0xFFFFFFFF:
             max_velocity = check_integer(cls.layout, "max_velocity", max_velocity, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.min_velocity = min_velocity
         draft.acceleration = acceleration
@@ -522,7 +542,7 @@ class MotSetVelParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.min_velocity,
@@ -534,9 +554,15 @@ class MotSetVelParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0413,
             14,
             dest | 0x80,
             source,
@@ -579,7 +605,7 @@ class MotReqVelParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -588,15 +614,21 @@ class MotReqVelParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0414, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetVelParams(Message):
@@ -650,7 +682,7 @@ class MotGetVelParams(Message):
             acceleration = check_integer(cls.layout, "acceleration", acceleration, 0, 0xFFFFFFFF)
         if max_velocity.__class__ is not int or not 0 <= max_velocity <= 0xFFFFFFFF:
             max_velocity = check_integer(cls.layout, "max_velocity", max_velocity, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.min_velocity = min_velocity
         draft.acceleration = acceleration
@@ -661,7 +693,7 @@ class MotGetVelParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.min_velocity,
@@ -673,9 +705,15 @@ class MotGetVelParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0415,
             14,
             dest | 0x80,
             source,
@@ -803,7 +841,7 @@ class MotSetJogParams(Message):
             )
         if jog_stop_mode.__class__ is not int or not 0 <= jog_stop_mode <= 0xFFFF:
             jog_stop_mode = check_integer(cls.layout, "jog_stop_mode", jog_stop_mode, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.jog_mode = jog_mode
         draft.jog_step_size = jog_step_size
@@ -817,7 +855,7 @@ class MotSetJogParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.jog_mode,
@@ -832,9 +870,15 @@ class MotSetJogParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0416,
             22,
             dest | 0x80,
             source,
@@ -879,7 +923,7 @@ class MotReqJogParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -888,15 +932,21 @@ class MotReqJogParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0417, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetJogParams(Message):
@@ -1009,7 +1059,7 @@ class MotGetJogParams(Message):
             )
         if jog_stop_mode.__class__ is not int or not 0 <= jog_stop_mode <= 0xFFFF:
             jog_stop_mode = check_integer(cls.layout, "jog_stop_mode", jog_stop_mode, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.jog_mode = jog_mode
         draft.jog_step_size = jog_step_size
@@ -1023,7 +1073,7 @@ class MotGetJogParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.jog_mode,
@@ -1038,9 +1088,15 @@ class MotGetJogParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0418,
             22,
             dest | 0x80,
             source,
@@ -1147,7 +1203,7 @@ class MotSetLimSwitchParams(Message):
                 0,
                 0xFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.cw_hard_limit = cw_hard_limit
         draft.ccw_hard_limit = ccw_hard_limit
@@ -1160,7 +1216,7 @@ class MotSetLimSwitchParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.cw_hard_limit,
@@ -1174,9 +1230,15 @@ class MotSetLimSwitchParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0423,
             16,
             dest | 0x80,
             source,
@@ -1223,7 +1285,7 @@ class MotReqLimSwitchParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1232,15 +1294,21 @@ class MotReqLimSwitchParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0424, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetLimSwitchParams(Message):
@@ -1333,7 +1401,7 @@ class MotGetLimSwitchParams(Message):
                 0,
                 0xFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.cw_hard_limit = cw_hard_limit
         draft.ccw_hard_limit = ccw_hard_limit
@@ -1346,7 +1414,7 @@ class MotGetLimSwitchParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.cw_hard_limit,
@@ -1360,9 +1428,15 @@ class MotGetLimSwitchParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0425,
             16,
             dest | 0x80,
             source,
@@ -1406,7 +1480,7 @@ class MotReqStatusBits(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1415,15 +1489,21 @@ class MotReqStatusBits(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0429, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetStatusBits(Message):
@@ -1456,7 +1536,7 @@ class MotGetStatusBits(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.status_bits = status_bits
         draft.__class__ = cls
@@ -1465,15 +1545,21 @@ class MotGetStatusBits(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.status_bits = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 6, dest | 0x80, source, self.chan_ident, self.status_bits)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x042A, 6, dest | 0x80, source, self.chan_ident, self.status_bits)
 
     @property
     def status_bits_flags(self) -> DcStatusBits:
@@ -1520,7 +1606,7 @@ class MotSetGenMoveParams(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.backlash_distance = backlash_distance
         draft.__class__ = cls
@@ -1529,22 +1615,21 @@ class MotSetGenMoveParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.backlash_distance = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.backlash_distance,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x043A, 6, dest | 0x80, source, self.chan_ident, self.backlash_distance)
 
 
 class MotReqGenMoveParams(Message):
@@ -1578,7 +1663,7 @@ class MotReqGenMoveParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1587,15 +1672,21 @@ class MotReqGenMoveParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x043B, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetGenMoveParams(Message):
@@ -1637,7 +1728,7 @@ class MotGetGenMoveParams(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.backlash_distance = backlash_distance
         draft.__class__ = cls
@@ -1646,22 +1737,21 @@ class MotGetGenMoveParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.backlash_distance = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.backlash_distance,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x043C, 6, dest | 0x80, source, self.chan_ident, self.backlash_distance)
 
 
 class MotSetHomeParams(Message):
@@ -1728,7 +1818,7 @@ class MotSetHomeParams(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.home_direction = home_direction
         draft.limit_switch = limit_switch
@@ -1740,7 +1830,7 @@ class MotSetHomeParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.home_direction,
@@ -1753,9 +1843,15 @@ class MotSetHomeParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0440,
             14,
             dest | 0x80,
             source,
@@ -1799,7 +1895,7 @@ class MotReqHomeParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1808,15 +1904,21 @@ class MotReqHomeParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0441, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetHomeParams(Message):
@@ -1877,7 +1979,7 @@ class MotGetHomeParams(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.home_direction = home_direction
         draft.limit_switch = limit_switch
@@ -1889,7 +1991,7 @@ class MotGetHomeParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.home_direction,
@@ -1902,9 +2004,15 @@ class MotGetHomeParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0442,
             14,
             dest | 0x80,
             source,
@@ -1947,7 +2055,7 @@ class MotMoveHome(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1956,15 +2064,21 @@ class MotMoveHome(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0443, self.chan_ident, self.param2, dest, source)
 
 
 class MotMoveHomed(Message):
@@ -1996,7 +2110,7 @@ class MotMoveHomed(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2005,15 +2119,21 @@ class MotMoveHomed(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0444, self.chan_ident, self.param2, dest, source)
 
 
 class MotSetMoveRelParams(Message):
@@ -2055,7 +2175,7 @@ class MotSetMoveRelParams(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.relative_distance = relative_distance
         draft.__class__ = cls
@@ -2064,22 +2184,21 @@ class MotSetMoveRelParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.relative_distance = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.relative_distance,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0445, 6, dest | 0x80, source, self.chan_ident, self.relative_distance)
 
 
 class MotReqMoveRelParams(Message):
@@ -2114,7 +2233,7 @@ class MotReqMoveRelParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2123,15 +2242,21 @@ class MotReqMoveRelParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0446, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetMoveRelParams(Message):
@@ -2173,7 +2298,7 @@ class MotGetMoveRelParams(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.relative_distance = relative_distance
         draft.__class__ = cls
@@ -2182,22 +2307,21 @@ class MotGetMoveRelParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.relative_distance = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.relative_distance,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0447, 6, dest | 0x80, source, self.chan_ident, self.relative_distance)
 
 
 class MotMoveRelativeHeader(Message):
@@ -2234,7 +2358,7 @@ class MotMoveRelativeHeader(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2243,15 +2367,21 @@ class MotMoveRelativeHeader(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0448, self.chan_ident, self.param2, dest, source)
 
 
 class MotMoveRelative(Message):
@@ -2295,7 +2425,7 @@ class MotMoveRelative(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.relative_distance = relative_distance
         draft.__class__ = cls
@@ -2304,22 +2434,21 @@ class MotMoveRelative(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.relative_distance = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.relative_distance,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0448, 6, dest | 0x80, source, self.chan_ident, self.relative_distance)
 
 
 class MotSetMoveAbsParams(Message):
@@ -2361,7 +2490,7 @@ class MotSetMoveAbsParams(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.absolute_position = absolute_position
         draft.__class__ = cls
@@ -2370,22 +2499,21 @@ class MotSetMoveAbsParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.absolute_position = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.absolute_position,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0450, 6, dest | 0x80, source, self.chan_ident, self.absolute_position)
 
 
 class MotReqMoveAbsParams(Message):
@@ -2420,7 +2548,7 @@ class MotReqMoveAbsParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2429,15 +2557,21 @@ class MotReqMoveAbsParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0451, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetMoveAbsParams(Message):
@@ -2479,7 +2613,7 @@ class MotGetMoveAbsParams(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.absolute_position = absolute_position
         draft.__class__ = cls
@@ -2488,22 +2622,21 @@ class MotGetMoveAbsParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.absolute_position = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.absolute_position,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0452, 6, dest | 0x80, source, self.chan_ident, self.absolute_position)
 
 
 class MotMoveAbsoluteHeader(Message):
@@ -2540,7 +2673,7 @@ class MotMoveAbsoluteHeader(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2549,15 +2682,21 @@ class MotMoveAbsoluteHeader(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0453, self.chan_ident, self.param2, dest, source)
 
 
 class MotMoveAbsolute(Message):
@@ -2602,7 +2741,7 @@ class MotMoveAbsolute(Message):
                 -0x80000000,
                 0x7FFFFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.absolute_distance = absolute_distance
         draft.__class__ = cls
@@ -2611,22 +2750,21 @@ class MotMoveAbsolute(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.absolute_distance = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.absolute_distance,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0453, 6, dest | 0x80, source, self.chan_ident, self.absolute_distance)
 
 
 class MotMoveVelocity(Message):
@@ -2667,7 +2805,7 @@ class MotMoveVelocity(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if direction.__class__ is not int or not 0 <= direction <= 0xFF:
             direction = check_integer(cls.layout, "direction", direction, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.direction = direction
         draft.__class__ = cls
@@ -2676,15 +2814,21 @@ class MotMoveVelocity(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.direction = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.direction, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0457, self.chan_ident, self.direction, dest, source)
 
 
 class MotMoveCompletedHeader(Message):
@@ -2726,7 +2870,7 @@ class MotMoveCompletedHeader(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2735,15 +2879,21 @@ class MotMoveCompletedHeader(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0464, self.chan_ident, self.param2, dest, source)
 
 
 class MotMoveCompletedDc(Message):
@@ -2809,7 +2959,7 @@ class MotMoveCompletedDc(Message):
             reserved = check_integer(cls.layout, "reserved", reserved, 0, 0xFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position = position
         draft.velocity = velocity
@@ -2821,7 +2971,7 @@ class MotMoveCompletedDc(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.position,
@@ -2834,9 +2984,15 @@ class MotMoveCompletedDc(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0464,
             14,
             dest | 0x80,
             source,
@@ -2903,7 +3059,7 @@ class MotMoveCompletedStepper(Message):
             enc_count = check_integer(cls.layout, "enc_count", enc_count, -0x80000000, 0x7FFFFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position = position
         draft.enc_count = enc_count
@@ -2914,16 +3070,22 @@ class MotMoveCompletedStepper(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.position, draft.enc_count, draft.status_bits = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0464,
             14,
             dest | 0x80,
             source,
@@ -3013,7 +3175,7 @@ class MotMoveStop(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if stop_mode.__class__ is not int or not 0 <= stop_mode <= 0xFF:
             stop_mode = check_integer(cls.layout, "stop_mode", stop_mode, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.stop_mode = stop_mode
         draft.__class__ = cls
@@ -3022,15 +3184,21 @@ class MotMoveStop(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.stop_mode = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.stop_mode, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0465, self.chan_ident, self.stop_mode, dest, source)
 
 
 class MotMoveStoppedHeader(Message):
@@ -3072,7 +3240,7 @@ class MotMoveStoppedHeader(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -3081,15 +3249,21 @@ class MotMoveStoppedHeader(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0466, self.chan_ident, self.param2, dest, source)
 
 
 class MotMoveStoppedDc(Message):
@@ -3155,7 +3329,7 @@ class MotMoveStoppedDc(Message):
             reserved = check_integer(cls.layout, "reserved", reserved, 0, 0xFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position = position
         draft.velocity = velocity
@@ -3167,7 +3341,7 @@ class MotMoveStoppedDc(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.position,
@@ -3180,9 +3354,15 @@ class MotMoveStoppedDc(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0466,
             14,
             dest | 0x80,
             source,
@@ -3249,7 +3429,7 @@ class MotMoveStoppedStepper(Message):
             enc_count = check_integer(cls.layout, "enc_count", enc_count, -0x80000000, 0x7FFFFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position = position
         draft.enc_count = enc_count
@@ -3260,16 +3440,22 @@ class MotMoveStoppedStepper(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.position, draft.enc_count, draft.status_bits = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0466,
             14,
             dest | 0x80,
             source,
@@ -3357,7 +3543,7 @@ class MotMoveJog(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if direction.__class__ is not int or not 0 <= direction <= 0xFF:
             direction = check_integer(cls.layout, "direction", direction, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.direction = direction
         draft.__class__ = cls
@@ -3366,15 +3552,21 @@ class MotMoveJog(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.direction = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.direction, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x046A, self.chan_ident, self.direction, dest, source)
 
 
 class MotSuspendEndOfMoveMsgs(Message):
@@ -3405,7 +3597,7 @@ class MotSuspendEndOfMoveMsgs(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -3414,15 +3606,21 @@ class MotSuspendEndOfMoveMsgs(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x046B, self.param1, self.param2, dest, source)
 
 
 class MotResumeEndOfMoveMsgs(Message):
@@ -3455,7 +3653,7 @@ class MotResumeEndOfMoveMsgs(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -3464,15 +3662,21 @@ class MotResumeEndOfMoveMsgs(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x046C, self.param1, self.param2, dest, source)
 
 
 class MotReqStatusUpdate(Message):
@@ -3508,7 +3712,7 @@ class MotReqStatusUpdate(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -3517,15 +3721,21 @@ class MotReqStatusUpdate(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0480, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetStatusUpdate(Message):
@@ -3570,7 +3780,7 @@ class MotGetStatusUpdate(Message):
             enc_count = check_integer(cls.layout, "enc_count", enc_count, -0x80000000, 0x7FFFFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position = position
         draft.enc_count = enc_count
@@ -3581,16 +3791,22 @@ class MotGetStatusUpdate(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.position, draft.enc_count, draft.status_bits = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0481,
             14,
             dest | 0x80,
             source,
@@ -3637,7 +3853,7 @@ class MotReqDcStatusUpdate(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -3646,15 +3862,21 @@ class MotReqDcStatusUpdate(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0490, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetDcStatusUpdate(Message):
@@ -3717,7 +3939,7 @@ class MotGetDcStatusUpdate(Message):
             reserved = check_integer(cls.layout, "reserved", reserved, 0, 0xFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position = position
         draft.velocity = velocity
@@ -3729,7 +3951,7 @@ class MotGetDcStatusUpdate(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.position,
@@ -3742,9 +3964,15 @@ class MotGetDcStatusUpdate(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0491,
             14,
             dest | 0x80,
             source,
@@ -3793,7 +4021,7 @@ class MotAckDcStatusUpdate(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -3802,15 +4030,21 @@ class MotAckDcStatusUpdate(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0492, self.param1, self.param2, dest, source)
 
 
 class MotSetDcPidParams(Message):
@@ -3886,7 +4120,7 @@ class MotSetDcPidParams(Message):
             integral_limit = check_integer(cls.layout, "integral_limit", integral_limit, 0, 0x7FFF)
         if filter_control.__class__ is not int or not 0 <= filter_control <= 0xFFFF:
             filter_control = check_integer(cls.layout, "filter_control", filter_control, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.proportional = proportional
         draft.integral = integral
@@ -3899,7 +4133,7 @@ class MotSetDcPidParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.proportional,
@@ -3913,9 +4147,15 @@ class MotSetDcPidParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04A0,
             20,
             dest | 0x80,
             source,
@@ -3962,7 +4202,7 @@ class MotReqDcPidParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -3971,15 +4211,21 @@ class MotReqDcPidParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04A1, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetDcPidParams(Message):
@@ -4053,7 +4299,7 @@ class MotGetDcPidParams(Message):
             integral_limit = check_integer(cls.layout, "integral_limit", integral_limit, 0, 0x7FFF)
         if filter_control.__class__ is not int or not 0 <= filter_control <= 0xFFFF:
             filter_control = check_integer(cls.layout, "filter_control", filter_control, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.proportional = proportional
         draft.integral = integral
@@ -4066,7 +4312,7 @@ class MotGetDcPidParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.proportional,
@@ -4080,9 +4326,15 @@ class MotGetDcPidParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04A2,
             20,
             dest | 0x80,
             source,
@@ -4175,7 +4427,7 @@ class MotSetPotParams(Message):
             wnd3 = check_integer(cls.layout, "wnd3", wnd3, 0, 127)
         if vel4.__class__ is not int or not -0x80000000 <= vel4 <= 0x7FFFFFFF:
             vel4 = check_integer(cls.layout, "vel4", vel4, -0x80000000, 0x7FFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.zero_wnd = zero_wnd
         draft.vel1 = vel1
@@ -4191,7 +4443,7 @@ class MotSetPotParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.zero_wnd,
@@ -4208,9 +4460,15 @@ class MotSetPotParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04B0,
             26,
             dest | 0x80,
             source,
@@ -4261,7 +4519,7 @@ class MotReqPotParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -4270,15 +4528,21 @@ class MotReqPotParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04B1, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetPotParams(Message):
@@ -4357,7 +4621,7 @@ class MotGetPotParams(Message):
             wnd3 = check_integer(cls.layout, "wnd3", wnd3, 0, 127)
         if vel4.__class__ is not int or not -0x80000000 <= vel4 <= 0x7FFFFFFF:
             vel4 = check_integer(cls.layout, "vel4", vel4, -0x80000000, 0x7FFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.zero_wnd = zero_wnd
         draft.vel1 = vel1
@@ -4373,7 +4637,7 @@ class MotGetPotParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.zero_wnd,
@@ -4390,9 +4654,15 @@ class MotGetPotParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04B2,
             26,
             dest | 0x80,
             source,
@@ -4439,7 +4709,7 @@ class MotSetAvModes(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode_bits.__class__ is not int or not 0 <= mode_bits <= 0xFFFF:
             mode_bits = check_integer(cls.layout, "mode_bits", mode_bits, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode_bits = mode_bits
         draft.__class__ = cls
@@ -4448,15 +4718,21 @@ class MotSetAvModes(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.mode_bits = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.mode_bits)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04B3, 4, dest | 0x80, source, self.chan_ident, self.mode_bits)
 
     @property
     def mode_bits_flags(self) -> LedMode:
@@ -4497,7 +4773,7 @@ class MotReqAvModes(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -4506,15 +4782,21 @@ class MotReqAvModes(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04B4, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetAvModes(Message):
@@ -4546,7 +4828,7 @@ class MotGetAvModes(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if mode_bits.__class__ is not int or not 0 <= mode_bits <= 0xFFFF:
             mode_bits = check_integer(cls.layout, "mode_bits", mode_bits, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode_bits = mode_bits
         draft.__class__ = cls
@@ -4555,15 +4837,21 @@ class MotGetAvModes(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.mode_bits = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.mode_bits)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04B5, 4, dest | 0x80, source, self.chan_ident, self.mode_bits)
 
     @property
     def mode_bits_flags(self) -> LedMode:
@@ -4637,7 +4925,7 @@ class MotSetButtonParams(Message):
             time_out = check_integer(cls.layout, "time_out", time_out, 0, 0xFFFF)
         if not_used_1.__class__ is not int or not 0 <= not_used_1 <= 0xFFFF:
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode = mode
         draft.position1 = position1
@@ -4650,7 +4938,7 @@ class MotSetButtonParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.mode,
@@ -4664,9 +4952,15 @@ class MotSetButtonParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04B6,
             16,
             dest | 0x80,
             source,
@@ -4712,7 +5006,7 @@ class MotReqButtonParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -4721,15 +5015,21 @@ class MotReqButtonParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04B7, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetButtonParams(Message):
@@ -4794,7 +5094,7 @@ class MotGetButtonParams(Message):
             time_out = check_integer(cls.layout, "time_out", time_out, 0, 0xFFFF)
         if not_used_1.__class__ is not int or not 0 <= not_used_1 <= 0xFFFF:
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode = mode
         draft.position1 = position1
@@ -4807,7 +5107,7 @@ class MotGetButtonParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.mode,
@@ -4821,9 +5121,15 @@ class MotGetButtonParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04B8,
             16,
             dest | 0x80,
             source,
@@ -4865,7 +5171,7 @@ class MotSetEepromParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if msg_id.__class__ is not int or not 0 <= msg_id <= 0xFFFF:
             msg_id = check_integer(cls.layout, "msg_id", msg_id, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.msg_id = msg_id
         draft.__class__ = cls
@@ -4874,15 +5180,21 @@ class MotSetEepromParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.msg_id = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.msg_id)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04B9, 4, dest | 0x80, source, self.chan_ident, self.msg_id)
 
 
 class MotSetPmdCurrentLoopParams(Message):
@@ -4975,7 +5287,7 @@ class MotSetPmdCurrentLoopParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.phase = phase
         draft.kp_current = kp_current
@@ -4991,7 +5303,7 @@ class MotSetPmdCurrentLoopParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.phase,
@@ -5008,9 +5320,15 @@ class MotSetPmdCurrentLoopParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04D4,
             18,
             dest | 0x80,
             source,
@@ -5059,7 +5377,7 @@ class MotReqPmdCurrentLoopParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -5068,15 +5386,21 @@ class MotReqPmdCurrentLoopParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04D5, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetPmdCurrentLoopParams(Message):
@@ -5169,7 +5493,7 @@ class MotGetPmdCurrentLoopParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.phase = phase
         draft.kp_current = kp_current
@@ -5185,7 +5509,7 @@ class MotGetPmdCurrentLoopParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.phase,
@@ -5202,9 +5526,15 @@ class MotGetPmdCurrentLoopParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04D6,
             18,
             dest | 0x80,
             source,
@@ -5345,7 +5675,7 @@ class MotSetPmdPositionLoopParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.proportional = proportional
         draft.integral = integral
@@ -5364,7 +5694,7 @@ class MotSetPmdPositionLoopParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.proportional,
@@ -5384,9 +5714,15 @@ class MotSetPmdPositionLoopParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04D7,
             28,
             dest | 0x80,
             source,
@@ -5436,7 +5772,7 @@ class MotReqPmdPositionLoopParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -5445,15 +5781,21 @@ class MotReqPmdPositionLoopParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04D8, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetPmdPositionLoopParams(Message):
@@ -5577,7 +5919,7 @@ class MotGetPmdPositionLoopParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.proportional = proportional
         draft.integral = integral
@@ -5596,7 +5938,7 @@ class MotGetPmdPositionLoopParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.proportional,
@@ -5616,9 +5958,15 @@ class MotGetPmdPositionLoopParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04D9,
             28,
             dest | 0x80,
             source,
@@ -5730,7 +6078,7 @@ class MotSetPmdMotorOutputParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.cont_current_lim = cont_current_lim
         draft.energy_lim = energy_lim
@@ -5744,7 +6092,7 @@ class MotSetPmdMotorOutputParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.cont_current_lim,
@@ -5759,9 +6107,15 @@ class MotSetPmdMotorOutputParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04DA,
             14,
             dest | 0x80,
             source,
@@ -5806,7 +6160,7 @@ class MotReqPmdMotorOutputParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -5815,15 +6169,21 @@ class MotReqPmdMotorOutputParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04DB, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetPmdMotorOutputParams(Message):
@@ -5914,7 +6274,7 @@ class MotGetPmdMotorOutputParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.cont_current_lim = cont_current_lim
         draft.energy_lim = energy_lim
@@ -5928,7 +6288,7 @@ class MotGetPmdMotorOutputParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.cont_current_lim,
@@ -5943,9 +6303,15 @@ class MotGetPmdMotorOutputParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04DC,
             14,
             dest | 0x80,
             source,
@@ -6023,7 +6389,7 @@ class MotSetPmdTrackSettleParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.time = time
         draft.settle_window = settle_window
@@ -6036,7 +6402,7 @@ class MotSetPmdTrackSettleParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.time,
@@ -6050,9 +6416,15 @@ class MotSetPmdTrackSettleParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04E0,
             12,
             dest | 0x80,
             source,
@@ -6098,7 +6470,7 @@ class MotReqPmdTrackSettleParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -6107,15 +6479,21 @@ class MotReqPmdTrackSettleParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04E1, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetPmdTrackSettleParams(Message):
@@ -6180,7 +6558,7 @@ class MotGetPmdTrackSettleParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.time = time
         draft.settle_window = settle_window
@@ -6193,7 +6571,7 @@ class MotGetPmdTrackSettleParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.time,
@@ -6207,9 +6585,15 @@ class MotGetPmdTrackSettleParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04E2,
             12,
             dest | 0x80,
             source,
@@ -6275,7 +6659,7 @@ class MotSetPmdProfileModeParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode = mode
         draft.jerk = jerk
@@ -6287,7 +6671,7 @@ class MotSetPmdProfileModeParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.mode,
@@ -6300,9 +6684,15 @@ class MotSetPmdProfileModeParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04E3,
             12,
             dest | 0x80,
             source,
@@ -6345,7 +6735,7 @@ class MotReqPmdProfileModeParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -6354,15 +6744,21 @@ class MotReqPmdProfileModeParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04E4, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetPmdProfileModeParams(Message):
@@ -6416,7 +6812,7 @@ class MotGetPmdProfileModeParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode = mode
         draft.jerk = jerk
@@ -6428,7 +6824,7 @@ class MotGetPmdProfileModeParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.mode,
@@ -6441,9 +6837,15 @@ class MotGetPmdProfileModeParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04E5,
             12,
             dest | 0x80,
             source,
@@ -6552,7 +6954,7 @@ class MotSetPmdSettledCurrentLoopParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.phase = phase
         draft.kp_settled = kp_settled
@@ -6568,7 +6970,7 @@ class MotSetPmdSettledCurrentLoopParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.phase,
@@ -6585,9 +6987,15 @@ class MotSetPmdSettledCurrentLoopParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04E9,
             18,
             dest | 0x80,
             source,
@@ -6637,7 +7045,7 @@ class MotReqPmdSettledCurrentLoopParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -6646,15 +7054,21 @@ class MotReqPmdSettledCurrentLoopParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04EA, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetPmdSettledCurrentLoopParams(Message):
@@ -6754,7 +7168,7 @@ class MotGetPmdSettledCurrentLoopParams(Message):
             not_used_1 = check_integer(cls.layout, "not_used_1", not_used_1, 0, 0xFFFF)
         if not_used_2.__class__ is not int or not 0 <= not_used_2 <= 0xFFFF:
             not_used_2 = check_integer(cls.layout, "not_used_2", not_used_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.phase = phase
         draft.kp_settled = kp_settled
@@ -6770,7 +7184,7 @@ class MotGetPmdSettledCurrentLoopParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.phase,
@@ -6787,9 +7201,15 @@ class MotGetPmdSettledCurrentLoopParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04EB,
             18,
             dest | 0x80,
             source,
@@ -6980,7 +7400,7 @@ class MotSetPmdStageAxisParams(Message):
             reserved_7 = check_integer(cls.layout, "reserved_7", reserved_7, 0, 0xFFFFFFFF)
         if reserved_8.__class__ is not int or not 0 <= reserved_8 <= 0xFFFFFFFF:
             reserved_8 = check_integer(cls.layout, "reserved_8", reserved_8, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.stage_id = stage_id
         draft.axis_id = axis_id
@@ -7006,7 +7426,7 @@ class MotSetPmdStageAxisParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.stage_id,
@@ -7034,9 +7454,15 @@ class MotSetPmdStageAxisParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04F0,
             74,
             dest | 0x80,
             source,
@@ -7094,7 +7520,7 @@ class MotReqPmdStageAxisParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -7103,15 +7529,21 @@ class MotReqPmdStageAxisParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04F1, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetPmdStageAxisParams(Message):
@@ -7298,7 +7730,7 @@ class MotGetPmdStageAxisParams(Message):
             reserved_7 = check_integer(cls.layout, "reserved_7", reserved_7, 0, 0xFFFFFFFF)
         if reserved_8.__class__ is not int or not 0 <= reserved_8 <= 0xFFFFFFFF:
             reserved_8 = check_integer(cls.layout, "reserved_8", reserved_8, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.stage_id = stage_id
         draft.axis_id = axis_id
@@ -7324,7 +7756,7 @@ class MotGetPmdStageAxisParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.stage_id,
@@ -7352,9 +7784,15 @@ class MotGetPmdStageAxisParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04F2,
             74,
             dest | 0x80,
             source,

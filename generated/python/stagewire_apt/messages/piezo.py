@@ -71,8 +71,6 @@ __all__ = [
     "PzStopLutOutput",
 ]
 
-_new = object.__new__
-
 
 class PzSetPosControlMode(Message):
     """``PZ_SET_POSCONTROLMODE`` (0x0640), to the controller, header only; page 94.
@@ -102,7 +100,7 @@ class PzSetPosControlMode(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFF:
             mode = check_integer(cls.layout, "mode", mode, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode = mode
         draft.__class__ = cls
@@ -111,15 +109,21 @@ class PzSetPosControlMode(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.mode = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.mode, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0640, self.chan_ident, self.mode, dest, source)
 
 
 class PzReqPosControlMode(Message):
@@ -153,7 +157,7 @@ class PzReqPosControlMode(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -162,15 +166,21 @@ class PzReqPosControlMode(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0641, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetPosControlMode(Message):
@@ -201,7 +211,7 @@ class PzGetPosControlMode(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if mode.__class__ is not int or not 0 <= mode <= 0xFF:
             mode = check_integer(cls.layout, "mode", mode, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode = mode
         draft.__class__ = cls
@@ -210,15 +220,21 @@ class PzGetPosControlMode(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.mode = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.mode, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0642, self.chan_ident, self.mode, dest, source)
 
 
 class PzSetOutputVolts(Message):
@@ -254,7 +270,7 @@ class PzSetOutputVolts(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if voltage.__class__ is not int or not -0x8000 <= voltage <= 0x7FFF:
             voltage = check_integer(cls.layout, "voltage", voltage, -0x8000, 0x7FFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.voltage = voltage
         draft.__class__ = cls
@@ -263,15 +279,21 @@ class PzSetOutputVolts(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.voltage = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.voltage)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0643, 4, dest | 0x80, source, self.chan_ident, self.voltage)
 
 
 class PzReqOutputVolts(Message):
@@ -305,7 +327,7 @@ class PzReqOutputVolts(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -314,15 +336,21 @@ class PzReqOutputVolts(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0644, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetOutputVolts(Message):
@@ -355,7 +383,7 @@ class PzGetOutputVolts(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if voltage.__class__ is not int or not -0x8000 <= voltage <= 0x7FFF:
             voltage = check_integer(cls.layout, "voltage", voltage, -0x8000, 0x7FFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.voltage = voltage
         draft.__class__ = cls
@@ -364,15 +392,21 @@ class PzGetOutputVolts(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.voltage = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.voltage)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0645, 4, dest | 0x80, source, self.chan_ident, self.voltage)
 
 
 class PzSetOutputPos(Message):
@@ -408,7 +442,7 @@ class PzSetOutputPos(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position_sw.__class__ is not int or not 0 <= position_sw <= 0x7FFF:
             position_sw = check_integer(cls.layout, "position_sw", position_sw, 0, 0x7FFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position_sw = position_sw
         draft.__class__ = cls
@@ -417,15 +451,21 @@ class PzSetOutputPos(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.position_sw = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.position_sw)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0646, 4, dest | 0x80, source, self.chan_ident, self.position_sw)
 
 
 class PzReqOutputPos(Message):
@@ -460,7 +500,7 @@ class PzReqOutputPos(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -469,15 +509,21 @@ class PzReqOutputPos(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0647, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetOutputPos(Message):
@@ -511,7 +557,7 @@ class PzGetOutputPos(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if position_sw.__class__ is not int or not 0 <= position_sw <= 0x7FFF:
             position_sw = check_integer(cls.layout, "position_sw", position_sw, 0, 0x7FFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.position_sw = position_sw
         draft.__class__ = cls
@@ -520,15 +566,21 @@ class PzGetOutputPos(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.position_sw = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.position_sw)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0648, 4, dest | 0x80, source, self.chan_ident, self.position_sw)
 
 
 class PzReqMaxTravel(Message):
@@ -565,7 +617,7 @@ class PzReqMaxTravel(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -574,15 +626,21 @@ class PzReqMaxTravel(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0650, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetMaxTravel(Message):
@@ -622,7 +680,7 @@ class PzGetMaxTravel(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if travel.__class__ is not int or not 0 <= travel <= 0xFFFF:
             travel = check_integer(cls.layout, "travel", travel, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.travel = travel
         draft.__class__ = cls
@@ -631,15 +689,21 @@ class PzGetMaxTravel(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.travel = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.travel)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0651, 4, dest | 0x80, source, self.chan_ident, self.travel)
 
 
 class PzSetInputVoltsSrc(Message):
@@ -672,7 +736,7 @@ class PzSetInputVoltsSrc(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if volt_src.__class__ is not int or not 0 <= volt_src <= 0xFFFF:
             volt_src = check_integer(cls.layout, "volt_src", volt_src, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.volt_src = volt_src
         draft.__class__ = cls
@@ -681,15 +745,21 @@ class PzSetInputVoltsSrc(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.volt_src = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.volt_src)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0652, 4, dest | 0x80, source, self.chan_ident, self.volt_src)
 
     @property
     def volt_src_flags(self) -> InputVoltsSource:
@@ -728,7 +798,7 @@ class PzReqInputVoltsSrc(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -737,15 +807,21 @@ class PzReqInputVoltsSrc(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0653, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetInputVoltsSrc(Message):
@@ -778,7 +854,7 @@ class PzGetInputVoltsSrc(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if volt_src.__class__ is not int or not 0 <= volt_src <= 0xFFFF:
             volt_src = check_integer(cls.layout, "volt_src", volt_src, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.volt_src = volt_src
         draft.__class__ = cls
@@ -787,15 +863,21 @@ class PzGetInputVoltsSrc(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.volt_src = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.volt_src)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0654, 4, dest | 0x80, source, self.chan_ident, self.volt_src)
 
     @property
     def volt_src_flags(self) -> InputVoltsSource:
@@ -836,7 +918,7 @@ class PzSetPiConsts(Message):
             prop_const = check_integer(cls.layout, "prop_const", prop_const, 0, 0xFF)
         if int_const.__class__ is not int or not 0 <= int_const <= 0xFF:
             int_const = check_integer(cls.layout, "int_const", int_const, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.prop_const = prop_const
         draft.int_const = int_const
@@ -846,16 +928,22 @@ class PzSetPiConsts(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.prop_const, draft.int_const = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0655,
             6,
             dest | 0x80,
             source,
@@ -896,7 +984,7 @@ class PzReqPiConsts(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -905,15 +993,21 @@ class PzReqPiConsts(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0656, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetPiConsts(Message):
@@ -949,7 +1043,7 @@ class PzGetPiConsts(Message):
             prop_const = check_integer(cls.layout, "prop_const", prop_const, 0, 0xFF)
         if int_const.__class__ is not int or not 0 <= int_const <= 0xFF:
             int_const = check_integer(cls.layout, "int_const", int_const, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.prop_const = prop_const
         draft.int_const = int_const
@@ -959,16 +1053,22 @@ class PzGetPiConsts(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.prop_const, draft.int_const = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0657,
             6,
             dest | 0x80,
             source,
@@ -1008,7 +1108,7 @@ class PzSetZero(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1017,15 +1117,21 @@ class PzSetZero(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0658, self.chan_ident, self.param2, dest, source)
 
 
 class PzReqPzStatusBits(Message):
@@ -1064,7 +1170,7 @@ class PzReqPzStatusBits(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1073,15 +1179,21 @@ class PzReqPzStatusBits(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x065B, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetPzStatusBits(Message):
@@ -1122,7 +1234,7 @@ class PzGetPzStatusBits(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.status_bits = status_bits
         draft.__class__ = cls
@@ -1131,15 +1243,21 @@ class PzGetPzStatusBits(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.status_bits = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 6, dest | 0x80, source, self.chan_ident, self.status_bits)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x065C, 6, dest | 0x80, source, self.chan_ident, self.status_bits)
 
     @property
     def status_bits_flags(self) -> BpcStatusBits:
@@ -1199,7 +1317,7 @@ class PzGetPzStatusUpdate(Message):
             position = check_integer(cls.layout, "position", position, 0, 0x7FFF)
         if status_bits.__class__ is not int or not 0 <= status_bits <= 0xFFFFFFFF:
             status_bits = check_integer(cls.layout, "status_bits", status_bits, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.op_voltage = op_voltage
         draft.position = position
@@ -1210,16 +1328,22 @@ class PzGetPzStatusUpdate(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.op_voltage, draft.position, draft.status_bits = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0661,
             10,
             dest | 0x80,
             source,
@@ -1270,7 +1394,7 @@ class PzAckPzStatusUpdate(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -1279,15 +1403,21 @@ class PzAckPzStatusUpdate(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0662, self.param1, self.param2, dest, source)
 
 
 class PzSetIoSettings(Message):
@@ -1372,7 +1502,7 @@ class PzSetIoSettings(Message):
                 0,
                 0xFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.amp_current_lim = amp_current_lim
         draft.amp_lp_filter = amp_lp_filter
@@ -1384,7 +1514,7 @@ class PzSetIoSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.amp_current_lim,
@@ -1397,9 +1527,15 @@ class PzSetIoSettings(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0670,
             10,
             dest | 0x80,
             source,
@@ -1442,7 +1578,7 @@ class PzReqIoSettings(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1451,15 +1587,21 @@ class PzReqIoSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0671, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetIoSettings(Message):
@@ -1540,7 +1682,7 @@ class PzGetIoSettings(Message):
                 0,
                 0xFFFF,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.amp_current_lim = amp_current_lim
         draft.amp_lp_filter = amp_lp_filter
@@ -1552,7 +1694,7 @@ class PzGetIoSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.amp_current_lim,
@@ -1565,9 +1707,15 @@ class PzGetIoSettings(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0672,
             10,
             dest | 0x80,
             source,
@@ -1620,7 +1768,7 @@ class PzSetOutputMaxVolts(Message):
             voltage = check_integer(cls.layout, "voltage", voltage, 0, 1500)
         if flags.__class__ is not int or not 0 <= flags <= 0xFFFF:
             flags = check_integer(cls.layout, "flags", flags, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.voltage = voltage
         draft.flags = flags
@@ -1630,23 +1778,21 @@ class PzSetOutputMaxVolts(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.voltage, draft.flags = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.voltage,
-            self.flags,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0680, 6, dest | 0x80, source, self.chan_ident, self.voltage, self.flags)
 
     @property
     def flags_flags(self) -> OutputMaxVoltsFlags:
@@ -1688,7 +1834,7 @@ class PzReqOutputMaxVolts(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1697,15 +1843,21 @@ class PzReqOutputMaxVolts(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0681, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetOutputMaxVolts(Message):
@@ -1751,7 +1903,7 @@ class PzGetOutputMaxVolts(Message):
             voltage = check_integer(cls.layout, "voltage", voltage, 0, 1500)
         if flags.__class__ is not int or not 0 <= flags <= 0xFFFF:
             flags = check_integer(cls.layout, "flags", flags, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.voltage = voltage
         draft.flags = flags
@@ -1761,23 +1913,21 @@ class PzGetOutputMaxVolts(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.voltage, draft.flags = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.voltage,
-            self.flags,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0682, 6, dest | 0x80, source, self.chan_ident, self.voltage, self.flags)
 
     @property
     def flags_flags(self) -> OutputMaxVoltsFlags:
@@ -1827,7 +1977,7 @@ class PzSetTpzSlewRates(Message):
             slew_open = check_integer(cls.layout, "slew_open", slew_open, 0, 0x7FFF)
         if slew_closed.__class__ is not int or not 0 <= slew_closed <= 0x7FFF:
             slew_closed = check_integer(cls.layout, "slew_closed", slew_closed, 0, 0x7FFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.slew_open = slew_open
         draft.slew_closed = slew_closed
@@ -1837,16 +1987,22 @@ class PzSetTpzSlewRates(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.slew_open, draft.slew_closed = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0683,
             6,
             dest | 0x80,
             source,
@@ -1890,7 +2046,7 @@ class PzReqTpzSlewRates(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -1899,15 +2055,21 @@ class PzReqTpzSlewRates(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0684, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetTpzSlewRates(Message):
@@ -1946,7 +2108,7 @@ class PzGetTpzSlewRates(Message):
             slew_open = check_integer(cls.layout, "slew_open", slew_open, 0, 0x7FFF)
         if slew_closed.__class__ is not int or not 0 <= slew_closed <= 0x7FFF:
             slew_closed = check_integer(cls.layout, "slew_closed", slew_closed, 0, 0x7FFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.slew_open = slew_open
         draft.slew_closed = slew_closed
@@ -1956,16 +2118,22 @@ class PzGetTpzSlewRates(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.slew_open, draft.slew_closed = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0685,
             6,
             dest | 0x80,
             source,
@@ -2006,7 +2174,7 @@ class MotSetPzStageParamDefaults(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2015,15 +2183,21 @@ class MotSetPzStageParamDefaults(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0686, self.chan_ident, self.param2, dest, source)
 
 
 class PzSetOutputLut(Message):
@@ -2069,7 +2243,7 @@ class PzSetOutputLut(Message):
             index = check_integer(cls.layout, "index", index, 0, 7999)
         if output.__class__ is not int or not -0x8000 <= output <= 0x7FFF:
             output = check_integer(cls.layout, "output", output, -0x8000, 0x7FFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.index = index
         draft.output = output
@@ -2079,23 +2253,21 @@ class PzSetOutputLut(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.index, draft.output = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.index,
-            self.output,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0700, 6, dest | 0x80, source, self.chan_ident, self.index, self.output)
 
 
 class PzReqOutputLut(Message):
@@ -2131,7 +2303,7 @@ class PzReqOutputLut(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2140,15 +2312,21 @@ class PzReqOutputLut(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0701, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetOutputLut(Message):
@@ -2187,7 +2365,7 @@ class PzGetOutputLut(Message):
             index = check_integer(cls.layout, "index", index, 0, 7999)
         if output.__class__ is not int or not -0x8000 <= output <= 0x7FFF:
             output = check_integer(cls.layout, "output", output, -0x8000, 0x7FFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.index = index
         draft.output = output
@@ -2197,23 +2375,21 @@ class PzGetOutputLut(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.index, draft.output = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(
-            self.layout.id,
-            6,
-            dest | 0x80,
-            source,
-            self.chan_ident,
-            self.index,
-            self.output,
-        )
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0702, 6, dest | 0x80, source, self.chan_ident, self.index, self.output)
 
 
 class PzSetOutputLutParams(Message):
@@ -2360,7 +2536,7 @@ class PzSetOutputLutParams(Message):
                 0,
                 7999,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode = mode
         draft.cycle_length = cycle_length
@@ -2377,7 +2553,7 @@ class PzSetOutputLutParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.mode,
@@ -2395,9 +2571,15 @@ class PzSetOutputLutParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0703,
             30,
             dest | 0x80,
             source,
@@ -2450,7 +2632,7 @@ class PzReqOutputLutParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2459,15 +2641,21 @@ class PzReqOutputLutParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0704, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetOutputLutParams(Message):
@@ -2600,7 +2788,7 @@ class PzGetOutputLutParams(Message):
                 0,
                 7999,
             )
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.mode = mode
         draft.cycle_length = cycle_length
@@ -2617,7 +2805,7 @@ class PzGetOutputLutParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.mode,
@@ -2635,9 +2823,15 @@ class PzGetOutputLutParams(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x0705,
             30,
             dest | 0x80,
             source,
@@ -2689,7 +2883,7 @@ class PzStartLutOutput(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2698,15 +2892,21 @@ class PzStartLutOutput(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0706, self.chan_ident, self.param2, dest, source)
 
 
 class PzStopLutOutput(Message):
@@ -2738,7 +2938,7 @@ class PzStopLutOutput(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -2747,15 +2947,21 @@ class PzStopLutOutput(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0707, self.chan_ident, self.param2, dest, source)
 
 
 class PzSetLutValueType(Message):
@@ -2791,7 +2997,7 @@ class PzSetLutValueType(Message):
             lut_type = check_integer(cls.layout, "lut_type", lut_type, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.lut_type = lut_type
         draft.param2 = param2
         draft.__class__ = cls
@@ -2800,15 +3006,21 @@ class PzSetLutValueType(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.lut_type, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.lut_type, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x0708, self.lut_type, self.param2, dest, source)
 
 
 class PzSetEepromParams(Message):
@@ -2840,7 +3052,7 @@ class PzSetEepromParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
         if msg_id.__class__ is not int or not 0 <= msg_id <= 0xFFFF:
             msg_id = check_integer(cls.layout, "msg_id", msg_id, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.msg_id = msg_id
         draft.__class__ = cls
@@ -2849,15 +3061,21 @@ class PzSetEepromParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.msg_id = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 4, dest | 0x80, source, self.chan_ident, self.msg_id)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x07D0, 4, dest | 0x80, source, self.chan_ident, self.msg_id)
 
 
 class PzSetTpzDispSettings(Message):
@@ -2892,7 +3110,7 @@ class PzSetTpzDispSettings(Message):
         """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if disp_intensity.__class__ is not int or not 0 <= disp_intensity <= 0xFF:
             disp_intensity = check_integer(cls.layout, "disp_intensity", disp_intensity, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.disp_intensity = disp_intensity
         draft.__class__ = cls
         return draft
@@ -2900,15 +3118,21 @@ class PzSetTpzDispSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (draft.disp_intensity,) = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 2, dest | 0x80, source, self.disp_intensity)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x07D1, 2, dest | 0x80, source, self.disp_intensity)
 
 
 class PzReqTpzDispSettings(Message):
@@ -2943,7 +3167,7 @@ class PzReqTpzDispSettings(Message):
             param1 = check_integer(cls.layout, "param1", param1, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1 = param1
         draft.param2 = param2
         draft.__class__ = cls
@@ -2952,15 +3176,21 @@ class PzReqTpzDispSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.param1, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.param1, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x07D2, self.param1, self.param2, dest, source)
 
 
 class PzGetTpzDispSettings(Message):
@@ -2989,7 +3219,7 @@ class PzGetTpzDispSettings(Message):
         """Make the message; raises OutOfRangeError or BadValueError for a wrong value."""
         if disp_intensity.__class__ is not int or not 0 <= disp_intensity <= 0xFF:
             disp_intensity = check_integer(cls.layout, "disp_intensity", disp_intensity, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.disp_intensity = disp_intensity
         draft.__class__ = cls
         return draft
@@ -2997,15 +3227,21 @@ class PzGetTpzDispSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (draft.disp_intensity,) = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, 2, dest | 0x80, source, self.disp_intensity)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x07D3, 2, dest | 0x80, source, self.disp_intensity)
 
 
 class PzSetTpzIoSettings(Message):
@@ -3071,7 +3307,7 @@ class PzSetTpzIoSettings(Message):
             future_use_1 = check_integer(cls.layout, "future_use_1", future_use_1, 0, 0xFFFF)
         if future_use_2.__class__ is not int or not 0 <= future_use_2 <= 0xFFFF:
             future_use_2 = check_integer(cls.layout, "future_use_2", future_use_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.voltage_limit = voltage_limit
         draft.hub_analog_input = hub_analog_input
@@ -3083,7 +3319,7 @@ class PzSetTpzIoSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.voltage_limit,
@@ -3096,9 +3332,15 @@ class PzSetTpzIoSettings(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x07D4,
             10,
             dest | 0x80,
             source,
@@ -3143,7 +3385,7 @@ class PzReqTpzIoSettings(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -3152,15 +3394,21 @@ class PzReqTpzIoSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x07D5, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetTpzIoSettings(Message):
@@ -3223,7 +3471,7 @@ class PzGetTpzIoSettings(Message):
             future_use_1 = check_integer(cls.layout, "future_use_1", future_use_1, 0, 0xFFFF)
         if future_use_2.__class__ is not int or not 0 <= future_use_2 <= 0xFFFF:
             future_use_2 = check_integer(cls.layout, "future_use_2", future_use_2, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.voltage_limit = voltage_limit
         draft.hub_analog_input = hub_analog_input
@@ -3235,7 +3483,7 @@ class PzGetTpzIoSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.voltage_limit,
@@ -3248,9 +3496,15 @@ class PzGetTpzIoSettings(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x07D6,
             10,
             dest | 0x80,
             source,
@@ -3347,7 +3601,7 @@ class PzSetTsgIoSettings(Message):
             future_use_1 = check_integer(cls.layout, "future_use_1", future_use_1, 0, 0xFFFF)
         if future_use_2.__class__ is not int or not 0 <= future_use_2 <= 0xFFFFFFFF:
             future_use_2 = check_integer(cls.layout, "future_use_2", future_use_2, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.hub_analogue_output = hub_analogue_output
         draft.display_mode = display_mode
@@ -3360,7 +3614,7 @@ class PzSetTsgIoSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.hub_analogue_output,
@@ -3374,9 +3628,15 @@ class PzSetTsgIoSettings(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x07DA,
             14,
             dest | 0x80,
             source,
@@ -3422,7 +3682,7 @@ class PzReqTsgIoSettings(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -3431,15 +3691,21 @@ class PzReqTsgIoSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x07DB, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetTsgIoSettings(Message):
@@ -3524,7 +3790,7 @@ class PzGetTsgIoSettings(Message):
             future_use_1 = check_integer(cls.layout, "future_use_1", future_use_1, 0, 0xFFFF)
         if future_use_2.__class__ is not int or not 0 <= future_use_2 <= 0xFFFFFFFF:
             future_use_2 = check_integer(cls.layout, "future_use_2", future_use_2, 0, 0xFFFFFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.hub_analogue_output = hub_analogue_output
         draft.display_mode = display_mode
@@ -3537,7 +3803,7 @@ class PzGetTsgIoSettings(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         (
             draft.chan_ident,
             draft.hub_analogue_output,
@@ -3551,9 +3817,15 @@ class PzGetTsgIoSettings(Message):
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x07DC,
             14,
             dest | 0x80,
             source,
@@ -3598,7 +3870,7 @@ class PzReqTsgReading(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -3607,15 +3879,21 @@ class PzReqTsgReading(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x07DD, self.chan_ident, self.param2, dest, source)
 
 
 class PzGetTsgReading(Message):
@@ -3661,7 +3939,7 @@ class PzGetTsgReading(Message):
             reading = check_integer(cls.layout, "reading", reading, -32767, 0x7FFF)
         if smoothed.__class__ is not int or not 0 <= smoothed <= 0xFFFF:
             smoothed = check_integer(cls.layout, "smoothed", smoothed, 0, 0xFFFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.reading = reading
         draft.smoothed = smoothed
@@ -3671,16 +3949,22 @@ class PzGetTsgReading(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.reading, draft.smoothed = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x07DE,
             6,
             dest | 0x80,
             source,

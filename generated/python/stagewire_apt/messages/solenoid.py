@@ -28,8 +28,6 @@ __all__ = [
     "MotSetSolState",
 ]
 
-_new = object.__new__
-
 
 class MotSetSolOperatingMode(Message):
     """``MOT_SET_SOL_OPERATINGMODE`` (0x04C0), to the controller, header only; page 85.
@@ -61,7 +59,7 @@ class MotSetSolOperatingMode(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if operating_mode.__class__ is not int or not 0 <= operating_mode <= 0xFF:
             operating_mode = check_integer(cls.layout, "operating_mode", operating_mode, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.operating_mode = operating_mode
         draft.__class__ = cls
@@ -70,15 +68,21 @@ class MotSetSolOperatingMode(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.operating_mode = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.operating_mode, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04C0, self.chan_ident, self.operating_mode, dest, source)
 
 
 class MotReqSolOperatingMode(Message):
@@ -112,7 +116,7 @@ class MotReqSolOperatingMode(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -121,15 +125,21 @@ class MotReqSolOperatingMode(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04C1, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetSolOperatingMode(Message):
@@ -160,7 +170,7 @@ class MotGetSolOperatingMode(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if operating_mode.__class__ is not int or not 0 <= operating_mode <= 0xFF:
             operating_mode = check_integer(cls.layout, "operating_mode", operating_mode, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.operating_mode = operating_mode
         draft.__class__ = cls
@@ -169,15 +179,21 @@ class MotGetSolOperatingMode(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.operating_mode = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.operating_mode, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04C2, self.chan_ident, self.operating_mode, dest, source)
 
 
 class MotSetSolCycleParams(Message):
@@ -223,7 +239,7 @@ class MotSetSolCycleParams(Message):
             off_time = check_integer(cls.layout, "off_time", off_time, 400, 40000000)
         if num_cycles.__class__ is not int or not 0 <= num_cycles <= 1000000:
             num_cycles = check_integer(cls.layout, "num_cycles", num_cycles, 0, 1000000)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.on_time = on_time
         draft.off_time = off_time
@@ -234,16 +250,22 @@ class MotSetSolCycleParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.on_time, draft.off_time, draft.num_cycles = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04C3,
             14,
             dest | 0x80,
             source,
@@ -285,7 +307,7 @@ class MotReqSolCycleParams(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -294,15 +316,21 @@ class MotReqSolCycleParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04C4, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetSolCycleParams(Message):
@@ -345,7 +373,7 @@ class MotGetSolCycleParams(Message):
             off_time = check_integer(cls.layout, "off_time", off_time, 400, 40000000)
         if num_cycles.__class__ is not int or not 0 <= num_cycles <= 1000000:
             num_cycles = check_integer(cls.layout, "num_cycles", num_cycles, 0, 1000000)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.on_time = on_time
         draft.off_time = off_time
@@ -356,16 +384,22 @@ class MotGetSolCycleParams(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.on_time, draft.off_time, draft.num_cycles = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
         return self._pack(
-            self.layout.id,
+            0x04C5,
             14,
             dest | 0x80,
             source,
@@ -406,7 +440,7 @@ class MotSetSolInterlockMode(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if interlock_mode.__class__ is not int or not 0 <= interlock_mode <= 0xFF:
             interlock_mode = check_integer(cls.layout, "interlock_mode", interlock_mode, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.interlock_mode = interlock_mode
         draft.__class__ = cls
@@ -415,15 +449,21 @@ class MotSetSolInterlockMode(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.interlock_mode = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.interlock_mode, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04C6, self.chan_ident, self.interlock_mode, dest, source)
 
 
 class MotReqSolInterlockMode(Message):
@@ -457,7 +497,7 @@ class MotReqSolInterlockMode(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -466,15 +506,21 @@ class MotReqSolInterlockMode(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04C7, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetSolInterlockMode(Message):
@@ -505,7 +551,7 @@ class MotGetSolInterlockMode(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if interlock_mode.__class__ is not int or not 0 <= interlock_mode <= 0xFF:
             interlock_mode = check_integer(cls.layout, "interlock_mode", interlock_mode, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.interlock_mode = interlock_mode
         draft.__class__ = cls
@@ -514,15 +560,21 @@ class MotGetSolInterlockMode(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.interlock_mode = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.interlock_mode, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04C8, self.chan_ident, self.interlock_mode, dest, source)
 
 
 class MotSetSolState(Message):
@@ -555,7 +607,7 @@ class MotSetSolState(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if state.__class__ is not int or not 0 <= state <= 0xFF:
             state = check_integer(cls.layout, "state", state, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.state = state
         draft.__class__ = cls
@@ -564,15 +616,21 @@ class MotSetSolState(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.state = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.state, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04CB, self.chan_ident, self.state, dest, source)
 
 
 class MotReqSolState(Message):
@@ -606,7 +664,7 @@ class MotReqSolState(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if param2.__class__ is not int or not 0 <= param2 <= 0xFF:
             param2 = check_integer(cls.layout, "param2", param2, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.param2 = param2
         draft.__class__ = cls
@@ -615,15 +673,21 @@ class MotReqSolState(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.param2 = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.param2, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04CC, self.chan_ident, self.param2, dest, source)
 
 
 class MotGetSolState(Message):
@@ -654,7 +718,7 @@ class MotGetSolState(Message):
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFF)
         if state.__class__ is not int or not 0 <= state <= 0xFF:
             state = check_integer(cls.layout, "state", state, 0, 0xFF)
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident = chan_ident
         draft.state = state
         draft.__class__ = cls
@@ -663,12 +727,18 @@ class MotGetSolState(Message):
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
         """Make the message from the bytes of a whole frame, without any check."""
-        draft: Self = _new(cls._draft)
+        draft: Self = cls._draft()
         draft.chan_ident, draft.state = cls._unpack(raw)
         draft.__class__ = cls
         return draft
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame; raises OutOfRangeError for a wrong address."""
-        check_addresses(dest, source)
-        return self._pack(self.layout.id, self.chan_ident, self.state, dest, source)
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return self._pack(0x04CD, self.chan_ident, self.state, dest, source)

@@ -114,10 +114,11 @@ def _class(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
     frame = f"<H{codes}BB" if header else f"<HHBB{codes}"
     targets = [f.name if f.unpacked else f"draft.{f.name}" for f in fields]
     packed = [_packed(slot) for slot in slots]
+    id = f"0x{message.id:04X}"
     if header:
-        values = ["self.layout.id", *packed, "dest", "source"]
+        values = [id, *packed, "dest", "source"]
     else:
-        values = ["self.layout.id", str(layout.length), "dest | 0x80", "source", *packed]
+        values = [id, str(layout.length), "dest | 0x80", "source", *packed]
     return ClassView(
         name=name,
         kind="plain",

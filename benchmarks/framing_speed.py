@@ -1,0 +1,158 @@
+"""The framer against bare slicing, and against a peer.
+
+The stream is 20 MB: nine messages of ten are DC status updates, the rest are the other messages to
+the host, 6 to 90 bytes long. The limit is what Python needs to slice and unpack a stream that holds
+nothing but status updates, at a fixed stride and without looking at a header.
+
+    python benchmarks/framing_speed.py
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+from struct import Struct
+
+from measure import Bound, Runner, interleave, report
+from thorlabs_apt_protocol import Unpacker
+from thorlabs_apt_protocol.parsing import id_to_func
+
+from stagewire import End
+from stagewire.direction import Direction
+from stagewire.framing import Received
+from stagewire.message import Message, UndocumentedMessage
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+
+SIZE = 20_000_000
+SEED = 3
+SMALL, LARGE = 4096, 2 << 20
+FOR_THE_PEER = 4_000  # messages; it needs a thousand times as long
+ROUNDS = 9
+
+STATUS = m.MotGetDcStatusUpdate(1, 200_000, 10, 0x80000400).pack(0x01, 0x50)
+
+
+def others(rng: random.Random) -> list[bytes]:
+    """Return a frame of every other message that a controller sends, with random values."""
+    frames = []
+    for cls in PROTOCOL.messages:
+        layout = cls.layout
+        if Direction.TO_HOST not in layout.direction or issubclass(cls, UndocumentedMessage):
+            continue
+        frame = bytearray(layout.id.to_bytes(2, "little"))
+        if layout.length:
+            frame += bytes((layout.length, 0, 0x81, 0x50)) + rng.randbytes(layout.length)
+        else:
+            frame += bytes((0 if layout.only_zero else 1, 0, 0x01, 0x50))
+        message: Message = PROTOCOL.decode(bytes(frame)).message
+        assert len(message.pack(0x01, 0x50)) == len(frame)
+        frames.append(bytes(frame))
+    return frames
+
+
+def make_frames() -> list[bytes]:
+    """Return the frames of the stream."""
+    rng = random.Random(SEED)
+    rest = others(rng)
+    frames, size = [], 0
+    while size < SIZE:
+        frames.append(STATUS if rng.random() < 0.9 else rng.choice(rest))
+        size += len(frames[-1])
+    return frames
+
+
+def peer_reads(frame: bytes) -> bool:
+    """Whether the peer knows a message and does not raise."""
+    try:
+        id_to_func[frame[0] | frame[1] << 8](frame)
+    except Exception:
+        return False
+    return True
+
+
+def chunks(stream: bytes, size: int) -> list[bytes]:
+    """Return the stream in chunks."""
+    return [stream[i : i + size] for i in range(0, len(stream), size)]
+
+
+def fixed_stride(count: int) -> Runner:
+    """Return a runner that slices and unpacks frames of 20 bytes."""
+    stream = STATUS * count
+    unpack_from = Struct("<HlhHL").unpack_from
+
+    def run() -> float:
+        start = time.process_time()
+        for position in range(0, len(stream), 20):
+            unpack_from(stream[position : position + 20], 6)
+        return (time.process_time() - start) / count
+
+    return run
+
+
+def framing(parts: list[bytes], count: int, decode: bool) -> Runner:
+    """Return a runner that frames the stream, and decodes what it finds."""
+
+    def run() -> float:
+        framer = PROTOCOL.framer(End.HOST)
+        messages = 0
+        start = time.process_time()
+        for part in parts:
+            for event in framer.feed(part):
+                if decode and type(event) is Received:
+                    event.frame  # noqa: B018 - made when it is asked for
+                messages += 1
+        seconds = time.process_time() - start
+        assert messages == count
+        assert not framer.pending
+        return seconds / count
+
+    return run
+
+
+def peer(frames: list[bytes]) -> Runner:
+    """Return a runner of the peer's reader, on the first messages of those that it can read."""
+    stream = b"".join([frame for frame in frames[:FOR_THE_PEER] if peer_reads(frame)])
+    parts = chunks(stream, SMALL)
+
+    def run() -> float:
+        unpacker = Unpacker()
+        messages = 0
+        start = time.process_time()
+        for part in parts:
+            unpacker.feed(part)
+            messages += sum(1 for _ in unpacker)
+        return (time.process_time() - start) / messages
+
+    return run
+
+
+def main() -> int:
+    """Measure; return 1 when a bound is not kept."""
+    frames = make_frames()
+    stream, count = b"".join(frames), len(frames)
+    unpacker = peer(frames)
+    frames.clear()  # a list of a million would slow down the collection of garbage for all
+    small, large = chunks(stream, SMALL), chunks(stream, LARGE)
+    contenders = {
+        "slice and unpack at a fixed stride": fixed_stride(count),
+        "framing, chunks of 4 KiB": framing(small, count, decode=False),
+        "framing, chunks of 2 MiB": framing(large, count, decode=False),
+        "framing and decoding": framing(small, count, decode=True),
+        "thorlabs-apt-protocol's Unpacker": unpacker,
+    }
+    limit = "slice and unpack at a fixed stride"
+    bounds = [
+        Bound("framing, chunks of 4 KiB", limit, at_most=5),
+        Bound("framing and decoding", limit, at_most=9),
+        Bound("thorlabs-apt-protocol's Unpacker", "framing, chunks of 4 KiB", at_least=100),
+        Bound("framing, chunks of 2 MiB", "framing, chunks of 4 KiB", at_most=1.6),
+    ]
+    costs = interleave(contenders, ROUNDS)
+    title = f"Frame a stream of {count:,} messages, per message"
+    return 0 if report(title, costs, bounds) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,107 @@
+"""What a process costs before it does anything: importing the library, generating every binding.
+
+Each figure is that of a whole process, bytecode compiled beforehand. Processor time is what counts,
+since other work on the machine makes the clock on the wall run on; both are printed.
+
+    python benchmarks/start_up.py
+"""
+
+from __future__ import annotations
+
+import compileall
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from measure import Bound, interleave, report
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = ("runtime", "generated/python", "generator", "conformance", "cli")
+BARE = [sys.executable, "-c", "pass"]
+IMPORT = [sys.executable, "-c", "import stagewire_apt"]
+
+
+class Processes:
+    """Runs commands and remembers the seconds on the wall."""
+
+    def __init__(self) -> None:
+        self.wall: dict[str, list[float]] = {}
+
+    def runner(self, name: str, command: list[str]) -> Callable[[], float]:
+        """Return a runner of one command: the processor time of the process in seconds."""
+
+        def run() -> float:
+            start = time.perf_counter()
+            process = subprocess.Popen(
+                command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            )
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+            if process.returncode:
+                raise SystemExit(f"{' '.join(command)} failed")
+            self.wall.setdefault(name, []).append(time.perf_counter() - start)
+            return usage.ru_utime + usage.ru_stime
+
+        return run
+
+
+def memory(code: str) -> float:
+    """Return the most memory that a Python process held while it ran ``code``, in MiB."""
+    # What the kernel reports to the parent begins with the parent's own memory.
+    code += "; print(*(line for line in open('/proc/self/status') if line.startswith('VmHWM')))"
+    output = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout
+    return int(output.split()[1]) / 1024
+
+
+def milliseconds(seconds: float) -> str:
+    """Show seconds as milliseconds."""
+    return f"{seconds * 1e3:,.1f} ms"
+
+
+def importing() -> bool:
+    """Measure ``import stagewire_apt`` over bare Python."""
+    processes = Processes()
+    contenders = {
+        "bare Python": processes.runner("bare Python", BARE),
+        "import stagewire_apt": processes.runner("import stagewire_apt", IMPORT),
+    }
+    bound = Bound(
+        "import stagewire_apt",
+        "bare Python",
+        at_most=20,
+        difference=True,
+        scale=1e3,
+        unit="ms",
+    )
+    kept = report("Import the library", interleave(contenders, 15), [bound], milliseconds)
+    more = statistics.median(memory("import stagewire_apt") - memory("pass") for _ in range(9))
+    print(
+        f"  {'memory over bare Python':<58}{more:>9.2f}  <= 5 MiB{'' if more <= 5 else '     NOT KEPT'}"
+    )
+    return kept and more <= 5
+
+
+def generating() -> bool:
+    """Measure ``stagewire generate`` of the whole registry into an empty folder."""
+    processes = Processes()
+    with tempfile.TemporaryDirectory() as folder:
+        command = [str(Path(sys.executable).parent / "stagewire"), "generate", "--spec", "spec"]
+        contenders = {
+            "one second": lambda: 1.0,
+            "stagewire generate": processes.runner("generate", [*command, "--out", folder]),
+        }
+        bound = Bound("stagewire generate", "one second", at_most=1)
+        kept = report("Generate every binding", interleave(contenders, 9), [bound], milliseconds)
+    print(f"  on the wall{milliseconds(sorted(processes.wall['generate'])[5]):>49}")
+    return kept
+
+
+if __name__ == "__main__":
+    for package in PACKAGES:
+        compileall.compile_dir(str(ROOT / package), quiet=1)
+    sys.exit(0 if all([importing(), generating()]) else 1)
