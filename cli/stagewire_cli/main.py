@@ -16,7 +16,7 @@ import typer
 
 import stagewire
 from stagewire.errors import StagewireError
-from stagewire_cli import check, conformance, decode, encode, generate, show, testee
+from stagewire_cli import check, conformance, decode, diff, encode, generate, show, testee
 from stagewire_cli.errors import CALLED_WRONGLY, OK, WRONG, CalledWronglyError
 from stagewire_cli.terminal import printable
 
@@ -41,6 +41,7 @@ app = typer.Typer(
 )
 app.command("check", epilog=check.EXAMPLE)(check.check)
 app.command("generate", epilog=generate.EXAMPLE)(generate.generate)
+app.command("diff", epilog=diff.EXAMPLE)(diff.diff)
 app.command("show", epilog=show.EXAMPLE)(show.show)
 app.command("decode", epilog=decode.EXAMPLE)(decode.decode)
 app.command("encode", epilog=encode.EXAMPLE)(encode.encode)

@@ -19,7 +19,7 @@ from stagewire_cli import show
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-COMMANDS = ["check", "generate", "show", "decode", "encode", "testee", "conformance"]
+COMMANDS = ["check", "generate", "diff", "show", "decode", "encode", "testee", "conformance"]
 RUN = "from stagewire_cli.main import run; run()"
 
 
@@ -85,7 +85,7 @@ def test_without_the_extra_of_the_generator(
         monkeypatch.delitem(sys.modules, name)
     for name in ("yaml", "jinja2", "jsonschema"):
         monkeypatch.setitem(sys.modules, name, None)
-    for words in (["check"], ["generate"]):
+    for words in (["check"], ["generate"], ["diff", "spec", "spec"]):
         result = stagewire(*words)
         assert result.code == 2
         assert "pip install 'stagewire[generator]'" in result.err

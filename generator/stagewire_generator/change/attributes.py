@@ -1,0 +1,316 @@
+"""Which kind of change each attribute of the model makes. Every attribute stands here.
+
+An attribute has one of four entries: the kind of its change; a table for what is plain data; ``Elsewhere``,
+when more than its own two values decide; or ``Ignored`` with the reason. A test holds the tables against the
+dataclasses of the model and against the JSON Schemas of the plain data, so that none can be forgotten.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from stagewire_generator import model
+
+__all__ = ["ATTRIBUTES", "SCALE", "Attribute", "Data", "Elsewhere", "Entries", "Ignored", "Names"]
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """A name or names of other things; that they were renamed is no change here."""
+
+    kind: str
+    of: str  # an attribute of Matches: message, enumeration, stage ...
+
+
+@dataclass(frozen=True, slots=True)
+class Entries:
+    """Entries by name in plain data."""
+
+    noun: str
+    added: str
+    removed: str
+
+
+@dataclass(frozen=True, slots=True)
+class Elsewhere:
+    """Compared by a function of its own, because more than the two values decides."""
+
+    module: str
+
+
+@dataclass(frozen=True, slots=True)
+class Ignored:
+    """Not compared, and why."""
+
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Data:
+    """Plain data: path -> entry, with ``*`` for a name."""
+
+    table: Mapping[str, str | Names | Entries]
+
+
+Attribute: TypeAlias = str | Names | Elsewhere | Ignored | Data
+
+_PAIRED = Elsewhere("pairing")
+_PLACE = Ignored("where it stands in the files")
+_FROM_ERRATA = Ignored("follows from the errata, which name their messages and fields")
+
+_DOCUMENT = Data(
+    {"title": "document", "issue": "document", "date": "document", "pages": "document"}
+)
+_FORMATS = Data(
+    {
+        "*": Entries("format", "format", "format"),
+        "*/size": "format",
+        "*/signed": "format",
+        "*/page": "page",
+        "*/note": "text",
+    }
+)
+_FRAMING = Data(
+    {
+        "page": "page",
+        "header_length": "framing",
+        "data_flag": "framing",
+        "maximum_length": "framing",
+        "host": "framing",
+        "devices": "framing",
+    }
+)
+_CONTEXTS = Data(
+    {
+        "*": Entries("context", "context", "context"),
+        "*/values": "context",
+        "*/page": "page",
+        "*/summary": "text",
+    }
+)
+_EXCHANGE = Data(
+    {
+        "answered_by": Names("exchange", "message"),
+        "completes_with": Names("exchange", "message"),
+        "stops_with": Names("exchange", "message"),
+        "muted_by": Names("exchange", "message"),
+        "announces": Names("exchange", "message"),
+        "starts": Names("exchange", "message"),
+        "stops": Names("exchange", "message"),
+        "periodic_ms": "exchange",
+        "unsolicited": "exchange",
+        "keeps_alive": "exchange",
+        "counts_for_keep_alive": "exchange",
+    }
+)
+_UNITS = Data(
+    {
+        "units/*": Entries("unit", "unit-added", "unit-removed"),
+        "units/*/title": "text",
+        "units/*/note": "text",
+        "units/*/page": "page",
+        "units/*/usb_prefix": "unit-prefix",
+        "units/*/card_usb_prefix": "unit-prefix",
+        "units/*/address": "unit-address",
+        "units/*/channels": "unit-channels",
+        "units/*/bays": "unit-channels",
+        "units/*/family": "unit-messages",
+        "units/*/list": "unit-messages",
+        "units/*/status": "unit-status",
+        "units/*/stages": Names("unit-stages", "stage"),
+        "units/*/update_rate_hz": "unit-rate",
+        "units/*/keep_alive": Names("unit-keep-alive", "message"),
+        "families/*": Entries("family", "family-added", "family-removed"),
+        "families/*/title": "text",
+        "families/*/note": "text",
+        "families/*/status": "unit-status",
+        "families/*/messages": Names("list-messages", "message"),
+        "families/*/like": "list-messages",
+        "lists/*": Entries("list", "list-added", "list-removed"),
+        "lists/*/title": "text",
+        "lists/*/note": "text",
+        "lists/*/page": "page",
+        "lists/*/units": "text",  # what the heading says; a unit names its own list
+        "lists/*/messages": Names("list-messages", "message"),
+        "lists/*/completes": Names("list-messages", "message"),
+        "lists/*/misprinted/*": Entries("message", "text", "text"),
+        "addresses/*": Entries("address", "address", "address"),
+        "addresses/*/value": "address",
+        "addresses/*/first": "address",
+        "addresses/*/last": "address",
+        "addresses/*/count": "address",
+        "addresses/*/page": "page",
+        "addresses/*/note": "text",
+        "known_prefixes/*": Entries("prefix", "prefix-added", "prefix-removed"),
+        "known_prefixes/*/unit": "unit-prefix",
+        "known_prefixes/*/like": "unit-prefix",
+        "known_prefixes/*/note": "text",
+        "hardware_types/*": Entries("hardware type", "hardware-type", "hardware-type"),
+        "hardware_types/*/title": "hardware-type",
+        "hardware_types/*/page": "page",
+        "hardware_types/*/note": "text",
+    }
+)
+
+SCALE: dict[str, Attribute] = {
+    "by": "scale",
+    "setting": "scale",
+    "setting_unit": "scale",
+    "counts_at_setting": "scale",
+    "cases": Elsewhere("scales"),
+    "units": Elsewhere("scales"),
+    "unknown": Elsewhere("scales"),
+    "printed": "scale-note",
+    "source": "scale-note",
+    "page": "scale-note",
+}
+"""The rule of a scale that is no factor."""
+
+ATTRIBUTES: dict[type, dict[str, Attribute]] = {
+    model.Protocol: {
+        "name": _PAIRED,
+        "title": "text",
+        "summary": "text",
+        "document": _DOCUMENT,
+        "package": "package",
+        "python_title": "text",
+        "name_prefix": "name-prefix",
+        "formats": _FORMATS,
+        "framing": _FRAMING,
+        "contexts": _CONTEXTS,
+        "chapters": Elsewhere("chapters"),
+        "messages": Elsewhere("messages"),
+        "sets": Elsewhere("sets"),
+        "enumerations": Elsewhere("tables"),
+        "flags": Elsewhere("tables"),
+        "quantities": Elsewhere("scales"),
+        "controllers": Elsewhere("scales"),
+        "stages": Elsewhere("scales"),
+        "units": _UNITS,
+        "errata": Elsewhere("proofs"),
+        "examples": Elsewhere("proofs"),
+        "captures": Elsewhere("proofs"),
+    },
+    model.Chapter: {
+        "name": _PAIRED,
+        "title": "text",
+        "page": "page",
+        "order": "order",
+        "summary": "text",
+    },
+    model.Message: {
+        "name": _PAIRED,
+        "id": Elsewhere("messages"),
+        "chapter": Names("message-module", "chapter"),
+        "words": Elsewhere("messages"),
+        "pages": "page",
+        "direction": "message-direction",
+        "summary": "text",
+        "note": "text",
+        "set": Elsewhere("messages"),
+        "exchange": _EXCHANGE,
+        "layouts": Elsewhere("layouts"),
+        "errata": _FROM_ERRATA,
+        "place": _PLACE,
+    },
+    model.Layout: {
+        "form": _PAIRED,
+        "when": Elsewhere("layouts"),
+        "param1": Elsewhere("layouts"),
+        "param2": Elsewhere("layouts"),
+        "length": "layout-length",
+        "fields": Elsewhere("layouts"),
+        "note": "text",
+        "place": _PLACE,
+        "only_zero": "layout-only-zero",
+    },
+    model.Field: {
+        "name": _PAIRED,
+        "offset": "field-offset",
+        "format": Elsewhere("fields"),
+        "role": "field-role",
+        "minimum": Elsewhere("fields"),
+        "maximum": Elsewhere("fields"),
+        "page": "page",
+        "place": _PLACE,
+        "ranged": Ignored("where the range comes from; the range is compared"),
+        "open": "field-open",
+        "default": "field-default",
+        "constant": "field-constant",
+        "quantity": Elsewhere("fields"),
+        "enum": Names("field-enumeration", "enumeration"),
+        "flags": Names("field-flags", "flags"),
+        "flags_by_unit": Elsewhere("fields"),
+        "note": "text",
+        "errata": _FROM_ERRATA,
+    },
+    model.Format: {
+        "name": Elsewhere("fields"),
+        "size": Elsewhere("fields"),
+        "signed": Elsewhere("fields"),
+        "kind": Elsewhere("fields"),
+    },
+    model.ParameterSet: {
+        "name": _PAIRED,
+        "words": Ignored("its messages have the same words, and more"),
+        "members": Elsewhere("sets"),
+        "place": _PLACE,
+    },
+    model.Enumeration: {
+        "name": _PAIRED,
+        "page": "page",
+        "summary": "text",
+        "values": Elsewhere("tables"),
+        "place": _PLACE,
+    },
+    model.EnumValue: {"name": _PAIRED, "value": "value-number", "note": "text"},
+    model.FlagTable: {
+        "name": _PAIRED,
+        "page": "page",
+        "summary": "text",
+        "format": "flags-format",
+        "bits": Elsewhere("tables"),
+        "place": _PLACE,
+    },
+    model.FlagBit: {"name": _PAIRED, "bit": "bit-number", "note": "text"},
+    model.Quantity: {
+        "name": _PAIRED,
+        "unit": "quantity-unit",
+        "page": "page",
+        "summary": "text",
+        "factor": Elsewhere("scales"),
+        "rule": Elsewhere("scales"),
+        "place": _PLACE,
+    },
+    model.Factor: {
+        "key": Elsewhere("scales"),
+        "value": Elsewhere("scales"),
+        "printed": "scale-note",
+        "source": "scale-note",
+        "page": "scale-note",
+    },
+    model.Controller: {"name": _PAIRED, "units": Elsewhere("scales"), "place": _PLACE},
+    model.Stage: {
+        "name": _PAIRED,
+        "title": "text",
+        "page": "page",
+        "scales": Elsewhere("scales"),
+        "place": _PLACE,
+    },
+    model.Erratum: {
+        "id": _PAIRED,
+        "pages": "erratum",
+        "subject": "erratum",
+        "messages": Names("erratum", "message"),
+        "fields": "erratum",
+        "printed": "erratum",
+        "encoded": "erratum",
+        "evidence": "erratum",
+        "kind": "erratum",
+        "origin": "erratum",
+        "places": "erratum",
+        "place": _PLACE,
+    },
+}

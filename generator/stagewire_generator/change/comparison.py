@@ -1,0 +1,165 @@
+"""Collects the changes of one protocol; compares attributes by the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from stagewire_generator.change.attributes import ATTRIBUTES, Attribute, Data, Entries, Names
+from stagewire_generator.change.change import Change
+from stagewire_generator.change.kinds import KINDS
+from stagewire_generator.change.matching import Matches
+from stagewire_generator.change.pairing import Pairs
+from stagewire_generator.model import Json
+
+__all__ = ["NOWHERE", "Comparison", "Where", "change"]
+
+Where = Mapping[str, str]
+NOWHERE: Where = {}
+
+_HEX = {  # kind -> digits
+    "address": 2,
+    "field-constant": 2,
+    "framing": 2,
+    "message-id": 4,
+    "message-id-added": 4,
+    "value-number": 2,
+}
+
+
+def change(
+    kind: str,
+    protocol: str,
+    where: Where = NOWHERE,
+    old: object = None,
+    new: object = None,
+    text: str = "",
+) -> Change:
+    """Return a change of a kind, with its values as a person reads them."""
+    found = KINDS[kind]
+    before, after = (_shown(value, _HEX.get(kind, 0)) for value in (old, new))
+    return Change(kind, found.level, protocol, dict(where), before, after, text or found.meaning)
+
+
+class Comparison:
+    """The changes of one protocol, as they are found."""
+
+    def __init__(self, protocol: str, matches: Matches) -> None:
+        self.protocol = protocol
+        self.matches = matches
+        self.changes: list[Change] = []
+
+    def add(
+        self, kind: str, where: Where, old: object = None, new: object = None, text: str = ""
+    ) -> None:
+        """Note a change; without a ``text`` of its own it means what its kind means."""
+        self.changes.append(change(kind, self.protocol, where, old, new, text))
+
+    def renamed(self, kind: str, name: str) -> str:
+        """Return the new name of what the old registry calls ``name``."""
+        return self.matches.renamed(kind).get(name, name)
+
+    def names(self, kind: str, noun: str, pairs: Pairs[Any], where: Where = NOWHERE) -> None:
+        """Note what was added, removed and renamed among the things of a kind.
+
+        :param kind: first word of the three kinds of changes.
+        :param noun: what ``where`` calls such a thing.
+        """
+        for thing in pairs.removed:
+            self.add(f"{kind}-removed", {**where, noun: thing.name}, thing.name, None)
+        for thing in pairs.added:
+            self.add(f"{kind}-added", {**where, noun: thing.name}, None, thing.name)
+        for old, new in pairs.renamed.items():
+            self.add(f"{kind}-renamed", {**where, noun: new}, old, new)
+
+    def attributes(self, where: Where, old: object, new: object) -> None:
+        """Compare two dataclasses of the model, attribute by attribute."""
+        for name, attribute in ATTRIBUTES[type(old)].items():
+            before, after = getattr(old, name), getattr(new, name)
+            if isinstance(attribute, Data):
+                self.data(where, attribute.table, before, after)
+            else:
+                self.attribute(where, name, attribute, before, after)
+
+    def attribute(
+        self, where: Where, name: str, attribute: Attribute | Entries, old: Any, new: Any
+    ) -> None:
+        """Compare one value; what is compared elsewhere or ignored is passed over."""
+        if isinstance(attribute, Names):
+            kind, of = attribute.kind, attribute.of
+            expected = self._renamed(of, old)
+        elif isinstance(attribute, str):
+            kind, expected = attribute, old
+        else:
+            return
+        if _plain(expected) == _plain(new):
+            return
+        where = {**where, "attribute": name}
+        if _listed(expected) and _listed(new) and sorted(expected) == sorted(new):
+            kind = "order"
+        self.add(kind, where, old, new)
+
+    def data(
+        self,
+        where: Where,
+        table: Mapping[str, Attribute | Entries],
+        old: Json,
+        new: Json,
+        path: str = "",
+    ) -> None:
+        """Compare plain data by a table of paths. A path that the table lacks counts as WIRE."""
+        for key in (*old, *(key for key in new if key not in old)):
+            named = f"{path}{key}"
+            inside = named in table or any(known.startswith(f"{named}/") for known in table)
+            pattern = named if inside else f"{path}*"
+            entry = table.get(pattern)
+            before, after = old.get(key), new.get(key)
+            if isinstance(entry, Entries):
+                at = {**where, entry.noun: key}
+                if before is None or after is None:
+                    kind = entry.added if before is None else entry.removed
+                    ends = (None, key) if before is None else (key, None)
+                    self.add(kind, at, *ends)
+                elif isinstance(before, dict) and isinstance(after, dict):
+                    self.data(at, table, before, after, f"{pattern}/")
+                else:
+                    self.attribute(at, path.rstrip("/"), entry.added, before, after)
+            elif entry is not None:
+                self.attribute(where, key, entry, before, after)
+            elif isinstance(before or after, dict):
+                self.data(where, table, before or {}, after or {}, f"{pattern}/")
+            else:
+                self.attribute(where, key, "unclassified", before, after)
+
+    def _renamed(self, kind: str, value: Any) -> Any:
+        if _listed(value):
+            return [self.renamed(kind, name) for name in value]
+        value = _plain(value)
+        return self.renamed(kind, value) if isinstance(value, str) else value
+
+
+def _listed(value: object) -> bool:
+    return isinstance(value, (list, tuple))
+
+
+def _plain(value: Any) -> Any:
+    """Return a thing of the model as its name, and a tuple as the list that stands in the YAML."""
+    if isinstance(value, tuple):
+        return list(value)
+    return getattr(value, "name", value)
+
+
+def _shown(value: Any, digits: int) -> str | None:
+    """Return a value as a person reads it, integers with so many hex digits; None for an empty one."""
+    value = _plain(value)
+    if value is None or value in ("", [], {}):
+        return None
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int) and digits:
+        return f"{'-' * (value < 0)}0x{abs(value):0{digits}X}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key}: {_shown(item, digits)}" for key, item in value.items())
+    if isinstance(value, list):
+        return ", ".join(_shown(item, digits) or "" for item in value)
+    return str(value)

@@ -1,0 +1,160 @@
+"""The kinds of changes: the class of each, and what it means for whoever uses what is generated.
+
+A kind has one class. Where an attribute may change in ways of different classes, there are as many kinds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stagewire_generator.change.change import ChangeClass
+
+__all__ = ["KINDS", "Kind"]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of change: its class, and a sentence on what it means."""
+
+    level: ChangeClass
+    meaning: str
+
+
+_WIRE = {
+    "protocol-removed": "none of its frames is known any more",
+    "framing": "frames are cut out of the stream otherwise",
+    "message-removed": "its frames are no longer known",
+    "message-id": "the message has other header bytes",
+    "message-direction": "its frames are taken from another side, or from one side only",
+    "exchange": "other messages are sent or waited for, or at another time",
+    "layout-added": "packets that were refused, or read otherwise, are now read by this layout",
+    "layout-removed": "packets of this layout are refused, or read by another one",
+    "layout-context": "another context decides which layout the bytes have",
+    "layout-length": "the packet has another length",
+    "layout-only-zero": "a stream takes other headers for this message",
+    "field-added": "bytes of the frame are now this field, and were none or another",
+    "field-removed": "bytes of the frame are no longer this field",
+    "field-offset": "the field stands in another place",
+    "field-format": "the same value makes other bytes",
+    "field-role": "what is sent for the field when it is left out, or must be given, changes",
+    "field-range": "values that were sent are refused, or the other way round",
+    "field-constant": "another value is sent",
+    "field-scale": "the field is converted by another scale: the same value makes other bytes",
+    "value-number": "the same name makes other bytes",
+    "bit-number": "the same name stands for another bit",
+    "quantity-unit": "the same number is taken in another unit",
+    "scale": "the same value in the unit makes other bytes",
+    "scale-removed": "conversions that worked are refused",
+    "controller-unit-removed": "conversions for this unit are refused, or made with another scale",
+    "address": "frames go to another address",
+    "unit-address": "frames for the unit go to another address",
+    "unit-channels": "the unit has other channels or bays to be addressed",
+    "unit-prefix": "a serial number is taken for another unit",
+    "unit-status": "the status of the unit is read by another layout",
+    "unit-keep-alive": "another message keeps the unit awake",
+    "unit-rate": "the unit sends its status at another rate",
+    "unclassified": "the kind of this fact is not known, so that it counts as the gravest",
+}
+_SOURCE = {
+    "protocol-added": "new names; streams of this protocol can now be read",
+    "protocol-renamed": "the protocol is found under another name",
+    "package": "the Python package is imported under another name",
+    "module-added": "a new module of messages",
+    "module-removed": "the module of messages is gone",
+    "module-renamed": "the module of messages has another name",
+    "message-added": "new names; frames with this id were unknown and are now framed and read",
+    "message-renamed": "the classes have other names; the bytes are the same",
+    "message-id-added": "the message had no id; its frames were unknown and are now framed and read",
+    "message-module": "the classes stand in another module",
+    "message-words": "generated names are made of other words",
+    "message-set": "the message belongs to another parameter set",
+    "mention-added": "a name is known as that of a message without an id",
+    "mention-removed": "a name is no longer known as that of a message without an id",
+    "set-added": "a new parameter set",
+    "set-removed": "the parameter set is gone; its messages are reported by themselves",
+    "set-renamed": "the parameter set has another name",
+    "set-members": "the parameter set has other members",
+    "layout-renamed": "the form, and perhaps its class, has another name; the bytes are the same",
+    "class-renamed": "the class has another name",
+    "parameter-named": "a parameter byte that had no name has one, and must now be given",
+    "parameter-unnamed": "a parameter byte has lost its name, and may be left out",
+    "field-renamed": "the field has another name; the bytes are the same",
+    "field-type": "the same bytes are text in one, bytes in the other",
+    "field-quantity": "the field has gained, lost or renamed its quantity; the scale is not another",
+    "field-enumeration": "the field gets its names from another enumeration, or none",
+    "field-flags": "the field gets the names of its bits from another table, or none",
+    "field-flags-by-unit": "on some units the bits get their names from another table",
+    "enumeration-added": "a new enumeration",
+    "enumeration-removed": "the enumeration is gone",
+    "enumeration-renamed": "the enumeration has another name; its values are the same",
+    "value-added": "a new name for a value that was kept as a number",
+    "value-removed": "the value has no name any more; as a number it is kept",
+    "value-renamed": "the value has another name; the number is the same",
+    "flags-added": "a new flag table",
+    "flags-removed": "the flag table is gone",
+    "flags-renamed": "the flag table has another name; its bits are the same",
+    "bit-added": "a new name for a bit",
+    "bit-removed": "the bit has no name any more; its value is kept",
+    "bit-renamed": "the bit has another name; its number is the same",
+    "quantity-added": "a new quantity",
+    "quantity-removed": "the quantity is gone; its fields are reported by themselves",
+    "quantity-renamed": "the quantity has another name; unit and scale are the same",
+    "scale-added": "conversions that were refused now work",
+    "scale-form": "the scale is written the other way round or under another key; it is the same",
+    "scale-refusal": "that the scale is unknown was said with a reason, or without one",
+    "stage-added": "a new stage",
+    "stage-removed": "the stage is gone",
+    "stage-renamed": "the stage has another name; its scales are the same",
+    "controller-added": "a new group of units that scale alike",
+    "controller-removed": "the group of units is gone; the scales are reported with the stages",
+    "controller-renamed": "the group has another name; its units are the same",
+    "controller-unit-added": "conversions for this unit now work by its own name",
+    "unit-added": "a new unit",
+    "unit-removed": "the unit is gone",
+    "unit-messages": "the unit is given the messages of another list or family",
+    "unit-stages": "other stages are known on the unit",
+    "family-added": "a new family of units",
+    "family-removed": "the family of units is gone",
+    "list-added": "a new list of messages",
+    "list-removed": "the list of messages is gone",
+    "list-messages": "the units of this list or family have other messages",
+    "prefix-added": "serial numbers with this prefix are now known",
+    "prefix-removed": "serial numbers with this prefix are no longer known",
+}
+_DOC = {
+    "text": "another text",
+    "page": "another page",
+    "order": "the same entries in another order",
+    "document": "another document, or other facts about it",
+    "name-prefix": "the document's prefix of names, which the registry drops",
+    "format": "the table of formats; fields whose bytes change are reported by themselves",
+    "context": "a context or its values; layouts that it decides are reported by themselves",
+    "chapter-added": "a chapter without messages",
+    "chapter-removed": "a chapter without messages",
+    "chapter-renamed": "a chapter without messages",
+    "parameter-zero": "that a parameter byte without a name is always zero was said, or is now",
+    "field-format-name": "the format has another name; size, sign and kind are the same",
+    "field-default": "the default that the document gives; nothing sends it by itself",
+    "field-open": "whether the list of values or bits is complete",
+    "flags-format": "the format for which the bits are listed; fields are reported by themselves",
+    "scale-note": "how the scale is printed, where it is from, or why it is unknown",
+    "hardware-type": "what a hardware type stands for",
+    "erratum-added": "a new erratum",
+    "erratum-removed": "the erratum is gone",
+    "erratum-renamed": "the erratum has another slug",
+    "erratum": "what the erratum says",
+    "example-added": "a new worked example or capture",
+    "example-removed": "the worked example or capture is gone",
+    "example": "what the worked example or capture says",
+}  # fmt: skip
+
+KINDS: dict[str, Kind] = {
+    kind: Kind(level, meaning)
+    for level, table in (
+        (ChangeClass.WIRE, _WIRE),
+        (ChangeClass.SOURCE, _SOURCE),
+        (ChangeClass.DOC, _DOC),
+    )
+    for kind, meaning in table.items()
+}
+"""Slug -> kind, the gravest first."""

@@ -1,0 +1,58 @@
+"""Errata, worked examples and captures: what the registry is borne out by."""
+
+from __future__ import annotations
+
+from stagewire_generator.change.comparison import Comparison
+from stagewire_generator.change.pairing import pair
+from stagewire_generator.model import Erratum, Json, Protocol
+
+__all__ = ["compare_proofs"]
+
+
+def compare_proofs(comparison: Comparison, old: Protocol, new: Protocol) -> None:
+    """Compare the errata, the worked examples and the captures."""
+    pairs = pair({e.id: e for e in old.errata}, {e.id: e for e in new.errata}, _erratum)
+    for erratum in pairs.removed:
+        comparison.add("erratum-removed", {"erratum": erratum.id}, erratum.id, None)
+    for erratum in pairs.added:
+        comparison.add("erratum-added", {"erratum": erratum.id}, None, erratum.id)
+    for before, after in pairs.kept:
+        if before.id != after.id:
+            comparison.add("erratum-renamed", {"erratum": after.id}, before.id, after.id)
+        comparison.attributes({"erratum": after.id}, before, after)
+    _vectors(
+        comparison,
+        "example",
+        _entries(old.examples, "examples"),
+        _entries(new.examples, "examples"),
+    )
+    _vectors(
+        comparison,
+        "capture",
+        _entries(old.captures, "captures"),
+        _entries(new.captures, "captures"),
+    )
+
+
+def _erratum(erratum: Erratum) -> tuple[object, ...]:
+    return erratum.pages, erratum.subject, erratum.printed, erratum.encoded
+
+
+def _entries(data: Json, section: str) -> Json:
+    found: Json = data.get(section, {})
+    return found
+
+
+def _vectors(comparison: Comparison, noun: str, old: Json, new: Json) -> None:
+    for name in (*old, *(name for name in new if name not in old)):
+        where = {noun: name}
+        if name not in new:
+            comparison.add("example-removed", where, name, None)
+        elif name not in old:
+            comparison.add("example-added", where, None, name)
+        elif old[name] != new[name]:
+            keys = (*old[name], *(key for key in new[name] if key not in old[name]))
+            changed = [key for key in keys if old[name].get(key) != new[name].get(key)]
+            comparison.add("example", {**where, "attribute": ", ".join(changed)})
+    if list(old) != list(new) and sorted(old) == sorted(new):
+        comparison.add("order", {"attribute": f"{noun}s"})

@@ -1,0 +1,173 @@
+"""A spec out of a git repository, as a revision has it.
+
+Nothing is checked out: the files are read from the object store, byte for byte, into a temporary folder.
+Only what the pipeline reads is taken: the spec, and the worked examples and captures beside it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+
+from stagewire_generator.diagnostics import Diagnostic, Place
+from stagewire_generator.reader import protocol_folders
+
+__all__ = ["Revision", "RevisionError", "revision"]
+
+_REVISION = re.compile(r"((?:[^:{}]|\{[^{}]*\})+)(?::(.*))?", re.DOTALL)  # HEAD@{12:30}:path
+_LINKS = {"120000": "a symbolic link", "160000": "a submodule"}  # by the mode of a file in git
+_BESIDE = ("conformance/examples", "conformance/captures")
+_HEAD = 200  # bytes that hold the line before a file's contents: id, kind, size
+_DEPTH = ("in", "side")  # folders above the extracted ones: the reader looks beside the spec
+
+
+class RevisionError(Exception):
+    """The spec of a revision cannot be read; the text is a sentence for the user."""
+
+
+@dataclass(frozen=True, slots=True)
+class Revision:
+    """The spec of a revision, for as long as it is extracted."""
+
+    name: str  # as the user wrote it, without a path
+    spec: Path
+    top: Path  # what stands for the top folder of the repository
+
+    def named(self, diagnostic: Diagnostic) -> Diagnostic:
+        """Return a diagnostic with its file as ``REVISION:path``, whichever way the reader names it."""
+        place = diagnostic.place
+        for base in (*protocol_folders(self.spec), self.spec, *self.spec.parents):
+            found = base / place.file
+            if not base.is_relative_to(self.top):
+                break
+            if found.exists():
+                path = found.relative_to(self.top).as_posix()
+                named = Place(f"{self.name}:{path}", place.line, place.column)
+                return replace(diagnostic, place=named)
+        return diagnostic
+
+
+@contextmanager
+def revision(name: str, spec: str = "spec") -> Iterator[Revision]:
+    """Give the spec that a revision of the repository of the current folder has.
+
+    :param name: a revision; ``REVISION:path`` names another folder, as git does: from the top of the
+        repository, or from the current folder if it begins with ``./`` or ``../``.
+    :param spec: the folder, from the current one.
+    Raises :class:`RevisionError` when there is no such thing, and for what would not be extracted
+    safely: symbolic links, submodules, paths that lead out of the folder.
+    """
+    match = _REVISION.fullmatch(name)
+    if match is None or name.startswith("-") or not name.isprintable():
+        raise RevisionError(f"{name!r} is no revision")
+    rev, path = match.groups()
+    if path is None:
+        path = spec if os.path.isabs(spec) else f"./{spec}"
+    top, prefix = _repository()
+    if os.path.isabs(path):
+        path = os.path.relpath(os.path.realpath(path), os.path.realpath(top)) if top else path
+    elif path.startswith(("./", "../")) or path in (".", ".."):
+        path = f"{prefix}{path}"
+    folder = PurePosixPath(os.path.normpath(path or ".").replace(os.sep, "/"))
+    if folder.is_absolute() or ".." in folder.parts:
+        raise RevisionError(f"{path} is outside the repository")
+    commit = _git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{rev}^{{commit}}")
+    if commit is None:
+        raise RevisionError(f"the repository has no revision {rev}")
+    sha = commit.decode("ascii").strip()
+    with tempfile.TemporaryDirectory(prefix="stagewire-") as temporary:
+        root = Path(temporary, *_DEPTH).resolve()
+        root.mkdir(parents=True)
+        _extract(sha, rev, folder, root)
+        yield Revision(rev, root / folder, root)
+
+
+def _repository() -> tuple[str, str]:
+    """Return the top folder ("" in a bare repository) and the way from there to the current folder."""
+    if shutil.which("git") is None:
+        raise RevisionError("git is not installed, so that no revision can be read")
+    found = _run("rev-parse", "--git-dir")
+    if found.returncode:
+        said = found.stderr.decode("utf-8", "replace").partition("\n")[0].strip()
+        raise RevisionError(f"the current folder is in no git repository ({said})")
+    prefix = _git("rev-parse", "--show-prefix") or b""
+    top = _git("rev-parse", "--show-toplevel") or b""
+    return os.fsdecode(top).rstrip("\n"), os.fsdecode(prefix).rstrip("\n")
+
+
+def _extract(sha: str, rev: str, folder: PurePosixPath, root: Path) -> None:
+    """Write what the pipeline reads: what is in ``folder``, and what is beside it."""
+    parents = list(folder.parents)[:2]  # beside the spec; a level higher for a single protocol
+    wanted = [folder, *(parent / beside for parent in parents for beside in _BESIDE)]
+    files: dict[PurePosixPath, str] = {}
+    exists = False
+    for mode, id, name in _listed(sha):
+        path = PurePosixPath(name)
+        inside = any(path.is_relative_to(room) for room in wanted)
+        if mode in _LINKS and (inside or any(room.is_relative_to(path) for room in wanted)):
+            raise RevisionError(f"{rev}:{name} is {_LINKS[mode]}; a spec is read from files only")
+        if not inside:
+            continue
+        if {"", ".", ".."} & set(name.split("/")) or "\\" in name or ":" in name:
+            raise RevisionError(f"{rev}:{name!r} would leave the folder")
+        exists = exists or folder in path.parents
+        if path.suffix == ".yaml":
+            files[path] = id
+    if not exists:
+        raise RevisionError(f"the revision {rev} has no folder {folder}")
+    (root / folder).mkdir(parents=True, exist_ok=True)
+    for path, data in zip(files, _blobs(list(files.values())), strict=True):
+        target = root / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+
+
+def _listed(sha: str) -> Iterator[tuple[str, str, str]]:
+    """Yield mode, id and path of everything that a commit holds."""
+    for line in (_git("ls-tree", "-r", "-z", "--full-tree", sha) or b"").split(b"\0")[:-1]:
+        facts, _, name = line.partition(b"\t")
+        mode, _, id = facts.decode("ascii").split(" ")
+        yield mode, id, os.fsdecode(name)
+
+
+def _blobs(ids: Sequence[str]) -> Iterator[bytes]:
+    """Yield the contents of files, in the order of their ids."""
+    asked = "".join(f"{id}\n" for id in ids).encode("ascii")
+    output = _git("cat-file", "--batch", input=asked) or b""
+    at = 0
+    for id in ids:
+        head = output[at : at + _HEAD].partition(b"\n")[0]
+        words = head.decode("ascii", "replace").split(" ")
+        if words[1:2] != ["blob"]:
+            raise RevisionError(f"the object {id} is missing in the repository")
+        start = at + len(head) + 1
+        end = start + int(words[2])
+        yield output[start:end]
+        at = end + 1
+
+
+def _git(*arguments: str, input: bytes = b"") -> bytes | None:
+    """Return what git prints; None if it fails."""
+    done = _run(*arguments, input=input)
+    return done.stdout if done.returncode == 0 else None
+
+
+def _run(*arguments: str, input: bytes = b"") -> subprocess.CompletedProcess[bytes]:
+    quiet = {"GIT_OPTIONAL_LOCKS": "0", "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"}
+    try:
+        return subprocess.run(
+            ["git", "--no-pager", *arguments],
+            input=input,
+            capture_output=True,
+            check=False,
+            env={**os.environ, **quiet},
+        )
+    except OSError as error:
+        raise RevisionError(f"git cannot be run: {error.strerror}") from None

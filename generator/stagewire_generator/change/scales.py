@@ -1,0 +1,115 @@
+"""Quantities, stages and controllers: whether the same value in a unit still makes the same bytes."""
+
+from __future__ import annotations
+
+from stagewire_generator.change.attributes import SCALE
+from stagewire_generator.change.comparison import Comparison, Where
+from stagewire_generator.change.exact import Scale, known
+from stagewire_generator.model import Factor, Json, Stage
+
+__all__ = ["compare_scales"]
+
+
+def compare_scales(comparison: Comparison) -> None:
+    """Compare everything that turns counts into engineering units."""
+    matches = comparison.matches
+    comparison.names("quantity", "quantity", matches.quantity)
+    for old, new in matches.quantity.kept:
+        where = {"quantity": new.name}
+        comparison.attributes(where, old, new)
+        _scale(comparison, where, old.factor or old.rule, new.factor or new.rule)
+    comparison.names("controller", "controller", matches.controller)
+    for before, after in matches.controller.kept:
+        where = {"controller": after.name}
+        for unit in sorted(set(before.units) - set(after.units)):
+            comparison.add("controller-unit-removed", {**where, "unit": unit}, unit, None)
+        for unit in sorted(set(after.units) - set(before.units)):
+            comparison.add("controller-unit-added", {**where, "unit": unit}, None, unit)
+        if before.units != after.units and set(before.units) == set(after.units):
+            comparison.add("order", {**where, "attribute": "units"}, before.units, after.units)
+    comparison.names("stage", "stage", matches.stage)
+    for one, other in matches.stage.kept:
+        where = {"stage": other.name}
+        comparison.attributes(where, one, other)
+        _stage(comparison, where, one, other)
+
+
+def _stage(comparison: Comparison, where: Where, old: Stage, new: Stage) -> None:
+    before = {
+        (comparison.renamed("controller", controller), comparison.renamed("quantity", quantity)): f
+        for controller, factors in old.scales.items()
+        for quantity, f in factors.items()
+    }
+    after = {
+        (controller, quantity): f
+        for controller, factors in new.scales.items()
+        for quantity, f in factors.items()
+    }
+    for key in (*before, *(key for key in after if key not in before)):
+        at = {**where, "controller": key[0], "quantity": key[1]}
+        _scale(comparison, at, before.get(key), after.get(key))
+
+
+def _scale(comparison: Comparison, where: Where, old: Scale, new: Scale) -> None:
+    """Compare two scales, or a scale with none."""
+    if not known(old) and not known(new):
+        _unknown(comparison, where, old, new)
+    elif not known(new):
+        comparison.add("scale-removed", where, _shown(old), _shown(new))
+    elif not known(old):
+        comparison.add("scale-added", where, _shown(old), _shown(new))
+    elif isinstance(old, Factor) and isinstance(new, Factor):
+        if old.counts_per_unit != new.counts_per_unit:
+            comparison.add("scale", where, _shown(old), _shown(new))
+        elif old.key != new.key:
+            comparison.add("scale-form", where, _shown(old), _shown(new))
+        comparison.attributes(where, old, new)
+    elif isinstance(old, dict) and isinstance(new, dict) and old["by"] == new["by"]:
+        _rule(comparison, where, old, new)
+    else:
+        comparison.add("scale", where, _shown(old), _shown(new))
+
+
+def _unknown(comparison: Comparison, where: Where, old: Scale, new: Scale) -> None:
+    before, after = _shown(old), _shown(new)
+    if (before is None) != (after is None):
+        comparison.add("scale-refusal", where, before, after)
+    elif before != after:
+        comparison.add("scale-note", {**where, "attribute": "unknown"}, before, after)
+    if isinstance(old, dict) and isinstance(new, dict):
+        _facts(comparison, where, old, new)
+
+
+def _rule(comparison: Comparison, where: Where, old: Json, new: Json) -> None:
+    _facts(comparison, where, old, new)
+    for unit in _keys(old, new, "units"):
+        factors = (rule.get("units", {}).get(unit) for rule in (old, new))
+        _scale(comparison, {**where, "unit": unit}, *factors)
+    for name in _keys(old, new, "cases"):
+        at = {**where, "case": name}
+        before, after = (rule.get("cases", {}).get(name, {}) for rule in (old, new))
+        if before and after and before["unit"] != after["unit"]:
+            comparison.add("quantity-unit", at, before["unit"], after["unit"])
+        _scale(comparison, at, before.get("scale"), after.get("scale"))
+
+
+def _facts(comparison: Comparison, where: Where, old: Json, new: Json) -> None:
+    for key in (*old, *(key for key in new if key not in old)):
+        attribute = SCALE.get(key, "unclassified")
+        comparison.attribute(where, key, attribute, old.get(key), new.get(key))
+
+
+def _keys(old: Json, new: Json, section: str) -> list[str]:
+    first, second = old.get(section, {}), new.get(section, {})
+    return [*first, *(key for key in second if key not in first)]
+
+
+def _shown(scale: Scale) -> str | None:
+    if isinstance(scale, Factor):
+        return f"{scale.key} {scale.value}"
+    if isinstance(scale, dict):
+        if "unknown" in scale:
+            return f"unknown: {scale['unknown']}"
+        by = scale.get("setting") or scale.get("by")
+        return f"by {by}" if by else None
+    return scale and f"unknown: {scale}"

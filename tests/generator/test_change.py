@@ -1,0 +1,308 @@
+"""Every kind of change, made by an edit of the small good spec, and what is generated from both sides."""
+
+from __future__ import annotations
+
+import ast
+import json
+import shutil
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import jsonschema
+import pytest
+import yaml
+
+from stagewire_generator import check, model, render
+from stagewire_generator.change import KINDS, Change, ChangeClass, compare, report, worst
+from stagewire_generator.model import Protocol
+
+HERE = Path(__file__).parent
+SCHEMA = json.loads((HERE.parents[1] / "spec/schema/changes.schema.json").read_text("utf-8"))
+
+
+@dataclass(frozen=True)
+class Edit:
+    """An edit of the good spec: in each file a text for another; and the kinds of changes that it makes."""
+
+    name: str
+    kinds: list[str]
+    edits: list[dict[str, str]]
+
+    def apply(self, spec: Path) -> None:
+        for edit in self.edits:
+            path = spec / "tiny" / edit["in"]
+            text = path.read_text(encoding="utf-8") if edit["old"] else ""
+            assert edit["old"] in text, f"{self.name}: {edit['old']!r} is not in {path.name}"
+            path.write_text(text.replace(edit["old"], edit["new"]), encoding="utf-8")
+
+
+EDITS = {
+    entry["name"]: Edit(**entry)
+    for entry in yaml.safe_load((HERE / "change_edits.yaml").read_text(encoding="utf-8"))
+}
+
+INVERSE = {
+    "added": "removed",
+    "removed": "added",
+    "named": "unnamed",
+    "unnamed": "named",
+}
+
+
+def inverse(kind: str) -> str:
+    """Return the kind of the change back."""
+    if kind == "message-id-added":
+        return "message-id"  # there was an id, and there is none
+    head, _, last = kind.rpartition("-")
+    found = f"{head}-{INVERSE[last]}" if last in INVERSE else kind
+    return found if found in KINDS else kind
+
+
+@pytest.fixture(scope="module", params=EDITS.values(), ids=lambda edit: edit.name.replace(" ", "-"))
+def edited(
+    request: pytest.FixtureRequest, good_spec: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Edit, list[Protocol]]:
+    spec = Path(shutil.copytree(good_spec, tmp_path_factory.mktemp("edited") / "spec"))
+    request.param.apply(spec)
+    return request.param, check(spec)
+
+
+def kinds(changes: list[Change]) -> list[str]:
+    return sorted(change.kind for change in changes)
+
+
+def test_an_edit_makes_these_changes_there_and_back(
+    protocol: Protocol, edited: tuple[Edit, list[Protocol]]
+) -> None:
+    edit, new = edited
+    there = compare([protocol], new)
+    assert kinds(there) == sorted(edit.kinds)
+    back = compare(new, [protocol])
+    expected = Counter((inverse(c.kind), c.new, c.old) for c in there)
+    if edit.name == "id lost":  # there are two ways back from WIRE: an id is found
+        expected = Counter({("message-id-added", None, "0x0202"): 1})
+    assert Counter((c.kind, c.old, c.new) for c in back) == expected
+    data = json.loads(json.dumps(report("old", "new", there)))
+    problems = jsonschema.Draft202012Validator(SCHEMA).iter_errors(data)
+    assert [f"{error.json_path}: {error.message}" for error in problems] == []
+    assert sum(data["counts"].values()) == len(data["changes"])
+
+
+def test_what_is_generated_agrees(
+    protocol: Protocol, files: dict[str, str], edited: tuple[Edit, list[Protocol]]
+) -> None:
+    """Code differs if and only if WIRE or SOURCE says so; every other difference is at least DOC."""
+    _, new = edited
+    changes = compare([protocol], new)
+    rendered = render(new)
+    grave = {change.kind for change in changes if change.level > ChangeClass.DOC}
+    paths = {path for path in files.keys() | rendered.keys() if path.endswith(".py")}
+    if any(code(files.get(path)) != code(rendered.get(path)) for path in paths):
+        assert grave
+    else:
+        assert grave <= OF_THE_REGISTRY | OF_THE_RUNTIME
+        if grave & OF_THE_REGISTRY:
+            assert registry(files) != registry(rendered)
+    if files != rendered:
+        assert changes
+
+
+# Facts that stand in registry.json, which the library reads, and not in generated code.
+OF_THE_REGISTRY = {
+    "address", "controller-added", "exchange", "family-added", "field-enumeration",
+    "field-flags-by-unit", "field-quantity", "field-scale", "list-added", "list-messages",
+    "message-set", "prefix-added", "quantity-added", "quantity-removed", "quantity-unit", "scale",
+    "scale-added", "scale-form", "scale-removed", "set-removed", "unit-added", "unit-address",
+    "unit-channels", "unit-keep-alive", "unit-messages", "unit-prefix", "unit-rate", "unit-stages",
+    "unit-status",
+}  # fmt: skip
+# Facts that no target writes: the hand-written library has them, too, and would have to follow.
+OF_THE_RUNTIME = {"framing"}
+
+
+def registry(files: dict[str, str]) -> list[str]:
+    return [text for path, text in files.items() if path.startswith("registry/")]
+
+
+def code(text: str | None) -> str:
+    """Return a generated module as syntax, without texts and without the order of entries."""
+    return "" if text is None else ast.dump(Bare().visit(ast.parse(text)))
+
+
+class Bare(ast.NodeTransformer):
+    """Takes away docstrings and arguments that are texts for people; sorts what has no order."""
+
+    TEXTS: ClassVar = {"Bit": 1, "Stage": 1, "UnknownScale": 1, "Protocol": 1}  # place of the text
+    KEYWORDS: ClassVar = {
+        "Stage": {"page"},
+        "counts_per": {"printed", "source"},
+        "unit_per": {"printed", "source"},
+    }
+
+    def body(self, node: Any) -> Any:
+        self.generic_visit(node)
+        node.body = [
+            statement
+            for statement in node.body
+            if not (
+                isinstance(statement, ast.Expr)
+                and isinstance(statement.value, ast.Constant)
+                and isinstance(statement.value.value, str)
+            )
+        ]
+        if not isinstance(node, ast.FunctionDef):
+            node.body.sort(key=ast.dump)
+        return node
+
+    visit_Module = visit_ClassDef = visit_FunctionDef = body
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        self.generic_visit(node)
+        name = node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
+        if name in self.TEXTS:
+            del node.args[self.TEXTS[name] : self.TEXTS[name] + 1]
+        dropped = self.KEYWORDS.get(name, set())
+        node.keywords = [keyword for keyword in node.keywords if keyword.arg not in dropped]
+        for keyword in node.keywords:
+            if name == "Stage" and keyword.arg == "controllers":
+                for units in keyword.value.values:  # type: ignore[attr-defined]
+                    units.elts.sort(key=ast.dump)
+        return node
+
+    def visit_Dict(self, node: ast.Dict) -> ast.Dict:
+        self.generic_visit(node)
+        pairs = sorted(zip(node.keys, node.values, strict=True), key=lambda p: ast.dump(p[0]))
+        node.keys, node.values = [key for key, _ in pairs], [value for _, value in pairs]
+        return node
+
+    def visit_Set(self, node: ast.Set) -> ast.Set:
+        self.generic_visit(node)
+        node.elts.sort(key=ast.dump)
+        return node
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AnnAssign:
+        self.generic_visit(node)
+        if isinstance(node.target, ast.Name) and node.target.id == "MESSAGES":
+            node.value.elts.sort(key=ast.dump)  # type: ignore[union-attr]
+        return node
+
+
+def swapped(protocol: Protocol, **changes: Any) -> list[Change]:
+    return compare([protocol], [replace(protocol, **changes)])
+
+
+def test_nothing_changed(good_spec: Path, protocol: Protocol) -> None:
+    assert compare([protocol], check(good_spec)) == []
+    assert compare([], []) == []
+    assert worst([]) is None
+
+
+def test_every_kind_is_made_by_an_edit_or_its_reverse() -> None:
+    made = {kind for edit in EDITS.values() for kind in edit.kinds}
+    made |= {inverse(kind) for kind in made}
+    others = {"chapter-renamed", "protocol-added", "protocol-removed", "protocol-renamed"}
+    assert made | others | {"unclassified"} == set(KINDS)
+
+
+def test_protocols_come_and_go_and_get_other_names(protocol: Protocol) -> None:
+    other = replace(protocol, name="other", messages=protocol.messages[:1])
+    [added] = compare([protocol], [protocol, other])
+    assert (added.kind, added.level, added.protocol) == (
+        "protocol-added",
+        ChangeClass.SOURCE,
+        "other",
+    )
+    [removed] = compare([protocol, other], [protocol])
+    assert (removed.kind, removed.level, removed.old) == (
+        "protocol-removed",
+        ChangeClass.WIRE,
+        "other",
+    )
+    [renamed] = compare([protocol, other], [replace(protocol, name="small"), other])
+    assert (renamed.kind, renamed.old, renamed.new) == ("protocol-renamed", "tiny", "small")
+
+
+def test_a_chapter_without_messages_gets_another_name(protocol: Protocol) -> None:
+    chapter = model.Chapter("empty", "Nothing", 9, 3, "")
+    old = replace(protocol, chapters=(*protocol.chapters, chapter))
+    new = replace(protocol, chapters=(*protocol.chapters, replace(chapter, name="void")))
+    assert kinds(compare([old], [new])) == ["chapter-renamed"]
+
+
+@pytest.mark.parametrize("value", [3, {"deep": {"deeper": 3}}])
+def test_what_no_table_has_counts_as_wire(protocol: Protocol, value: object) -> None:
+    [change] = swapped(protocol, units={**protocol.units, "colours": value})
+    assert (change.kind, change.level, change.new) == ("unclassified", ChangeClass.WIRE, "3")
+
+
+def test_an_unknown_fact_of_a_scale_counts_as_wire(protocol: Protocol) -> None:
+    quantities = tuple(
+        replace(q, rule={**q.rule, "humour": "dry"}) if q.name == "share" else q
+        for q in protocol.quantities
+    )
+    assert kinds(swapped(protocol, quantities=quantities)) == ["unclassified"]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "said"),
+    [
+        (
+            "layout of the same length",
+            "layout-context",
+            "ambiguous: a packet of 6 bytes may be data:coil, too, and only the context (status: servo)",
+        ),
+        ("layout of the same length", "layout-added", "may be data:servo, too"),
+        ("context needed no more", "layout-context", "no context is needed any more"),
+        ("layout renamed", "layout-renamed", "the class PosMovedServo is now PosMovedMotor"),
+        ("message added", "message-added", "were unknown and are now framed"),
+        ("message renamed and changed", "message-added", "frames with this id were LAMP"),
+        ("undocumented no more", "layout-added", "its bytes were kept raw"),
+        ("words", "message-words", "the class LampTest is now Lamptest"),
+        ("id lost", "message-id", "no id any more"),
+    ],
+)
+def test_a_change_says_what_it_means(
+    protocol: Protocol, spec: Path, name: str, kind: str, said: str
+) -> None:
+    EDITS[name].apply(spec)
+    [text] = [change.text for change in compare([protocol], check(spec)) if change.kind == kind]
+    assert said in text
+
+
+def test_a_message_without_a_layout_any_more(protocol: Protocol) -> None:
+    messages = tuple(replace(m, layouts=()) if m.name == "LAMP" else m for m in protocol.messages)
+    [change] = swapped(protocol, messages=messages)
+    assert change.kind == "layout-removed"
+    assert "no layout any more" in change.text
+
+
+def test_where_and_values(protocol: Protocol, spec: Path) -> None:
+    EDITS["wider format"].apply(spec)
+    changes = compare([protocol], check(spec))
+    found = {change.kind: change for change in changes}
+    format = found["field-format"]
+    assert format.where == {"message": "LAMP", "form": "data", "field": "force"}
+    assert (format.old, format.new, format.protocol) == ("word", "dword", "tiny")
+    assert found["layout-length"].where["attribute"] == "length"
+
+
+def test_the_gravest_come_first(protocol: Protocol) -> None:
+    flags = tuple(
+        replace(t, page=99, bits=(replace(t.bits[0], bit=7), *t.bits[1:])) for t in protocol.flags
+    )
+    changes = swapped(protocol, title="Another", package="another", flags=flags)
+    levels = [change.level for change in changes]
+    assert levels == sorted(levels, reverse=True)
+    assert set(levels) == set(ChangeClass)
+    assert worst(changes) is ChangeClass.WIRE
+    counts = report("a", "b", changes)["counts"]
+    assert counts == {"WIRE": 2, "SOURCE": 1, "DOC": 3}
+
+
+def test_what_is_alike_more_than_once_is_not_taken_for_renamed(protocol: Protocol) -> None:
+    """Two stages with the scales of the one that is gone: nobody can say which it is."""
+    [slide] = protocol.stages
+    new = (replace(slide, name="One"), replace(slide, name="Two"))
+    assert kinds(swapped(protocol, stages=new)) == ["stage-added", "stage-added", "stage-removed"]

@@ -1,0 +1,185 @@
+"""No attribute is forgotten: the tables of changes against the model, the schemas and the documentation."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stagewire_generator import model
+from stagewire_generator.change import KINDS, ChangeClass, compare
+from stagewire_generator.change.attributes import (
+    ATTRIBUTES,
+    SCALE,
+    Data,
+    Elsewhere,
+    Entries,
+    Ignored,
+    Names,
+)
+from stagewire_generator.model import Protocol
+
+ROOT = Path(__file__).parents[2]
+
+DATACLASSES = [
+    thing for name in model.__all__ if dataclasses.is_dataclass(thing := getattr(model, name))
+]
+
+
+@pytest.mark.parametrize("cls", DATACLASSES, ids=lambda cls: cls.__name__)
+def test_every_attribute_of_the_model_has_its_entry(cls: Any) -> None:
+    assert set(ATTRIBUTES[cls]) == {field.name for field in dataclasses.fields(cls)}
+
+
+def test_every_kind_that_a_table_names_exists() -> None:
+    entries = [entry for table in (*ATTRIBUTES.values(), SCALE) for entry in table.values()]
+    entries += [e for d in entries if isinstance(d, Data) for e in d.table.values()]
+    for entry in entries:
+        if isinstance(entry, str):
+            assert entry in KINDS
+        elif isinstance(entry, Names):
+            assert entry.kind in KINDS
+        elif isinstance(entry, Entries):
+            assert {entry.added, entry.removed} <= set(KINDS)
+        else:
+            assert isinstance(entry, Data | Elsewhere | Ignored)
+
+
+def definition(kind: str, *path: str) -> tuple[Any, Any]:
+    schema = json.loads((ROOT / f"spec/schema/{kind}.schema.json").read_text(encoding="utf-8"))
+    part = schema
+    for key in path:
+        part = part[key]
+    return schema, part
+
+
+def paths(schema: Any, part: Any, path: str = "") -> set[str]:
+    """Return the path of every value that a schema allows, with ``*`` for a name."""
+    if "$ref" in part:
+        part = {**schema["$defs"][part["$ref"].rpartition("/")[2]], **part}
+    inner = {f"{path}/{name}": below for name, below in part.get("properties", {}).items()}
+    inner |= {f"{path}/*": below for below in part.get("patternProperties", {}).values()}
+    if not inner:
+        return {path.removeprefix("/")}
+    return set().union(*(paths(schema, below, at) for at, below in inner.items()))
+
+
+@pytest.mark.parametrize(
+    ("cls", "attribute", "where"),
+    [
+        (Protocol, "document", ("protocol", "properties", "document")),
+        (Protocol, "formats", ("protocol", "properties", "formats")),
+        (Protocol, "framing", ("protocol", "properties", "framing")),
+        (Protocol, "contexts", ("protocol", "properties", "contexts")),
+        (Protocol, "units", ("units",)),
+        (model.Message, "exchange", ("messages", "$defs", "exchange")),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_every_plain_fact_that_a_schema_allows_has_its_entry(
+    cls: type, attribute: str, where: tuple[str, ...]
+) -> None:
+    data = ATTRIBUTES[cls][attribute]
+    assert isinstance(data, Data)
+    allowed = paths(*definition(*where))
+
+    def pattern(path: str) -> str:
+        return re.sub(r"^addresses/\w+", "addresses/*", path)
+
+    leaves = {p for p in data.table if not any(q.startswith(f"{p}/") for q in data.table)}
+    assert {pattern(path) for path in allowed} == leaves
+
+
+def test_every_fact_of_a_scale_has_its_entry() -> None:
+    _, scale = definition("quantities", "$defs", "scale", "properties")
+    assert set(scale) == set(SCALE)
+    for kind in ("quantities", "stages"):
+        _, factor = definition(kind, "$defs", "factor", "properties")
+        assert set(factor) <= set(ATTRIBUTES[model.Factor]) | {"unknown"}
+
+
+def altered(value: Any) -> Any:
+    """Return another value of the same type, or None where there is none."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, str):
+        return f"{value}x"
+    if isinstance(value, int | Fraction):
+        return value + 1
+    if isinstance(value, tuple) and value:
+        return value[:-1]
+    if isinstance(value, dict) and value:
+        return dict(list(value.items())[:-1])
+    return None
+
+
+def objects(thing: Any, found: dict[tuple[type, str], Any]) -> None:
+    """Find an object with something in it for every attribute of every class of the model."""
+    if dataclasses.is_dataclass(thing):
+        for field in dataclasses.fields(thing):
+            value = getattr(thing, field.name)
+            if altered(value) is not None:
+                found.setdefault((type(thing), field.name), thing)
+            objects(value, found)
+    elif isinstance(thing, dict):
+        for value in thing.values():
+            objects(value, found)
+    elif isinstance(thing, tuple):
+        for value in thing:
+            objects(value, found)
+
+
+def rebuilt(thing: Any, target: Any, instead: Any) -> Any:
+    """Return the model with one object of it replaced, wherever it stands."""
+    if thing is target:
+        return instead
+    if dataclasses.is_dataclass(thing):
+        fields = {f.name: getattr(thing, f.name) for f in dataclasses.fields(thing)}
+        return replace(thing, **{n: rebuilt(v, target, instead) for n, v in fields.items()})
+    if isinstance(thing, dict):
+        return {key: rebuilt(value, target, instead) for key, value in thing.items()}
+    if isinstance(thing, tuple):
+        return tuple(rebuilt(value, target, instead) for value in thing)
+    return thing
+
+
+def test_no_attribute_can_change_unnoticed(protocol: Protocol) -> None:
+    found: dict[tuple[type, str], Any] = {}
+    objects(protocol, found)
+    tried = set()
+    for (cls, name), thing in found.items():
+        entry = ATTRIBUTES.get(cls, {}).get(name)
+        if entry is None or isinstance(entry, Ignored):
+            continue
+        new = rebuilt(protocol, thing, replace(thing, **{name: altered(getattr(thing, name))}))
+        assert compare([protocol], [new]), (cls.__name__, name)
+        tried.add((cls, name))
+    wanted = {
+        (cls, name)
+        for cls, table in ATTRIBUTES.items()
+        for name, entry in table.items()
+        if not isinstance(entry, Ignored)
+    }
+    # What is a thing of its own, or nothing, in the good spec: the things are tried by themselves.
+    assert {f"{cls.__name__}.{name}" for cls, name in wanted - tried} == {
+        "Factor.page", "Field.enum", "Field.flags", "Field.format", "Field.quantity",
+        "FlagTable.format", "Layout.param1", "Layout.param2", "Quantity.factor",
+    }  # fmt: skip
+
+
+def test_the_schema_names_every_kind_and_class() -> None:
+    _, change = definition("changes", "$defs", "change", "properties")
+    assert change["kind"]["enum"] == list(KINDS)
+    assert change["class"]["enum"] == [level.name for level in sorted(ChangeClass, reverse=True)]
+
+
+def test_the_documentation_lists_every_kind() -> None:
+    text = (ROOT / "docs" / "changes.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([a-z-]+)` \| (WIRE|SOURCE|DOC) \| (.*) \|$", text, re.MULTILINE)
+    assert rows == [(name, kind.level.name, kind.meaning) for name, kind in KINDS.items()]
