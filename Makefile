@@ -1,6 +1,9 @@
 # Two commands do everything on a fresh machine, set-up included:
 #   make demo   check the spec, regenerate every binding, run all worked examples
 #   make test   formatting, types, import rules and all tests
+# What takes long or needs a quiet machine is apart:
+#   make bench  speed and memory against their bounds
+#   make fuzz   ten million executions of the codec, and everything that a user can feed to the command
 # Each has its own virtual environment below .venv/.
 
 PYTHON ?= python3
@@ -8,7 +11,12 @@ SPEC := spec
 OUT := generated
 REPORT := build/junit.xml
 
-.PHONY: demo test generate format bench clean
+BENCHMARKS := codec_speed framing_speed columns start_up framing_time framing_experiment capture_memory
+EXECUTIONS := 10000000
+SECONDS := 60
+SEED := 1
+
+.PHONY: demo test generate format bench fuzz clean
 
 demo: .venv/demo/ready
 	@echo "== the spec: schemas, layouts, witness, errata"
@@ -34,15 +42,29 @@ format: .venv/test/ready
 	.venv/test/bin/ruff check --fix .
 	.venv/test/bin/ruff format .
 
-bench: .venv/test/ready
-	.venv/test/bin/python benchmarks/framing_time.py
-	.venv/test/bin/python benchmarks/framing_experiment.py
+bench: .venv/bench/ready
+	@failed=; for program in $(BENCHMARKS); do \
+		echo "== $$program"; \
+		.venv/bench/bin/python benchmarks/$$program.py || failed="$$failed $$program"; \
+	done; \
+	test -z "$$failed" || { echo "over a bound:$$failed"; exit 1; }
+
+fuzz: .venv/fuzz/ready
+	.venv/fuzz/bin/python tests/fuzz/atheris_codec.py --executions $(EXECUTIONS) --seed $(SEED)
+	.venv/fuzz/bin/python tests/fuzz/memory_growth.py
+	.venv/fuzz/bin/python tests/fuzz/user_input.py --seconds $(SECONDS) --seed $(SEED)
 
 .venv/demo/ready: pyproject.toml
 	$(call environment,demo,generator)
 
 .venv/test/ready: pyproject.toml
 	$(call environment,test,dev)
+
+.venv/bench/ready: pyproject.toml
+	$(call environment,bench,bench)
+
+.venv/fuzz/ready: pyproject.toml
+	$(call environment,fuzz,fuzz)
 
 # $(1) the environment, $(2) the extra; made anew when pyproject.toml changes
 define environment

@@ -1,40 +1,38 @@
-"""``stagewire decode``: bytes to messages, for people or as JSON lines."""
+"""``stagewire decode``: bytes to messages, for people or for programs."""
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO
+from typing import Annotated, BinaryIO
 
 import typer
-from rich.console import Console
 
-from stagewire.errors import BadValueError, CodecError, DecodeError, UnknownMessageError
-from stagewire.framing import End, Event
-from stagewire.protocol import Protocol
+from stagewire.errors import CodecError
+from stagewire.framing import End
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.explain import explain
+from stagewire_cli.formats import Format, check_format, writing
+from stagewire_cli.formats.writer import Task, Writer
 from stagewire_cli.hextext import parse_hex
-from stagewire_cli.inputs import captures, chunks, is_json, opening
-from stagewire_cli.progress import progress
+from stagewire_cli.inputs import Source, captures, chunks, is_json, opening
+from stagewire_cli.outputs import check_output, output
+from stagewire_cli.progress import Progress, progress
 from stagewire_cli.protocols import PROTOCOL_HELP, choose
-from stagewire_cli.rendering import frame_line, frame_table, frame_title
-from stagewire_cli.terminal import console
-from stagewire_conformance.answers import frame_answer, refusal
-from stagewire_conformance.codec import Codec, event_answer
-from stagewire_conformance.hexes import spaced
+from stagewire_cli.selection import task_of
+from stagewire_cli.tally import Tally
 
 __all__ = ["EXAMPLE", "decode"]
+
+_NOW_AND_THEN = 1024  # frames
 
 EXAMPLE = """\b
 Examples:
   stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
-  stagewire decode capture.bin --end host --status dc --json
+  stagewire decode capture.bin --end host --status dc --format jsonl
+  stagewire decode capture.bin --message MOT_GET_DCSTATUSUPDATE --format csv --output status.csv
 """
-
-Json = dict[str, Any]
 
 
 def decode(
@@ -53,46 +51,89 @@ def decode(
         End | None,
         typer.Option("--end", help="End of the line that received the stream.  [default: none]"),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+    message: Annotated[
+        str | None,
+        typer.Option(
+            "--message",
+            metavar="NAME[:FORM]",
+            help="One message alone; CSV and Parquet then have a column for each of its fields.",
+        ),
+    ] = None,
+    format: Annotated[
+        Format | None, typer.Option("--format", help="What to write.  [default: table]")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="The same as --format jsonl.")] = False,
+    target: Annotated[
+        Path | None,
+        typer.Option("--output", metavar="FILE", help="Where to write; needed for Parquet."),
+    ] = None,
 ) -> None:
     """Decode one frame in hex, or a stream from a file or standard input.
 
     One frame on the command line must be whole and right; what is wrong with it is explained. A
-    file holds hex text, raw bytes, or JSON captures ("hex" in each entry). Exit code 1 means
-    that a frame was refused, or that a stream held garbage, a packet too short for its message, or
-    an end that is incomplete.
+    file holds hex text, raw bytes, or JSON captures ("hex" in each entry, in a list or one a line),
+    each of which must be one frame. A stream may be of any size.
+
+    CSV and Parquet have a row for every event, with the fields as JSON; for one --message they have
+    a typed column for each field, and a row for each of its frames. Offsets count bytes from the
+    beginning. An output file that is there already is replaced, once all is written.
+
+    Exit code 1 means that a frame was refused, or that a stream held garbage, a packet too short
+    for its message, or an end that is incomplete. An unknown message in a stream is no fault: newer
+    controllers send more than is known. As the only frame, or in JSON captures, it is refused.
     """
-    chosen = choose(protocol)
-    context = None if status is None else {"status": status}
+    task = task_of(choose(protocol), status, message)
+    wanted = _format(format, as_json)
     try:
-        Codec(chosen).check_context(context)
-    except BadValueError as error:
-        raise CalledWronglyError(f"--status: {error}") from None
-    shown = _Json(chosen, context) if as_json else _Text(chosen, context)
-    right = _decode(source, shown, end)
-    if not right:
+        check_format(wanted, task)
+    except CodecError as error:
+        raise CalledWronglyError(f"--message: {error}") from None
+    if wanted is Format.PARQUET and target is None:
+        raise CalledWronglyError("Parquet is no text; say where to write it by --output FILE")
+    given = _given(source)
+    if target is not None:
+        check_output(target, given if isinstance(given, Path) else None)
+    tally = Tally()
+    with (
+        output(target, binary=wanted is Format.PARQUET) as out,
+        writing(wanted, task, out) as made,
+        # What scrolls by on a terminal shows by itself how far it is.
+        progress(lines=False, quiet=target is None and sys.stdout.isatty()) as say,
+    ):
+        _Decoding(task, made, end, tally, say).of(given)
+    alone = isinstance(given, bytes) and end is None
+    if target or (not alone and (wanted is not Format.JSONL or task.only)):
+        typer.echo(tally.summary, err=True)
+    if not tally.right:
         raise typer.Exit(WRONG)
 
 
-def _decode(source: list[str], shown: _Json | _Text, end: End | None) -> bool:
+def _format(format: Format | None, as_json: bool) -> Format:
+    if not as_json:
+        return format or Format.TABLE
+    if format not in (None, Format.JSONL):
+        raise CalledWronglyError(
+            f"--json is --format jsonl; it contradicts --format {format.value}"
+        )
+    return Format.JSONL
+
+
+def _given(source: list[str]) -> Path | bytes | None:
+    """Return what the arguments name: a file, bytes in hex, or None for standard input."""
     if source == ["-"]:
-        return _read(sys.stdin.buffer, shown, end)
+        return None
     if len(source) == 1 and _is_file(source[0]):
-        with Path(source[0]).open("rb") as file:
-            return _read(file, shown, end)
+        return Path(source[0])
     for word in source:
         if word == "-" or (_is_file(word) and not _is_hex(word)):
             raise CalledWronglyError(
                 f"{word} stands among other arguments; give one file at a time"
             )
     try:
-        raw = parse_hex(" ".join(source))
+        return parse_hex(" ".join(source))
     except ValueError as error:
         word = str(error).removeprefix("line 1: ")
         raise CalledWronglyError(f"neither a file nor hex: {word}") from None
-    if end is not None:
-        return _stream([raw], shown, end)
-    return shown.frame(raw)
 
 
 def _is_file(name: str) -> bool:
@@ -109,118 +150,56 @@ def _is_hex(word: str) -> bool:
         return False
 
 
-def _read(stream: BinaryIO, shown: _Json | _Text, end: End | None) -> bool:
-    block, text = opening(stream)
-    if not is_json(text):
-        return _stream(chunks(stream, block, text), shown, end)
-    right = True
-    for name, raw in captures(stream, block):
-        right &= shown.frame(raw, name)
-    return right
+@dataclass(frozen=True)
+class _Decoding:
+    """One run of the command: from what is read to what writes, and what is counted on the way."""
 
+    task: Task
+    writer: Writer
+    end: End | None
+    tally: Tally
+    say: Progress
 
-def _stream(parts: Iterable[bytes], shown: _Json | _Text, end: End | None) -> bool:
-    framer = shown.protocol.framer(end or End.NONE)
-    counts: dict[str, int] = {}
-    read = 0
-    with progress() as say:
-        for part in parts:
-            for event in framer.feed(part):
-                kind = shown.event(event)
-                counts[kind] = counts.get(kind, 0) + 1
-            read += len(part)
-            say(f"{read} bytes, {counts.get('message', 0)} messages")
-    if framer.pending:
-        shown.pending(bytes(framer.pending))
-    shown.summary(read, counts, len(framer.pending))
-    return not (framer.pending or counts.get("garbage") or counts.get("bad_length"))
-
-
-class _Json:
-    """Answers in the shape of the testee's, one per line."""
-
-    def __init__(self, protocol: Protocol, context: dict[str, str] | None) -> None:
-        self.protocol = protocol
-        self.context = context
-        self._count = 0
-
-    def frame(self, raw: bytes, name: str = "") -> bool:
-        """Show one frame that must be right; return whether it is."""
-        self._count += 1
-        try:
-            frame = self.protocol.decode(raw, self.context)
-        except CodecError as error:
-            self._print({"id": self._count} | refusal(error))
-            return False
-        self._print({"id": self._count, "ok": True} | frame_answer(frame))
-        return True
-
-    def event(self, event: Event) -> str:
-        """Show one event of a stream; return its kind."""
-        answer = event_answer(self.protocol, event, self.context)
-        self._print(answer)
-        return str(answer["event"])
-
-    def pending(self, raw: bytes) -> None:
-        """Show what is left at the end of a stream."""
-        self._print({"pending": raw.hex()})
-
-    def summary(self, read: int, counts: dict[str, int], pending: int) -> None:
-        """Say nothing: every line on standard output is JSON."""
-
-    @staticmethod
-    def _print(answer: Json) -> None:
-        sys.stdout.write(json.dumps(answer, separators=(",", ":")) + "\n")
-
-
-class _Text:
-    """A table for a frame, a line for each event of a stream."""
-
-    def __init__(self, protocol: Protocol, context: dict[str, str] | None) -> None:
-        self.protocol = protocol
-        self.context = context
-        self._console: Console = console()
-
-    def frame(self, raw: bytes, name: str = "") -> bool:
-        """Show one frame that must be right, or why it is not; return whether it is."""
-        if name:
-            self._say(f"{name}: {spaced(raw)}")
-        try:
-            answer = frame_answer(self.protocol.decode(raw, self.context))
-        except (DecodeError, UnknownMessageError) as error:
-            for line in explain(self.protocol, raw, error):
-                self._say(line)
-            return False
-        self._say(frame_title(self.protocol, answer))
-        if answer["fields"] or answer.get("extra") or answer.get("data"):
-            self._console.print(frame_table(self.protocol, answer))
-        if answer["form"] == "data:undecided":
-            known = Codec(self.protocol).contexts()
-            options = [f"--{key} {' or '.join(values)}" for key, values in known.items()]
-            self._say(f"the bytes do not say which layout this is; {', '.join(options)} does")
-        if name:
-            self._say("")
-        return True
-
-    def event(self, event: Event) -> str:
-        """Show one event of a stream; return its kind."""
-        answer = event_answer(self.protocol, event, self.context)
-        if "hex" in answer:
-            self._say(f"{answer['event']}: {spaced(event.raw)}")
+    def of(self, given: Path | bytes | None) -> None:
+        """Decode what the arguments name."""
+        if given is None:
+            self._file(sys.stdin.buffer)
+        elif isinstance(given, Path):
+            with given.open("rb") as file:
+                self._file(file)
+        elif self.end is not None:
+            self._stream([given])
         else:
-            self._say(frame_line(answer))
-        return str(answer["event"])
+            self.tally.frame(given, self.writer.frame(0, given))
 
-    def pending(self, raw: bytes) -> None:
-        """Show what is left at the end of a stream."""
-        self._say(f"incomplete at the end: {spaced(raw)}")
+    def _file(self, stream: BinaryIO) -> None:
+        source = Source(stream)
+        block, text = opening(source)
+        if not is_json(text):
+            self._stream(chunks(source, block, text), source)
+        elif self.end is not None:
+            raise CalledWronglyError(
+                "--end is for a stream; JSON captures are frames by themselves"
+            )
+        else:
+            self._captures(source, block)
 
-    def summary(self, read: int, counts: dict[str, int], pending: int) -> None:
-        """Say on standard error what came."""
-        found = [f"{number} {kind}" for kind, number in sorted(counts.items())]
-        found += [f"{pending} bytes incomplete"] * bool(pending)
-        typer.echo(f"{read} bytes: {', '.join(found) or 'nothing'}", err=True)
+    def _captures(self, source: Source, block: bytes) -> None:
+        for name, raw in captures(source, block):
+            self.tally.frame(raw, self.writer.frame(self.tally.read, raw, name))
+            if self.tally.counts.total() % _NOW_AND_THEN == 0:
+                self.say(f"{source.progress}, {self.tally.counts['frame']:,} frames")
 
-    @staticmethod
-    def _say(text: str) -> None:
-        sys.stdout.write(f"{text}\n")
+    def _stream(self, parts: Iterable[bytes], source: Source | None = None) -> None:
+        framer = self.task.protocol.framer(self.end or End.NONE)
+        for part in parts:
+            offset = self.tally.read - len(framer.pending)
+            events = framer.feed(part)
+            self.writer.events(offset, events)
+            self.writer.flush()
+            self.tally.events(events, part)
+            if source is not None:
+                self.say(f"{source.progress}, {self.tally.counts['message']:,} messages")
+        if framer.pending:
+            self.writer.pending(self.tally.read - len(framer.pending), framer.pending)
+        self.tally.end(framer.pending)

@@ -12,6 +12,7 @@ import typer
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.generator import folder, load, show_diagnostics, the_generator
 from stagewire_cli.progress import progress
+from stagewire_cli.terminal import printable
 
 __all__ = ["EXAMPLE", "generate"]
 
@@ -75,9 +76,9 @@ def _compare(out: Path, files: Mapping[str, str], *, partial: bool) -> None:
     if partial:  # the rest of the folder belongs to other targets
         changes = [change for change in changes if change.kind != "orphaned"]
     for change in changes:
-        typer.echo(f"{change.kind}: {change.path}")
-        if change.diff:
-            typer.echo(change.diff)
+        typer.echo(f"{change.kind}: {printable(change.path)}")
+        for line in change.diff.splitlines():  # of a file that anybody may have written
+            typer.echo(printable(line))
     if changes:
         count = Counter(change.kind for change in changes)
         listed = ", ".join(f"{number} {kind}" for kind, number in sorted(count.items()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 
 __all__ = ["HexText", "parse_hex"]
@@ -54,8 +55,16 @@ class HexText:
             return b""
         text, hash_, _ = text.partition("#")
         self._comment = bool(hash_)
-        *words, self._tail = _SEPARATOR.split(self._tail + text)
+        text = self._tail + text
         made = bytearray()
+        cut = text.rfind(" ") + 1
+        if cut and not self._inside:
+            # Pairs and blanks alone, as nearly all hex text is, are read at once; fromhex takes
+            # nothing that the words below would not.
+            with contextlib.suppress(ValueError):
+                made += bytes.fromhex(text[:cut])
+                text = text[cut:]
+        *words, self._tail = _SEPARATOR.split(text)
         for word in words:
             made += self._word(word)
             self._inside = False

@@ -1,20 +1,23 @@
-"""What ``stagewire decode`` reads: text of hex, a list of captures in JSON, or raw bytes; in blocks."""
+"""What ``stagewire decode`` reads: text of hex, captures in JSON, or raw bytes; in blocks."""
 
 from __future__ import annotations
 
 import codecs
 import json
+import os
 import re
+import stat
 from collections.abc import Iterator
 from typing import Any, BinaryIO
 
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.hextext import HexText, parse_hex
 
-__all__ = ["Capture", "captures", "chunks", "is_json", "opening"]
+__all__ = ["Capture", "Source", "captures", "chunks", "is_json", "opening"]
 
 BLOCK = 64 * 1024
 _MAXIMUM_JSON = 64 * 1024 * 1024
+_MIB = 1024 * 1024
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _JSON = re.compile(r'\s*(?:\{|\[\s*(?:["{\[\]]|\Z))')
 
@@ -22,12 +25,46 @@ Capture = tuple[str, bytes]
 """What names an entry, and its bytes."""
 
 
-def opening(stream: BinaryIO) -> tuple[bytes, str | None]:
+class Source:
+    """A stream that is read in blocks.
+
+    ``read`` counts its bytes so far; ``size`` is how many there are, None where nobody knows.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self.read = 0
+        self.size = _size(stream)
+        # read1 gives what is there: a live stream is shown as it comes
+        self._reader = getattr(stream, "read1", stream.read)
+
+    def block(self) -> bytes:
+        """Return the next bytes; none at the end."""
+        block: bytes = self._reader(BLOCK)
+        self.read += len(block)
+        return block
+
+    @property
+    def progress(self) -> str:
+        """How far it has been read, for people."""
+        if not self.size:
+            return f"{self.read:,} bytes"
+        return f"{self.read:,} of {self.size:,} bytes ({self.read * 100 // self.size} %)"
+
+
+def _size(stream: BinaryIO) -> int | None:
+    try:
+        found = os.fstat(stream.fileno())
+    except (OSError, ValueError, AttributeError):  # not every stream is a file of the system
+        return None
+    return found.st_size if stat.S_ISREG(found.st_mode) else None
+
+
+def opening(source: Source) -> tuple[bytes, str | None]:
     """Return the first block, and it as text; None when it is raw bytes.
 
     Frames hold zeros and ones, text does not: that is what tells them apart.
     """
-    block = _block(stream)
+    block = source.block()
     if _CONTROL.search(block):
         return block, None
     try:
@@ -42,19 +79,19 @@ def is_json(text: str | None) -> bool:
     return text is not None and _JSON.match(text) is not None
 
 
-def chunks(stream: BinaryIO, block: bytes, text: str | None) -> Iterator[bytes]:
-    """Yield the bytes that the stream says, beginning with its first ``block``."""
+def chunks(source: Source, block: bytes, text: str | None) -> Iterator[bytes]:
+    """Yield the bytes that the source says, beginning with its first ``block``."""
     if text is None:
         while block:
             yield block
-            block = _block(stream)
+            block = source.block()
         return
     decoder = codecs.getincrementaldecoder("utf-8-sig")()
     reader = HexText()
     try:
         while block:
             yield reader.feed(decoder.decode(block))
-            block = _block(stream)
+            block = source.block()
         decoder.decode(b"", final=True)
         yield reader.finish()
     except UnicodeDecodeError:
@@ -63,47 +100,95 @@ def chunks(stream: BinaryIO, block: bytes, text: str | None) -> Iterator[bytes]:
         raise CalledWronglyError(str(error)) from None
 
 
-def captures(stream: BinaryIO, block: bytes) -> Iterator[Capture]:
-    """Yield the entries of a list of captures, or of one JSON object per line."""
-    whole = block
-    while more := _block(stream):
-        whole += more
-        if len(whole) > _MAXIMUM_JSON:
-            limit = _MAXIMUM_JSON // 1024 // 1024
-            raise CalledWronglyError(f"a JSON file of over {limit} MiB; give hex text or raw bytes")
-    try:
-        text = whole.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CalledWronglyError(f"not UTF-8 text: byte {error.start}") from None
-    for number, entry in enumerate(_entries(text), 1):
+def captures(source: Source, block: bytes) -> Iterator[Capture]:
+    """Yield the entries of a list of captures, or of one JSON object per line.
+
+    Lines are read one by one, however many there are. A list is loaded as a whole, and so is a line;
+    neither may be longer than 64 MiB.
+    """
+    for number, entry in enumerate(_entries(_lines(source, block)), 1):
         yield _capture(entry, number)
 
 
-def _entries(text: str) -> list[Any]:
+def _entries(lines: Iterator[tuple[int, str]]) -> Iterator[Any]:
+    number, first = next(lines)
     try:
-        loaded = json.loads(text)
-    except RecursionError:
-        raise CalledWronglyError("the JSON is nested too deeply") from None
+        value = _loaded(number, first)
     except ValueError as error:
-        return _lines(text, error)
-    if isinstance(loaded, dict) and isinstance(loaded.get("captures"), list):
-        loaded = loaded["captures"]
-    return loaded if isinstance(loaded, list) else [loaded]
-
-
-def _lines(text: str, first: ValueError) -> list[Any]:
-    entries = []
-    for number, line in enumerate(text.splitlines(), 1):
-        if not line.strip():
-            continue
+        # No JSON by itself: then all lines together are one value.
+        yield from _list_of(_whole(first, lines, error))
+        return
+    is_list = isinstance(value, list) or _in_captures(value)
+    yield from _list_of(value)
+    for number, line in lines:
+        if is_list:
+            raise CalledWronglyError(f"line {number}: more text after the end of the list")
         try:
-            entries.append(json.loads(line))
-        except RecursionError:
-            raise CalledWronglyError(f"line {number}: nested too deeply") from None
+            yield _loaded(number, line)
         except ValueError as error:
-            # neither one JSON text nor one a line: say what is nearer to the truth
-            raise CalledWronglyError(f"not JSON: {first if number == 1 else error}") from None
-    return entries
+            raise CalledWronglyError(f"not JSON: line {number}: {error}") from None
+
+
+def _list_of(value: Any) -> list[Any]:
+    if _in_captures(value):
+        value = value["captures"]
+    return value if isinstance(value, list) else [value]
+
+
+def _in_captures(value: Any) -> bool:
+    return isinstance(value, dict) and isinstance(value.get("captures"), list)
+
+
+def _loaded(number: int, text: str) -> Any:
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise CalledWronglyError(f"line {number}: nested too deeply") from None
+
+
+def _whole(first: str, lines: Iterator[tuple[int, str]], error: ValueError) -> Any:
+    parts, size = [first], len(first)
+    for _, line in lines:
+        parts.append(line)
+        size += len(line)
+        if size > _MAXIMUM_JSON:
+            raise CalledWronglyError(
+                f"a JSON list of over {_MAXIMUM_JSON // _MIB} MiB; give one object per line, hex text "
+                f"or raw bytes (as one object per line it is none: {error})"
+            )
+    try:
+        return _loaded(1, "\n".join(parts))
+    except ValueError as wrong:
+        raise CalledWronglyError(f"not JSON: {wrong}") from None
+
+
+def _lines(source: Source, block: bytes) -> Iterator[tuple[int, str]]:
+    """Yield the lines that are not blank, with their numbers."""
+    number, parts, size = 1, [], 0
+    while block:
+        *ended, rest = block.split(b"\n")
+        for piece in ended:
+            parts.append(piece)
+            yield from _line(number, b"".join(parts))
+            number, parts, size = number + 1, [], 0
+        parts.append(rest)
+        size += len(rest)
+        if size > _MAXIMUM_JSON:
+            raise CalledWronglyError(
+                f"line {number}: over {_MAXIMUM_JSON // _MIB} MiB of JSON in one line; give one object "
+                "per line, hex text or raw bytes"
+            )
+        block = source.block()
+    yield from _line(number, b"".join(parts))
+
+
+def _line(number: int, raw: bytes) -> Iterator[tuple[int, str]]:
+    try:
+        text = raw.decode("utf-8-sig" if number == 1 else "utf-8")
+    except UnicodeDecodeError as error:
+        raise CalledWronglyError(f"line {number}: not UTF-8 text: byte {error.start}") from None
+    if text.strip():
+        yield number, text
 
 
 def _capture(entry: Any, number: int) -> Capture:
@@ -116,10 +201,3 @@ def _capture(entry: Any, number: int) -> Capture:
         return f"entry {number}", parse_hex(text)
     except ValueError as error:
         raise CalledWronglyError(f"entry {number}: {error}") from None
-
-
-def _block(stream: BinaryIO) -> bytes:
-    # read1 gives what is there: a live stream is shown as it comes
-    reader = getattr(stream, "read1", stream.read)
-    block: bytes = reader(BLOCK)
-    return block

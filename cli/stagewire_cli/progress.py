@@ -17,14 +17,22 @@ _PATIENCE = 2.0
 
 
 class Progress:
-    """Called with what is being done; silent for the first two seconds."""
+    """Called with what is being done; silent for the first two seconds.
 
-    def __init__(self) -> None:
+    :param lines: whether to print plain lines where standard error is no terminal.
+    :param quiet: whether to say nothing at all.
+    """
+
+    def __init__(self, *, lines: bool = True, quiet: bool = False) -> None:
+        self._quiet = quiet
         self._next = time.monotonic() + _PATIENCE
         self._status: Status | None = None
+        self._lines = lines
 
     def __call__(self, text: str) -> None:
         """Say what is being done now."""
+        if self._quiet:
+            return
         now = time.monotonic()
         if self._status is not None:
             self._status.update(text)
@@ -33,7 +41,7 @@ class Progress:
             if sys.stderr.isatty():
                 self._status = console(error=True).status(text)
                 self._status.start()
-            else:
+            elif self._lines:
                 print(f"... {text}", file=sys.stderr, flush=True)
 
     def stop(self) -> None:
@@ -44,9 +52,9 @@ class Progress:
 
 
 @contextmanager
-def progress() -> Iterator[Progress]:
+def progress(*, lines: bool = True, quiet: bool = False) -> Iterator[Progress]:
     """Give a :class:`Progress` that is gone when the block ends."""
-    shown = Progress()
+    shown = Progress(lines=lines, quiet=quiet)
     try:
         yield shown
     finally:

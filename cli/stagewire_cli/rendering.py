@@ -7,12 +7,13 @@ from typing import Any
 
 from rich.table import Table
 
+from stagewire.frame import Frame
 from stagewire.protocol import Protocol
 from stagewire_cli.terminal import printable, table
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.scales import factor
 
-__all__ = ["frame_line", "frame_table", "frame_title"]
+__all__ = ["event_line", "frame_line", "frame_table", "frame_title"]
 
 Json = dict[str, Any]
 _HEX_FROM = 10
@@ -47,11 +48,23 @@ def frame_table(protocol: Protocol, answer: Json) -> Table:
 
 def frame_line(answer: Json) -> str:
     """Return a decoded frame in one line, for streams."""
-    fields = [f"{name}={_raw_text(value)}" for name, value in answer["fields"].items()]
-    fields += [f"{key}={answer[key]}" for key in ("extra", "data") if answer.get(key)]
-    form = "" if answer["form"] in ("header", "data") else f" ({answer['form']})"
-    where = f"{answer['source']:#04x}->{answer['dest']:#04x}"
-    return " ".join([f"{where} {answer['message']}{form}", *fields])
+    words = [f"{name}={_raw_text(value)}" for name, value in answer["fields"].items()]
+    words += [f"{key}={answer[key]}" for key in ("extra", "data") if answer.get(key)]
+    return _line(answer["message"], answer["form"], answer["dest"], answer["source"], words)
+
+
+def event_line(frame: Frame, fields: str) -> str:
+    """Return what :func:`frame_line` does where the text of all fields is known already."""
+    words = [fields] if fields else []
+    if frame.extra:
+        words.append(f"extra={frame.extra.hex()}")
+    layout = frame.message.layout
+    return _line(layout.message, layout.form, frame.dest, frame.source, words)
+
+
+def _line(message: str, form: str, dest: int, source: int, words: list[str]) -> str:
+    shown = "" if form in ("header", "data") else f" ({form})"
+    return " ".join([f"{source:#04x}->{dest:#04x} {message}{shown}", *words])
 
 
 def _raw_text(value: int | str) -> str:

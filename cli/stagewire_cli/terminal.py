@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import TextIO
 
 from rich import box
 from rich.console import Console
@@ -13,9 +14,12 @@ __all__ = ["console", "printable", "table"]
 _PIPE_WIDTH = 200
 
 
-def console(*, error: bool = False) -> Console:
-    """Return a console on standard output (or error) as it is now; text is printed as it stands."""
-    stream = sys.stderr if error else sys.stdout
+def console(*, error: bool = False, file: TextIO | None = None) -> Console:
+    """Return a console on standard output (or error) as it is now; text is printed as it stands.
+
+    ``file`` is where to write instead.
+    """
+    stream = file or (sys.stderr if error else sys.stdout)
     width = None if stream.isatty() else _PIPE_WIDTH
     return Console(file=stream, width=width, markup=False, highlight=False, emoji=False)
 

@@ -23,13 +23,13 @@ from stagewire_conformance.answers import frame_answer
 from stagewire_conformance.hexes import from_hex
 from stagewire_conformance.registry import registry_of
 
-__all__ = ["ENDS", "Codec", "encode_frame", "event_answer"]
+__all__ = ["ENDS", "EVENT_NAMES", "Codec", "encode_frame", "event_answer"]
 
 Json = dict[str, Any]
 Context = Mapping[str, str]
 
 ENDS = {end.value: end for end in End}
-_NAMES: dict[type[Event], str] = {
+EVENT_NAMES: dict[type[Event], str] = {
     Received: "message",
     Undocumented: "undocumented",
     Unknown: "unknown",
@@ -88,7 +88,7 @@ class Codec:
 
 def event_answer(protocol: Protocol, event: Event, context: Context | None = None) -> Json:
     """Return one event of a stream as the object that a testee answers with."""
-    answer: Json = {"event": _NAMES[type(event)]}
+    answer: Json = {"event": EVENT_NAMES[type(event)]}
     if isinstance(event, (Received, Undocumented)):
         return answer | frame_answer(protocol.decode(event.raw, context))
     return answer | {"hex": event.raw.hex()}

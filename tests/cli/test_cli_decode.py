@@ -116,6 +116,7 @@ def test_streams(stagewire: Stagewire, tmp_path: Path, raw: bool, stdin: bool) -
     path.write_bytes(data)
     result = stagewire("decode", "-" if stdin else path, "--json", input=data if stdin else b"")
     events = [json.loads(line) for line in result.out.splitlines()]
+    assert [event.pop("offset") for event in events] == [0, 6, 18, 19]
     for event in events:
         validate("event", event)
     assert [event["event"] for event in events] == ["message", "message", "garbage", "message"]
@@ -156,6 +157,19 @@ def test_a_long_text_is_read_in_blocks(stagewire: Stagewire, tmp_path: Path) -> 
     result = stagewire("decode", path, "--end", "device")
     assert result.code == 0
     assert result.err.endswith("240000 bytes: 40000 message\n")
+
+
+def test_a_word_that_blocks_have_cut_ends_at_a_blank(stagewire: Stagewire) -> None:
+    text = HOME.replace(" ", "") * 11_000 + " 43 04 01 00 50 0x01\n" + HOME
+    result = stagewire("decode", "-", "--end", "device", input=text.encode())
+    assert result.err == "66012 bytes: 11002 message\n"
+
+
+def test_garbage_that_blocks_have_cut_is_one_run(stagewire: Stagewire) -> None:
+    home = bytes.fromhex(HOME)
+    result = stagewire("decode", "-", input=home + b"\xee" * 200_000 + home)
+    assert result.err == "200012 bytes: 1 garbage, 2 message\n"
+    assert result.code == 1
 
 
 @pytest.mark.parametrize(

@@ -151,6 +151,18 @@ def test_order_of_files_and_entries_does_not_matter(
     assert render(check(spec)) == files
 
 
+def test_stages_import_what_they_use(spec: Path, files: dict[str, str]) -> None:
+    module = "python/stagewire_tiny/stages.py"
+    line = "from stagewire.quantities import "
+    assert f"{line}Scale, Stage, UnknownScale\n" in files[module]
+    path = spec / "tiny" / "stages.yaml"
+    text = path.read_text(encoding="utf-8")
+    unknown = "        speed: {unknown: no page says so}\n"
+    assert unknown in text
+    path.write_text(text.replace(unknown, ""), encoding="utf-8")
+    assert f"{line}Scale, Stage\n" in render(check(spec))[module]
+
+
 def test_negative_values_and_signed_bytes(spec: Path) -> None:
     """What no vendor of ours has, and the language allows."""
     tiny = spec / "tiny"
@@ -171,7 +183,7 @@ def test_negative_values_and_signed_bytes(spec: Path) -> None:
     exec(modules["python/stagewire_tiny/enumerations.py"], scope)
     assert [int(value) for value in scope["Tilt"]] == [-1, -32768, 300]
     chapter = files["python/stagewire_tiny/messages/extra.py"]
-    assert 'Struct("<HHBBHq")' in chapter
+    assert 'Struct("<LBBHq")' in chapter
     assert 'Struct("<HbbBB")' in files["python/stagewire_tiny/messages/core.py"]
 
 

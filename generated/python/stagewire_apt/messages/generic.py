@@ -46,6 +46,9 @@ __all__ = [
 ]
 
 
+_HW_DISCONNECT = Struct("<HBBBB")
+
+
 class HwDisconnect(Message):
     """``HW_DISCONNECT`` (0x0002), either way, header only; page 19.
 
@@ -66,7 +69,6 @@ class HwDisconnect(Message):
         only_zero=True,
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -99,7 +101,10 @@ class HwDisconnect(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0002, self.param1, self.param2, dest, source)
+        return _HW_DISCONNECT.pack(0x0002, self.param1, self.param2, dest, source)
+
+
+_HW_REQ_INFO = Struct("<HBBBB")
 
 
 class HwReqInfo(Message):
@@ -124,7 +129,6 @@ class HwReqInfo(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -157,7 +161,10 @@ class HwReqInfo(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0005, self.param1, self.param2, dest, source)
+        return _HW_REQ_INFO.pack(0x0005, self.param1, self.param2, dest, source)
+
+
+_HW_GET_INFO = Struct("<LBBl8sH4s64sH")
 
 
 class HwGetInfo(Message):
@@ -190,7 +197,6 @@ class HwGetInfo(Message):
         length=84,
     )
     _unpack = Struct("<6xl8sH4s64sH").unpack_from
-    _pack = Struct("<HHBBl8sH4s64sH").pack
     serial_number: int
     model_number: str
     type: int
@@ -259,9 +265,8 @@ class HwGetInfo(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0006,
-            84,
+        return _HW_GET_INFO.pack(
+            84 << 16 | 0x0006,
             dest | 0x80,
             source,
             self.serial_number,
@@ -271,6 +276,9 @@ class HwGetInfo(Message):
             self.notes.encode("latin-1"),
             self.nchs,
         )
+
+
+_HW_START_UPDATE_MSGS = Struct("<HBBBB")
 
 
 class HwStartUpdateMsgs(Message):
@@ -294,7 +302,6 @@ class HwStartUpdateMsgs(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     update_rate: int
     param2: int
 
@@ -327,7 +334,10 @@ class HwStartUpdateMsgs(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0011, self.update_rate, self.param2, dest, source)
+        return _HW_START_UPDATE_MSGS.pack(0x0011, self.update_rate, self.param2, dest, source)
+
+
+_HW_STOP_UPDATE_MSGS = Struct("<HBBBB")
 
 
 class HwStopUpdateMsgs(Message):
@@ -350,7 +360,6 @@ class HwStopUpdateMsgs(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -383,7 +392,10 @@ class HwStopUpdateMsgs(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0012, self.param1, self.param2, dest, source)
+        return _HW_STOP_UPDATE_MSGS.pack(0x0012, self.param1, self.param2, dest, source)
+
+
+_RACK_REQ_BAY_USED = Struct("<HBBBB")
 
 
 class RackReqBayUsed(Message):
@@ -411,7 +423,6 @@ class RackReqBayUsed(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     bay_ident: int
     param2: int
 
@@ -444,7 +455,10 @@ class RackReqBayUsed(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0060, self.bay_ident, self.param2, dest, source)
+        return _RACK_REQ_BAY_USED.pack(0x0060, self.bay_ident, self.param2, dest, source)
+
+
+_RACK_GET_BAY_USED = Struct("<HBBBB")
 
 
 class RackGetBayUsed(Message):
@@ -471,7 +485,6 @@ class RackGetBayUsed(Message):
         fields=("bay_ident", "bay_state"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     bay_ident: int
     bay_state: int
 
@@ -504,7 +517,10 @@ class RackGetBayUsed(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0061, self.bay_ident, self.bay_state, dest, source)
+        return _RACK_GET_BAY_USED.pack(0x0061, self.bay_ident, self.bay_state, dest, source)
+
+
+_HUB_REQ_BAY_USED = Struct("<HBBBB")
 
 
 class HubReqBayUsed(Message):
@@ -526,7 +542,6 @@ class HubReqBayUsed(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -559,7 +574,10 @@ class HubReqBayUsed(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0065, self.param1, self.param2, dest, source)
+        return _HUB_REQ_BAY_USED.pack(0x0065, self.param1, self.param2, dest, source)
+
+
+_HUB_GET_BAY_USED = Struct("<HBBBB")
 
 
 class HubGetBayUsed(Message):
@@ -583,7 +601,6 @@ class HubGetBayUsed(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     bay_ident: int
     param2: int
 
@@ -616,7 +633,10 @@ class HubGetBayUsed(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0066, self.bay_ident, self.param2, dest, source)
+        return _HUB_GET_BAY_USED.pack(0x0066, self.bay_ident, self.param2, dest, source)
+
+
+_HW_RESPONSE = Struct("<HBBBB")
 
 
 class HwResponse(Message):
@@ -636,7 +656,6 @@ class HwResponse(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -669,7 +688,7 @@ class HwResponse(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0080, self.param1, self.param2, dest, source)
+        return _HW_RESPONSE.pack(0x0080, self.param1, self.param2, dest, source)
 
 
 class HwRichResponse(UndocumentedMessage):
@@ -693,6 +712,9 @@ class HwRichResponse(UndocumentedMessage):
     )
 
 
+_MOD_SET_CHAN_ENABLE_STATE = Struct("<HBBBB")
+
+
 class ModSetChanEnableState(Message):
     """``MOD_SET_CHANENABLESTATE`` (0x0210), to the controller, header only; page 17.
 
@@ -711,7 +733,6 @@ class ModSetChanEnableState(Message):
         fields=("chan_ident", "enable_state"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     enable_state: int
 
@@ -744,7 +765,16 @@ class ModSetChanEnableState(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0210, self.chan_ident, self.enable_state, dest, source)
+        return _MOD_SET_CHAN_ENABLE_STATE.pack(
+            0x0210,
+            self.chan_ident,
+            self.enable_state,
+            dest,
+            source,
+        )
+
+
+_MOD_REQ_CHAN_ENABLE_STATE = Struct("<HBBBB")
 
 
 class ModReqChanEnableState(Message):
@@ -768,7 +798,6 @@ class ModReqChanEnableState(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -801,7 +830,10 @@ class ModReqChanEnableState(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0211, self.chan_ident, self.param2, dest, source)
+        return _MOD_REQ_CHAN_ENABLE_STATE.pack(0x0211, self.chan_ident, self.param2, dest, source)
+
+
+_MOD_GET_CHAN_ENABLE_STATE = Struct("<HBBBB")
 
 
 class ModGetChanEnableState(Message):
@@ -822,7 +854,6 @@ class ModGetChanEnableState(Message):
         fields=("chan_ident", "enable_state"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     enable_state: int
 
@@ -855,7 +886,16 @@ class ModGetChanEnableState(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0212, self.chan_ident, self.enable_state, dest, source)
+        return _MOD_GET_CHAN_ENABLE_STATE.pack(
+            0x0212,
+            self.chan_ident,
+            self.enable_state,
+            dest,
+            source,
+        )
+
+
+_MOD_IDENTIFY = Struct("<HBBBB")
 
 
 class ModIdentify(Message):
@@ -879,7 +919,6 @@ class ModIdentify(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -912,7 +951,10 @@ class ModIdentify(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0223, self.param1, self.param2, dest, source)
+        return _MOD_IDENTIFY.pack(0x0223, self.param1, self.param2, dest, source)
+
+
+_RACK_REQ_STATUS_BITS = Struct("<HBBBB")
 
 
 class RackReqStatusBits(Message):
@@ -940,7 +982,6 @@ class RackReqStatusBits(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     status_bits: int
     param2: int
 
@@ -973,7 +1014,10 @@ class RackReqStatusBits(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0226, self.status_bits, self.param2, dest, source)
+        return _RACK_REQ_STATUS_BITS.pack(0x0226, self.status_bits, self.param2, dest, source)
+
+
+_RACK_GET_STATUS_BITS = Struct("<LBBL")
 
 
 class RackGetStatusBits(Message):
@@ -1002,7 +1046,6 @@ class RackGetStatusBits(Message):
         length=4,
     )
     _unpack = Struct("<6xL").unpack_from
-    _pack = Struct("<HHBBL").pack
     status_bits: int
 
     def __new__(cls, status_bits: int) -> Self:
@@ -1031,12 +1074,15 @@ class RackGetStatusBits(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0227, 4, dest | 0x80, source, self.status_bits)
+        return _RACK_GET_STATUS_BITS.pack(4 << 16 | 0x0227, dest | 0x80, source, self.status_bits)
 
     @property
     def status_bits_flags(self) -> RackStatusBits:
         """The bits of ``status_bits`` by name."""
         return RackStatusBits(self.status_bits)
+
+
+_RACK_SET_DIG_OUTPUTS = Struct("<HBBBB")
 
 
 class RackSetDigOutputs(Message):
@@ -1065,7 +1111,6 @@ class RackSetDigOutputs(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     dig_op: int
     param2: int
 
@@ -1098,12 +1143,15 @@ class RackSetDigOutputs(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0228, self.dig_op, self.param2, dest, source)
+        return _RACK_SET_DIG_OUTPUTS.pack(0x0228, self.dig_op, self.param2, dest, source)
 
     @property
     def dig_op_flags(self) -> RackDigitalOutputs:
         """The bits of ``dig_op`` by name."""
         return RackDigitalOutputs(self.dig_op)
+
+
+_RACK_REQ_DIG_OUTPUTS = Struct("<HBBBB")
 
 
 class RackReqDigOutputs(Message):
@@ -1129,7 +1177,6 @@ class RackReqDigOutputs(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -1162,7 +1209,10 @@ class RackReqDigOutputs(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0229, self.param1, self.param2, dest, source)
+        return _RACK_REQ_DIG_OUTPUTS.pack(0x0229, self.param1, self.param2, dest, source)
+
+
+_RACK_GET_DIG_OUTPUTS = Struct("<HBBBB")
 
 
 class RackGetDigOutputs(Message):
@@ -1189,7 +1239,6 @@ class RackGetDigOutputs(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     dig_op: int
     param2: int
 
@@ -1222,7 +1271,7 @@ class RackGetDigOutputs(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0230, self.dig_op, self.param2, dest, source)
+        return _RACK_GET_DIG_OUTPUTS.pack(0x0230, self.dig_op, self.param2, dest, source)
 
     @property
     def dig_op_flags(self) -> RackDigitalOutputs:

@@ -112,6 +112,9 @@ __all__ = [
 ]
 
 
+_MOT_SET_ENC_COUNTER = Struct("<LBBHl")
+
+
 class MotSetEncCounter(Message):
     """``MOT_SET_ENCCOUNTER`` (0x0409), to the controller, 6 bytes of data; page 29.
 
@@ -134,7 +137,6 @@ class MotSetEncCounter(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     encoder_count: int
 
@@ -173,7 +175,16 @@ class MotSetEncCounter(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0409, 6, dest | 0x80, source, self.chan_ident, self.encoder_count)
+        return _MOT_SET_ENC_COUNTER.pack(
+            6 << 16 | 0x0409,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.encoder_count,
+        )
+
+
+_MOT_REQ_ENC_COUNTER = Struct("<HBBBB")
 
 
 class MotReqEncCounter(Message):
@@ -200,7 +211,6 @@ class MotReqEncCounter(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -233,7 +243,10 @@ class MotReqEncCounter(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x040A, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_ENC_COUNTER.pack(0x040A, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_ENC_COUNTER = Struct("<LBBHl")
 
 
 class MotGetEncCounter(Message):
@@ -256,7 +269,6 @@ class MotGetEncCounter(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     encoder_count: int
 
@@ -295,7 +307,16 @@ class MotGetEncCounter(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x040B, 6, dest | 0x80, source, self.chan_ident, self.encoder_count)
+        return _MOT_GET_ENC_COUNTER.pack(
+            6 << 16 | 0x040B,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.encoder_count,
+        )
+
+
+_MOT_SET_POS_COUNTER = Struct("<LBBHl")
 
 
 class MotSetPosCounter(Message):
@@ -320,7 +341,6 @@ class MotSetPosCounter(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     position: int
 
@@ -353,7 +373,16 @@ class MotSetPosCounter(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0410, 6, dest | 0x80, source, self.chan_ident, self.position)
+        return _MOT_SET_POS_COUNTER.pack(
+            6 << 16 | 0x0410,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.position,
+        )
+
+
+_MOT_REQ_POS_COUNTER = Struct("<HBBBB")
 
 
 class MotReqPosCounter(Message):
@@ -378,7 +407,6 @@ class MotReqPosCounter(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -411,7 +439,10 @@ class MotReqPosCounter(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0411, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_POS_COUNTER.pack(0x0411, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_POS_COUNTER = Struct("<LBBHl")
 
 
 class MotGetPosCounter(Message):
@@ -434,7 +465,6 @@ class MotGetPosCounter(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     position: int
 
@@ -467,7 +497,16 @@ class MotGetPosCounter(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0412, 6, dest | 0x80, source, self.chan_ident, self.position)
+        return _MOT_GET_POS_COUNTER.pack(
+            6 << 16 | 0x0412,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.position,
+        )
+
+
+_MOT_SET_VEL_PARAMS = Struct("<LBBHlLL")
 
 
 class MotSetVelParams(Message):
@@ -503,7 +542,6 @@ class MotSetVelParams(Message):
         length=14,
     )
     _unpack = Struct("<6xHlLL").unpack_from
-    _pack = Struct("<HHBBHlLL").pack
     chan_ident: int
     min_velocity: int
     acceleration: int
@@ -561,9 +599,8 @@ class MotSetVelParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0413,
-            14,
+        return _MOT_SET_VEL_PARAMS.pack(
+            14 << 16 | 0x0413,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -571,6 +608,9 @@ class MotSetVelParams(Message):
             self.acceleration,
             self.max_velocity,
         )
+
+
+_MOT_REQ_VEL_PARAMS = Struct("<HBBBB")
 
 
 class MotReqVelParams(Message):
@@ -595,7 +635,6 @@ class MotReqVelParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -628,7 +667,10 @@ class MotReqVelParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0414, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_VEL_PARAMS.pack(0x0414, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_VEL_PARAMS = Struct("<LBBHlLL")
 
 
 class MotGetVelParams(Message):
@@ -654,7 +696,6 @@ class MotGetVelParams(Message):
         length=14,
     )
     _unpack = Struct("<6xHlLL").unpack_from
-    _pack = Struct("<HHBBHlLL").pack
     chan_ident: int
     min_velocity: int
     acceleration: int
@@ -712,9 +753,8 @@ class MotGetVelParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0415,
-            14,
+        return _MOT_GET_VEL_PARAMS.pack(
+            14 << 16 | 0x0415,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -722,6 +762,9 @@ class MotGetVelParams(Message):
             self.acceleration,
             self.max_velocity,
         )
+
+
+_MOT_SET_JOG_PARAMS = Struct("<LBBHHllllH")
 
 
 class MotSetJogParams(Message):
@@ -774,7 +817,6 @@ class MotSetJogParams(Message):
         length=22,
     )
     _unpack = Struct("<6xHHllllH").unpack_from
-    _pack = Struct("<HHBBHHllllH").pack
     chan_ident: int
     jog_mode: int
     jog_step_size: int
@@ -877,9 +919,8 @@ class MotSetJogParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0416,
-            22,
+        return _MOT_SET_JOG_PARAMS.pack(
+            22 << 16 | 0x0416,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -890,6 +931,9 @@ class MotSetJogParams(Message):
             self.jog_max_velocity,
             self.jog_stop_mode,
         )
+
+
+_MOT_REQ_JOG_PARAMS = Struct("<HBBBB")
 
 
 class MotReqJogParams(Message):
@@ -913,7 +957,6 @@ class MotReqJogParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -946,7 +989,10 @@ class MotReqJogParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0417, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_JOG_PARAMS.pack(0x0417, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_JOG_PARAMS = Struct("<LBBHHllllH")
 
 
 class MotGetJogParams(Message):
@@ -992,7 +1038,6 @@ class MotGetJogParams(Message):
         length=22,
     )
     _unpack = Struct("<6xHHllllH").unpack_from
-    _pack = Struct("<HHBBHHllllH").pack
     chan_ident: int
     jog_mode: int
     jog_step_size: int
@@ -1095,9 +1140,8 @@ class MotGetJogParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0418,
-            22,
+        return _MOT_GET_JOG_PARAMS.pack(
+            22 << 16 | 0x0418,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -1108,6 +1152,9 @@ class MotGetJogParams(Message):
             self.jog_max_velocity,
             self.jog_stop_mode,
         )
+
+
+_MOT_SET_LIM_SWITCH_PARAMS = Struct("<LBBHHHLlH")
 
 
 class MotSetLimSwitchParams(Message):
@@ -1161,7 +1208,6 @@ class MotSetLimSwitchParams(Message):
         length=16,
     )
     _unpack = Struct("<6xHHHLlH").unpack_from
-    _pack = Struct("<HHBBHHHLlH").pack
     chan_ident: int
     cw_hard_limit: int
     ccw_hard_limit: int
@@ -1237,9 +1283,8 @@ class MotSetLimSwitchParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0423,
-            16,
+        return _MOT_SET_LIM_SWITCH_PARAMS.pack(
+            16 << 16 | 0x0423,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -1249,6 +1294,9 @@ class MotSetLimSwitchParams(Message):
             self.ccw_soft_limit,
             self.software_limit_mode,
         )
+
+
+_MOT_REQ_LIM_SWITCH_PARAMS = Struct("<HBBBB")
 
 
 class MotReqLimSwitchParams(Message):
@@ -1275,7 +1323,6 @@ class MotReqLimSwitchParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -1308,7 +1355,10 @@ class MotReqLimSwitchParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0424, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_LIM_SWITCH_PARAMS.pack(0x0424, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_LIM_SWITCH_PARAMS = Struct("<LBBHHHLlH")
 
 
 class MotGetLimSwitchParams(Message):
@@ -1359,7 +1409,6 @@ class MotGetLimSwitchParams(Message):
         length=16,
     )
     _unpack = Struct("<6xHHHLlH").unpack_from
-    _pack = Struct("<HHBBHHHLlH").pack
     chan_ident: int
     cw_hard_limit: int
     ccw_hard_limit: int
@@ -1435,9 +1484,8 @@ class MotGetLimSwitchParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0425,
-            16,
+        return _MOT_GET_LIM_SWITCH_PARAMS.pack(
+            16 << 16 | 0x0425,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -1447,6 +1495,9 @@ class MotGetLimSwitchParams(Message):
             self.ccw_soft_limit,
             self.software_limit_mode,
         )
+
+
+_MOT_REQ_STATUS_BITS = Struct("<HBBBB")
 
 
 class MotReqStatusBits(Message):
@@ -1470,7 +1521,6 @@ class MotReqStatusBits(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -1503,7 +1553,10 @@ class MotReqStatusBits(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0429, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_STATUS_BITS.pack(0x0429, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_STATUS_BITS = Struct("<LBBHL")
 
 
 class MotGetStatusBits(Message):
@@ -1526,7 +1579,6 @@ class MotGetStatusBits(Message):
         length=6,
     )
     _unpack = Struct("<6xHL").unpack_from
-    _pack = Struct("<HHBBHL").pack
     chan_ident: int
     status_bits: int
 
@@ -1559,12 +1611,21 @@ class MotGetStatusBits(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x042A, 6, dest | 0x80, source, self.chan_ident, self.status_bits)
+        return _MOT_GET_STATUS_BITS.pack(
+            6 << 16 | 0x042A,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.status_bits,
+        )
 
     @property
     def status_bits_flags(self) -> DcStatusBits:
         """The bits of ``status_bits`` by name."""
         return DcStatusBits(self.status_bits)
+
+
+_MOT_SET_GEN_MOVE_PARAMS = Struct("<LBBHl")
 
 
 class MotSetGenMoveParams(Message):
@@ -1587,7 +1648,6 @@ class MotSetGenMoveParams(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     backlash_distance: int
 
@@ -1629,7 +1689,16 @@ class MotSetGenMoveParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x043A, 6, dest | 0x80, source, self.chan_ident, self.backlash_distance)
+        return _MOT_SET_GEN_MOVE_PARAMS.pack(
+            6 << 16 | 0x043A,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.backlash_distance,
+        )
+
+
+_MOT_REQ_GEN_MOVE_PARAMS = Struct("<HBBBB")
 
 
 class MotReqGenMoveParams(Message):
@@ -1653,7 +1722,6 @@ class MotReqGenMoveParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -1686,7 +1754,10 @@ class MotReqGenMoveParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x043B, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_GEN_MOVE_PARAMS.pack(0x043B, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_GEN_MOVE_PARAMS = Struct("<LBBHl")
 
 
 class MotGetGenMoveParams(Message):
@@ -1709,7 +1780,6 @@ class MotGetGenMoveParams(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     backlash_distance: int
 
@@ -1751,7 +1821,16 @@ class MotGetGenMoveParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x043C, 6, dest | 0x80, source, self.chan_ident, self.backlash_distance)
+        return _MOT_GET_GEN_MOVE_PARAMS.pack(
+            6 << 16 | 0x043C,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.backlash_distance,
+        )
+
+
+_MOT_SET_HOME_PARAMS = Struct("<LBBHHHLl")
 
 
 class MotSetHomeParams(Message):
@@ -1786,7 +1865,6 @@ class MotSetHomeParams(Message):
         length=14,
     )
     _unpack = Struct("<6xHHHLl").unpack_from
-    _pack = Struct("<HHBBHHHLl").pack
     chan_ident: int
     home_direction: int
     limit_switch: int
@@ -1850,9 +1928,8 @@ class MotSetHomeParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0440,
-            14,
+        return _MOT_SET_HOME_PARAMS.pack(
+            14 << 16 | 0x0440,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -1861,6 +1938,9 @@ class MotSetHomeParams(Message):
             self.home_velocity,
             self.offset_distance,
         )
+
+
+_MOT_REQ_HOME_PARAMS = Struct("<HBBBB")
 
 
 class MotReqHomeParams(Message):
@@ -1885,7 +1965,6 @@ class MotReqHomeParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -1918,7 +1997,10 @@ class MotReqHomeParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0441, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_HOME_PARAMS.pack(0x0441, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_HOME_PARAMS = Struct("<LBBHHHLl")
 
 
 class MotGetHomeParams(Message):
@@ -1947,7 +2029,6 @@ class MotGetHomeParams(Message):
         length=14,
     )
     _unpack = Struct("<6xHHHLl").unpack_from
-    _pack = Struct("<HHBBHHHLl").pack
     chan_ident: int
     home_direction: int
     limit_switch: int
@@ -2011,9 +2092,8 @@ class MotGetHomeParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0442,
-            14,
+        return _MOT_GET_HOME_PARAMS.pack(
+            14 << 16 | 0x0442,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -2022,6 +2102,9 @@ class MotGetHomeParams(Message):
             self.home_velocity,
             self.offset_distance,
         )
+
+
+_MOT_MOVE_HOME = Struct("<HBBBB")
 
 
 class MotMoveHome(Message):
@@ -2045,7 +2128,6 @@ class MotMoveHome(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2078,7 +2160,10 @@ class MotMoveHome(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0443, self.chan_ident, self.param2, dest, source)
+        return _MOT_MOVE_HOME.pack(0x0443, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_MOVE_HOMED = Struct("<HBBBB")
 
 
 class MotMoveHomed(Message):
@@ -2100,7 +2185,6 @@ class MotMoveHomed(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2133,7 +2217,10 @@ class MotMoveHomed(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0444, self.chan_ident, self.param2, dest, source)
+        return _MOT_MOVE_HOMED.pack(0x0444, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_SET_MOVE_REL_PARAMS = Struct("<LBBHl")
 
 
 class MotSetMoveRelParams(Message):
@@ -2156,7 +2243,6 @@ class MotSetMoveRelParams(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     relative_distance: int
 
@@ -2198,7 +2284,16 @@ class MotSetMoveRelParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0445, 6, dest | 0x80, source, self.chan_ident, self.relative_distance)
+        return _MOT_SET_MOVE_REL_PARAMS.pack(
+            6 << 16 | 0x0445,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.relative_distance,
+        )
+
+
+_MOT_REQ_MOVE_REL_PARAMS = Struct("<HBBBB")
 
 
 class MotReqMoveRelParams(Message):
@@ -2223,7 +2318,6 @@ class MotReqMoveRelParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2256,7 +2350,10 @@ class MotReqMoveRelParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0446, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_MOVE_REL_PARAMS.pack(0x0446, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_MOVE_REL_PARAMS = Struct("<LBBHl")
 
 
 class MotGetMoveRelParams(Message):
@@ -2279,7 +2376,6 @@ class MotGetMoveRelParams(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     relative_distance: int
 
@@ -2321,7 +2417,16 @@ class MotGetMoveRelParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0447, 6, dest | 0x80, source, self.chan_ident, self.relative_distance)
+        return _MOT_GET_MOVE_REL_PARAMS.pack(
+            6 << 16 | 0x0447,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.relative_distance,
+        )
+
+
+_MOT_MOVE_RELATIVE_HEADER = Struct("<HBBBB")
 
 
 class MotMoveRelativeHeader(Message):
@@ -2348,7 +2453,6 @@ class MotMoveRelativeHeader(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2381,7 +2485,10 @@ class MotMoveRelativeHeader(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0448, self.chan_ident, self.param2, dest, source)
+        return _MOT_MOVE_RELATIVE_HEADER.pack(0x0448, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_MOVE_RELATIVE = Struct("<LBBHl")
 
 
 class MotMoveRelative(Message):
@@ -2406,7 +2513,6 @@ class MotMoveRelative(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     relative_distance: int
 
@@ -2448,7 +2554,16 @@ class MotMoveRelative(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0448, 6, dest | 0x80, source, self.chan_ident, self.relative_distance)
+        return _MOT_MOVE_RELATIVE.pack(
+            6 << 16 | 0x0448,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.relative_distance,
+        )
+
+
+_MOT_SET_MOVE_ABS_PARAMS = Struct("<LBBHl")
 
 
 class MotSetMoveAbsParams(Message):
@@ -2471,7 +2586,6 @@ class MotSetMoveAbsParams(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     absolute_position: int
 
@@ -2513,7 +2627,16 @@ class MotSetMoveAbsParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0450, 6, dest | 0x80, source, self.chan_ident, self.absolute_position)
+        return _MOT_SET_MOVE_ABS_PARAMS.pack(
+            6 << 16 | 0x0450,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.absolute_position,
+        )
+
+
+_MOT_REQ_MOVE_ABS_PARAMS = Struct("<HBBBB")
 
 
 class MotReqMoveAbsParams(Message):
@@ -2538,7 +2661,6 @@ class MotReqMoveAbsParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2571,7 +2693,10 @@ class MotReqMoveAbsParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0451, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_MOVE_ABS_PARAMS.pack(0x0451, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_MOVE_ABS_PARAMS = Struct("<LBBHl")
 
 
 class MotGetMoveAbsParams(Message):
@@ -2594,7 +2719,6 @@ class MotGetMoveAbsParams(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     absolute_position: int
 
@@ -2636,7 +2760,16 @@ class MotGetMoveAbsParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0452, 6, dest | 0x80, source, self.chan_ident, self.absolute_position)
+        return _MOT_GET_MOVE_ABS_PARAMS.pack(
+            6 << 16 | 0x0452,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.absolute_position,
+        )
+
+
+_MOT_MOVE_ABSOLUTE_HEADER = Struct("<HBBBB")
 
 
 class MotMoveAbsoluteHeader(Message):
@@ -2663,7 +2796,6 @@ class MotMoveAbsoluteHeader(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2696,7 +2828,10 @@ class MotMoveAbsoluteHeader(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0453, self.chan_ident, self.param2, dest, source)
+        return _MOT_MOVE_ABSOLUTE_HEADER.pack(0x0453, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_MOVE_ABSOLUTE = Struct("<LBBHl")
 
 
 class MotMoveAbsolute(Message):
@@ -2722,7 +2857,6 @@ class MotMoveAbsolute(Message):
         length=6,
     )
     _unpack = Struct("<6xHl").unpack_from
-    _pack = Struct("<HHBBHl").pack
     chan_ident: int
     absolute_distance: int
 
@@ -2764,7 +2898,16 @@ class MotMoveAbsolute(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0453, 6, dest | 0x80, source, self.chan_ident, self.absolute_distance)
+        return _MOT_MOVE_ABSOLUTE.pack(
+            6 << 16 | 0x0453,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.absolute_distance,
+        )
+
+
+_MOT_MOVE_VELOCITY = Struct("<HBBBB")
 
 
 class MotMoveVelocity(Message):
@@ -2795,7 +2938,6 @@ class MotMoveVelocity(Message):
         fields=("chan_ident", "direction"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     direction: int
 
@@ -2828,7 +2970,10 @@ class MotMoveVelocity(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0457, self.chan_ident, self.direction, dest, source)
+        return _MOT_MOVE_VELOCITY.pack(0x0457, self.chan_ident, self.direction, dest, source)
+
+
+_MOT_MOVE_COMPLETED_HEADER = Struct("<HBBBB")
 
 
 class MotMoveCompletedHeader(Message):
@@ -2860,7 +3005,6 @@ class MotMoveCompletedHeader(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2893,7 +3037,10 @@ class MotMoveCompletedHeader(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0464, self.chan_ident, self.param2, dest, source)
+        return _MOT_MOVE_COMPLETED_HEADER.pack(0x0464, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_MOVE_COMPLETED_DC = Struct("<LBBHlhHL")
 
 
 class MotMoveCompletedDc(Message):
@@ -2932,7 +3079,6 @@ class MotMoveCompletedDc(Message):
         when={"status": "dc"},
     )
     _unpack = Struct("<6xHlhHL").unpack_from
-    _pack = Struct("<HHBBHlhHL").pack
     chan_ident: int
     position: int
     velocity: int
@@ -2991,9 +3137,8 @@ class MotMoveCompletedDc(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0464,
-            14,
+        return _MOT_MOVE_COMPLETED_DC.pack(
+            14 << 16 | 0x0464,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3007,6 +3152,9 @@ class MotMoveCompletedDc(Message):
     def status_bits_flags(self) -> DcStatusBits:
         """The bits of ``status_bits`` by name."""
         return DcStatusBits(self.status_bits)
+
+
+_MOT_MOVE_COMPLETED_STEPPER = Struct("<LBBHllL")
 
 
 class MotMoveCompletedStepper(Message):
@@ -3043,7 +3191,6 @@ class MotMoveCompletedStepper(Message):
         when={"status": "stepper"},
     )
     _unpack = Struct("<6xHllL").unpack_from
-    _pack = Struct("<HHBBHllL").pack
     chan_ident: int
     position: int
     enc_count: int
@@ -3084,9 +3231,8 @@ class MotMoveCompletedStepper(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0464,
-            14,
+        return _MOT_MOVE_COMPLETED_STEPPER.pack(
+            14 << 16 | 0x0464,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3139,6 +3285,9 @@ class MotMoveCompletedUndecided(UndecidedMessage):
         return value
 
 
+_MOT_MOVE_STOP = Struct("<HBBBB")
+
+
 class MotMoveStop(Message):
     """``MOT_MOVE_STOP`` (0x0465), to the controller, header only; page 49.
 
@@ -3165,7 +3314,6 @@ class MotMoveStop(Message):
         fields=("chan_ident", "stop_mode"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     stop_mode: int
 
@@ -3198,7 +3346,10 @@ class MotMoveStop(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0465, self.chan_ident, self.stop_mode, dest, source)
+        return _MOT_MOVE_STOP.pack(0x0465, self.chan_ident, self.stop_mode, dest, source)
+
+
+_MOT_MOVE_STOPPED_HEADER = Struct("<HBBBB")
 
 
 class MotMoveStoppedHeader(Message):
@@ -3230,7 +3381,6 @@ class MotMoveStoppedHeader(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -3263,7 +3413,10 @@ class MotMoveStoppedHeader(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0466, self.chan_ident, self.param2, dest, source)
+        return _MOT_MOVE_STOPPED_HEADER.pack(0x0466, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_MOVE_STOPPED_DC = Struct("<LBBHlhHL")
 
 
 class MotMoveStoppedDc(Message):
@@ -3302,7 +3455,6 @@ class MotMoveStoppedDc(Message):
         when={"status": "dc"},
     )
     _unpack = Struct("<6xHlhHL").unpack_from
-    _pack = Struct("<HHBBHlhHL").pack
     chan_ident: int
     position: int
     velocity: int
@@ -3361,9 +3513,8 @@ class MotMoveStoppedDc(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0466,
-            14,
+        return _MOT_MOVE_STOPPED_DC.pack(
+            14 << 16 | 0x0466,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3377,6 +3528,9 @@ class MotMoveStoppedDc(Message):
     def status_bits_flags(self) -> DcStatusBits:
         """The bits of ``status_bits`` by name."""
         return DcStatusBits(self.status_bits)
+
+
+_MOT_MOVE_STOPPED_STEPPER = Struct("<LBBHllL")
 
 
 class MotMoveStoppedStepper(Message):
@@ -3413,7 +3567,6 @@ class MotMoveStoppedStepper(Message):
         when={"status": "stepper"},
     )
     _unpack = Struct("<6xHllL").unpack_from
-    _pack = Struct("<HHBBHllL").pack
     chan_ident: int
     position: int
     enc_count: int
@@ -3454,9 +3607,8 @@ class MotMoveStoppedStepper(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0466,
-            14,
+        return _MOT_MOVE_STOPPED_STEPPER.pack(
+            14 << 16 | 0x0466,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3509,6 +3661,9 @@ class MotMoveStoppedUndecided(UndecidedMessage):
         return value
 
 
+_MOT_MOVE_JOG = Struct("<HBBBB")
+
+
 class MotMoveJog(Message):
     """``MOT_MOVE_JOG`` (0x046A), to the controller, header only; page 47.
 
@@ -3533,7 +3688,6 @@ class MotMoveJog(Message):
         fields=("chan_ident", "direction"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     direction: int
 
@@ -3566,7 +3720,10 @@ class MotMoveJog(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x046A, self.chan_ident, self.direction, dest, source)
+        return _MOT_MOVE_JOG.pack(0x046A, self.chan_ident, self.direction, dest, source)
+
+
+_MOT_SUSPEND_END_OF_MOVE_MSGS = Struct("<HBBBB")
 
 
 class MotSuspendEndOfMoveMsgs(Message):
@@ -3587,7 +3744,6 @@ class MotSuspendEndOfMoveMsgs(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -3620,7 +3776,10 @@ class MotSuspendEndOfMoveMsgs(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x046B, self.param1, self.param2, dest, source)
+        return _MOT_SUSPEND_END_OF_MOVE_MSGS.pack(0x046B, self.param1, self.param2, dest, source)
+
+
+_MOT_RESUME_END_OF_MOVE_MSGS = Struct("<HBBBB")
 
 
 class MotResumeEndOfMoveMsgs(Message):
@@ -3643,7 +3802,6 @@ class MotResumeEndOfMoveMsgs(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -3676,7 +3834,10 @@ class MotResumeEndOfMoveMsgs(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x046C, self.param1, self.param2, dest, source)
+        return _MOT_RESUME_END_OF_MOVE_MSGS.pack(0x046C, self.param1, self.param2, dest, source)
+
+
+_MOT_REQ_STATUS_UPDATE = Struct("<HBBBB")
 
 
 class MotReqStatusUpdate(Message):
@@ -3702,7 +3863,6 @@ class MotReqStatusUpdate(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -3735,7 +3895,10 @@ class MotReqStatusUpdate(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0480, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_STATUS_UPDATE.pack(0x0480, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_STATUS_UPDATE = Struct("<LBBHllL")
 
 
 class MotGetStatusUpdate(Message):
@@ -3764,7 +3927,6 @@ class MotGetStatusUpdate(Message):
         length=14,
     )
     _unpack = Struct("<6xHllL").unpack_from
-    _pack = Struct("<HHBBHllL").pack
     chan_ident: int
     position: int
     enc_count: int
@@ -3805,9 +3967,8 @@ class MotGetStatusUpdate(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0481,
-            14,
+        return _MOT_GET_STATUS_UPDATE.pack(
+            14 << 16 | 0x0481,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3820,6 +3981,9 @@ class MotGetStatusUpdate(Message):
     def status_bits_flags(self) -> StepperStatusBits:
         """The bits of ``status_bits`` by name."""
         return StepperStatusBits(self.status_bits)
+
+
+_MOT_REQ_DC_STATUS_UPDATE = Struct("<HBBBB")
 
 
 class MotReqDcStatusUpdate(Message):
@@ -3843,7 +4007,6 @@ class MotReqDcStatusUpdate(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -3876,7 +4039,10 @@ class MotReqDcStatusUpdate(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0490, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_DC_STATUS_UPDATE.pack(0x0490, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_DC_STATUS_UPDATE = Struct("<LBBHlhHL")
 
 
 class MotGetDcStatusUpdate(Message):
@@ -3912,7 +4078,6 @@ class MotGetDcStatusUpdate(Message):
         optional=("reserved",),
     )
     _unpack = Struct("<6xHlhHL").unpack_from
-    _pack = Struct("<HHBBHlhHL").pack
     chan_ident: int
     position: int
     velocity: int
@@ -3971,9 +4136,8 @@ class MotGetDcStatusUpdate(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0491,
-            14,
+        return _MOT_GET_DC_STATUS_UPDATE.pack(
+            14 << 16 | 0x0491,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3987,6 +4151,9 @@ class MotGetDcStatusUpdate(Message):
     def status_bits_flags(self) -> DcStatusBits:
         """The bits of ``status_bits`` by name."""
         return DcStatusBits(self.status_bits)
+
+
+_MOT_ACK_DC_STATUS_UPDATE = Struct("<HBBBB")
 
 
 class MotAckDcStatusUpdate(Message):
@@ -4011,7 +4178,6 @@ class MotAckDcStatusUpdate(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -4044,7 +4210,10 @@ class MotAckDcStatusUpdate(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0492, self.param1, self.param2, dest, source)
+        return _MOT_ACK_DC_STATUS_UPDATE.pack(0x0492, self.param1, self.param2, dest, source)
+
+
+_MOT_SET_DC_PID_PARAMS = Struct("<LBBHllllH")
 
 
 class MotSetDcPidParams(Message):
@@ -4090,7 +4259,6 @@ class MotSetDcPidParams(Message):
         length=20,
     )
     _unpack = Struct("<6xHllllH").unpack_from
-    _pack = Struct("<HHBBHllllH").pack
     chan_ident: int
     proportional: int
     integral: int
@@ -4154,9 +4322,8 @@ class MotSetDcPidParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04A0,
-            20,
+        return _MOT_SET_DC_PID_PARAMS.pack(
+            20 << 16 | 0x04A0,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -4166,6 +4333,9 @@ class MotSetDcPidParams(Message):
             self.integral_limit,
             self.filter_control,
         )
+
+
+_MOT_REQ_DC_PID_PARAMS = Struct("<HBBBB")
 
 
 class MotReqDcPidParams(Message):
@@ -4192,7 +4362,6 @@ class MotReqDcPidParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -4225,7 +4394,10 @@ class MotReqDcPidParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04A1, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_DC_PID_PARAMS.pack(0x04A1, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_DC_PID_PARAMS = Struct("<LBBHllllH")
 
 
 class MotGetDcPidParams(Message):
@@ -4269,7 +4441,6 @@ class MotGetDcPidParams(Message):
         length=20,
     )
     _unpack = Struct("<6xHllllH").unpack_from
-    _pack = Struct("<HHBBHllllH").pack
     chan_ident: int
     proportional: int
     integral: int
@@ -4333,9 +4504,8 @@ class MotGetDcPidParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04A2,
-            20,
+        return _MOT_GET_DC_PID_PARAMS.pack(
+            20 << 16 | 0x04A2,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -4345,6 +4515,9 @@ class MotGetDcPidParams(Message):
             self.integral_limit,
             self.filter_control,
         )
+
+
+_MOT_SET_POT_PARAMS = Struct("<LBBHHlHlHlHl")
 
 
 class MotSetPotParams(Message):
@@ -4385,7 +4558,6 @@ class MotSetPotParams(Message):
         length=26,
     )
     _unpack = Struct("<6xHHlHlHlHl").unpack_from
-    _pack = Struct("<HHBBHHlHlHlHl").pack
     chan_ident: int
     zero_wnd: int
     vel1: int
@@ -4467,9 +4639,8 @@ class MotSetPotParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04B0,
-            26,
+        return _MOT_SET_POT_PARAMS.pack(
+            26 << 16 | 0x04B0,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -4482,6 +4653,9 @@ class MotSetPotParams(Message):
             self.wnd3,
             self.vel4,
         )
+
+
+_MOT_REQ_POT_PARAMS = Struct("<HBBBB")
 
 
 class MotReqPotParams(Message):
@@ -4509,7 +4683,6 @@ class MotReqPotParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -4542,7 +4715,10 @@ class MotReqPotParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04B1, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_POT_PARAMS.pack(0x04B1, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_POT_PARAMS = Struct("<LBBHHlHlHlHl")
 
 
 class MotGetPotParams(Message):
@@ -4579,7 +4755,6 @@ class MotGetPotParams(Message):
         length=26,
     )
     _unpack = Struct("<6xHHlHlHlHl").unpack_from
-    _pack = Struct("<HHBBHHlHlHlHl").pack
     chan_ident: int
     zero_wnd: int
     vel1: int
@@ -4661,9 +4836,8 @@ class MotGetPotParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04B2,
-            26,
+        return _MOT_GET_POT_PARAMS.pack(
+            26 << 16 | 0x04B2,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -4676,6 +4850,9 @@ class MotGetPotParams(Message):
             self.wnd3,
             self.vel4,
         )
+
+
+_MOT_SET_AV_MODES = Struct("<LBBHH")
 
 
 class MotSetAvModes(Message):
@@ -4699,7 +4876,6 @@ class MotSetAvModes(Message):
         length=4,
     )
     _unpack = Struct("<6xHH").unpack_from
-    _pack = Struct("<HHBBHH").pack
     chan_ident: int
     mode_bits: int
 
@@ -4732,12 +4908,21 @@ class MotSetAvModes(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04B3, 4, dest | 0x80, source, self.chan_ident, self.mode_bits)
+        return _MOT_SET_AV_MODES.pack(
+            4 << 16 | 0x04B3,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.mode_bits,
+        )
 
     @property
     def mode_bits_flags(self) -> LedMode:
         """The bits of ``mode_bits`` by name."""
         return LedMode(self.mode_bits)
+
+
+_MOT_REQ_AV_MODES = Struct("<HBBBB")
 
 
 class MotReqAvModes(Message):
@@ -4763,7 +4948,6 @@ class MotReqAvModes(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -4796,7 +4980,10 @@ class MotReqAvModes(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04B4, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_AV_MODES.pack(0x04B4, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_AV_MODES = Struct("<LBBHH")
 
 
 class MotGetAvModes(Message):
@@ -4818,7 +5005,6 @@ class MotGetAvModes(Message):
         length=4,
     )
     _unpack = Struct("<6xHH").unpack_from
-    _pack = Struct("<HHBBHH").pack
     chan_ident: int
     mode_bits: int
 
@@ -4851,12 +5037,21 @@ class MotGetAvModes(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04B5, 4, dest | 0x80, source, self.chan_ident, self.mode_bits)
+        return _MOT_GET_AV_MODES.pack(
+            4 << 16 | 0x04B5,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.mode_bits,
+        )
 
     @property
     def mode_bits_flags(self) -> LedMode:
         """The bits of ``mode_bits`` by name."""
         return LedMode(self.mode_bits)
+
+
+_MOT_SET_BUTTON_PARAMS = Struct("<LBBHHllHH")
 
 
 class MotSetButtonParams(Message):
@@ -4894,7 +5089,6 @@ class MotSetButtonParams(Message):
         optional=("not_used_1",),
     )
     _unpack = Struct("<6xHHllHH").unpack_from
-    _pack = Struct("<HHBBHHllHH").pack
     chan_ident: int
     mode: int
     position1: int
@@ -4959,9 +5153,8 @@ class MotSetButtonParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04B6,
-            16,
+        return _MOT_SET_BUTTON_PARAMS.pack(
+            16 << 16 | 0x04B6,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -4971,6 +5164,9 @@ class MotSetButtonParams(Message):
             self.time_out,
             self.not_used_1,
         )
+
+
+_MOT_REQ_BUTTON_PARAMS = Struct("<HBBBB")
 
 
 class MotReqButtonParams(Message):
@@ -4996,7 +5192,6 @@ class MotReqButtonParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -5029,7 +5224,10 @@ class MotReqButtonParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04B7, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_BUTTON_PARAMS.pack(0x04B7, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_BUTTON_PARAMS = Struct("<LBBHHllHH")
 
 
 class MotGetButtonParams(Message):
@@ -5063,7 +5261,6 @@ class MotGetButtonParams(Message):
         optional=("not_used_1",),
     )
     _unpack = Struct("<6xHHllHH").unpack_from
-    _pack = Struct("<HHBBHHllHH").pack
     chan_ident: int
     mode: int
     position1: int
@@ -5128,9 +5325,8 @@ class MotGetButtonParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04B8,
-            16,
+        return _MOT_GET_BUTTON_PARAMS.pack(
+            16 << 16 | 0x04B8,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -5140,6 +5336,9 @@ class MotGetButtonParams(Message):
             self.time_out,
             self.not_used_1,
         )
+
+
+_MOT_SET_EEPROM_PARAMS = Struct("<LBBHH")
 
 
 class MotSetEepromParams(Message):
@@ -5161,7 +5360,6 @@ class MotSetEepromParams(Message):
         length=4,
     )
     _unpack = Struct("<6xHH").unpack_from
-    _pack = Struct("<HHBBHH").pack
     chan_ident: int
     msg_id: int
 
@@ -5194,7 +5392,16 @@ class MotSetEepromParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04B9, 4, dest | 0x80, source, self.chan_ident, self.msg_id)
+        return _MOT_SET_EEPROM_PARAMS.pack(
+            4 << 16 | 0x04B9,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.msg_id,
+        )
+
+
+_MOT_SET_PMD_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 
 
 class MotSetPmdCurrentLoopParams(Message):
@@ -5244,7 +5451,6 @@ class MotSetPmdCurrentLoopParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHHHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHHHHHH").pack
     chan_ident: int
     phase: int
     kp_current: int
@@ -5327,9 +5533,8 @@ class MotSetPmdCurrentLoopParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04D4,
-            18,
+        return _MOT_SET_PMD_CURRENT_LOOP_PARAMS.pack(
+            18 << 16 | 0x04D4,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -5342,6 +5547,9 @@ class MotSetPmdCurrentLoopParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_REQ_PMD_CURRENT_LOOP_PARAMS = Struct("<HBBBB")
 
 
 class MotReqPmdCurrentLoopParams(Message):
@@ -5367,7 +5575,6 @@ class MotReqPmdCurrentLoopParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -5400,7 +5607,16 @@ class MotReqPmdCurrentLoopParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04D5, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_PMD_CURRENT_LOOP_PARAMS.pack(
+            0x04D5,
+            self.chan_ident,
+            self.param2,
+            dest,
+            source,
+        )
+
+
+_MOT_GET_PMD_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 
 
 class MotGetPmdCurrentLoopParams(Message):
@@ -5450,7 +5666,6 @@ class MotGetPmdCurrentLoopParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHHHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHHHHHH").pack
     chan_ident: int
     phase: int
     kp_current: int
@@ -5533,9 +5748,8 @@ class MotGetPmdCurrentLoopParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04D6,
-            18,
+        return _MOT_GET_PMD_CURRENT_LOOP_PARAMS.pack(
+            18 << 16 | 0x04D6,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -5548,6 +5762,9 @@ class MotGetPmdCurrentLoopParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_SET_PMD_POSITION_LOOP_PARAMS = Struct("<LBBHHHLHHHHHLHH")
 
 
 class MotSetPmdPositionLoopParams(Message):
@@ -5614,7 +5831,6 @@ class MotSetPmdPositionLoopParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHLHHHHHLHH").unpack_from
-    _pack = Struct("<HHBBHHHLHHHHHLHH").pack
     chan_ident: int
     proportional: int
     integral: int
@@ -5721,9 +5937,8 @@ class MotSetPmdPositionLoopParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04D7,
-            28,
+        return _MOT_SET_PMD_POSITION_LOOP_PARAMS.pack(
+            28 << 16 | 0x04D7,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -5739,6 +5954,9 @@ class MotSetPmdPositionLoopParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_REQ_PMD_POSITION_LOOP_PARAMS = Struct("<HBBBB")
 
 
 class MotReqPmdPositionLoopParams(Message):
@@ -5762,7 +5980,6 @@ class MotReqPmdPositionLoopParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -5795,7 +6012,16 @@ class MotReqPmdPositionLoopParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04D8, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_PMD_POSITION_LOOP_PARAMS.pack(
+            0x04D8,
+            self.chan_ident,
+            self.param2,
+            dest,
+            source,
+        )
+
+
+_MOT_GET_PMD_POSITION_LOOP_PARAMS = Struct("<LBBHHHLHHHHHLHH")
 
 
 class MotGetPmdPositionLoopParams(Message):
@@ -5858,7 +6084,6 @@ class MotGetPmdPositionLoopParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHLHHHHHLHH").unpack_from
-    _pack = Struct("<HHBBHHHLHHHHHLHH").pack
     chan_ident: int
     proportional: int
     integral: int
@@ -5965,9 +6190,8 @@ class MotGetPmdPositionLoopParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04D9,
-            28,
+        return _MOT_GET_PMD_POSITION_LOOP_PARAMS.pack(
+            28 << 16 | 0x04D9,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -5983,6 +6207,9 @@ class MotGetPmdPositionLoopParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_SET_PMD_MOTOR_OUTPUT_PARAMS = Struct("<LBBHHHHhHH")
 
 
 class MotSetPmdMotorOutputParams(Message):
@@ -6037,7 +6264,6 @@ class MotSetPmdMotorOutputParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHHhHH").unpack_from
-    _pack = Struct("<HHBBHHHHhHH").pack
     chan_ident: int
     cont_current_lim: int
     energy_lim: int
@@ -6114,9 +6340,8 @@ class MotSetPmdMotorOutputParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04DA,
-            14,
+        return _MOT_SET_PMD_MOTOR_OUTPUT_PARAMS.pack(
+            14 << 16 | 0x04DA,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -6127,6 +6352,9 @@ class MotSetPmdMotorOutputParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_REQ_PMD_MOTOR_OUTPUT_PARAMS = Struct("<HBBBB")
 
 
 class MotReqPmdMotorOutputParams(Message):
@@ -6150,7 +6378,6 @@ class MotReqPmdMotorOutputParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -6183,7 +6410,16 @@ class MotReqPmdMotorOutputParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04DB, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_PMD_MOTOR_OUTPUT_PARAMS.pack(
+            0x04DB,
+            self.chan_ident,
+            self.param2,
+            dest,
+            source,
+        )
+
+
+_MOT_GET_PMD_MOTOR_OUTPUT_PARAMS = Struct("<LBBHHHHhHH")
 
 
 class MotGetPmdMotorOutputParams(Message):
@@ -6233,7 +6469,6 @@ class MotGetPmdMotorOutputParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHHhHH").unpack_from
-    _pack = Struct("<HHBBHHHHhHH").pack
     chan_ident: int
     cont_current_lim: int
     energy_lim: int
@@ -6310,9 +6545,8 @@ class MotGetPmdMotorOutputParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04DC,
-            14,
+        return _MOT_GET_PMD_MOTOR_OUTPUT_PARAMS.pack(
+            14 << 16 | 0x04DC,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -6323,6 +6557,9 @@ class MotGetPmdMotorOutputParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_SET_PMD_TRACK_SETTLE_PARAMS = Struct("<LBBHHHHHH")
 
 
 class MotSetPmdTrackSettleParams(Message):
@@ -6358,7 +6595,6 @@ class MotSetPmdTrackSettleParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHHH").pack
     chan_ident: int
     time: int
     settle_window: int
@@ -6423,9 +6659,8 @@ class MotSetPmdTrackSettleParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04E0,
-            12,
+        return _MOT_SET_PMD_TRACK_SETTLE_PARAMS.pack(
+            12 << 16 | 0x04E0,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -6435,6 +6670,9 @@ class MotSetPmdTrackSettleParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_REQ_PMD_TRACK_SETTLE_PARAMS = Struct("<HBBBB")
 
 
 class MotReqPmdTrackSettleParams(Message):
@@ -6460,7 +6698,6 @@ class MotReqPmdTrackSettleParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -6493,7 +6730,16 @@ class MotReqPmdTrackSettleParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04E1, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_PMD_TRACK_SETTLE_PARAMS.pack(
+            0x04E1,
+            self.chan_ident,
+            self.param2,
+            dest,
+            source,
+        )
+
+
+_MOT_GET_PMD_TRACK_SETTLE_PARAMS = Struct("<LBBHHHHHH")
 
 
 class MotGetPmdTrackSettleParams(Message):
@@ -6527,7 +6773,6 @@ class MotGetPmdTrackSettleParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHHH").pack
     chan_ident: int
     time: int
     settle_window: int
@@ -6592,9 +6837,8 @@ class MotGetPmdTrackSettleParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04E2,
-            12,
+        return _MOT_GET_PMD_TRACK_SETTLE_PARAMS.pack(
+            12 << 16 | 0x04E2,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -6604,6 +6848,9 @@ class MotGetPmdTrackSettleParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_SET_PMD_PROFILE_MODE_PARAMS = Struct("<LBBHHLHH")
 
 
 class MotSetPmdProfileModeParams(Message):
@@ -6632,7 +6879,6 @@ class MotSetPmdProfileModeParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHLHH").unpack_from
-    _pack = Struct("<HHBBHHLHH").pack
     chan_ident: int
     mode: int
     jerk: int
@@ -6691,9 +6937,8 @@ class MotSetPmdProfileModeParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04E3,
-            12,
+        return _MOT_SET_PMD_PROFILE_MODE_PARAMS.pack(
+            12 << 16 | 0x04E3,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -6702,6 +6947,9 @@ class MotSetPmdProfileModeParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_REQ_PMD_PROFILE_MODE_PARAMS = Struct("<HBBBB")
 
 
 class MotReqPmdProfileModeParams(Message):
@@ -6725,7 +6973,6 @@ class MotReqPmdProfileModeParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -6758,7 +7005,16 @@ class MotReqPmdProfileModeParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04E4, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_PMD_PROFILE_MODE_PARAMS.pack(
+            0x04E4,
+            self.chan_ident,
+            self.param2,
+            dest,
+            source,
+        )
+
+
+_MOT_GET_PMD_PROFILE_MODE_PARAMS = Struct("<LBBHHLHH")
 
 
 class MotGetPmdProfileModeParams(Message):
@@ -6785,7 +7041,6 @@ class MotGetPmdProfileModeParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHLHH").unpack_from
-    _pack = Struct("<HHBBHHLHH").pack
     chan_ident: int
     mode: int
     jerk: int
@@ -6844,9 +7099,8 @@ class MotGetPmdProfileModeParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04E5,
-            12,
+        return _MOT_GET_PMD_PROFILE_MODE_PARAMS.pack(
+            12 << 16 | 0x04E5,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -6855,6 +7109,9 @@ class MotGetPmdProfileModeParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_SET_PMD_SETTLED_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 
 
 class MotSetPmdSettledCurrentLoopParams(Message):
@@ -6905,7 +7162,6 @@ class MotSetPmdSettledCurrentLoopParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHHHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHHHHHH").pack
     chan_ident: int
     phase: int
     kp_settled: int
@@ -6994,9 +7250,8 @@ class MotSetPmdSettledCurrentLoopParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04E9,
-            18,
+        return _MOT_SET_PMD_SETTLED_CURRENT_LOOP_PARAMS.pack(
+            18 << 16 | 0x04E9,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -7009,6 +7264,9 @@ class MotSetPmdSettledCurrentLoopParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_REQ_PMD_SETTLED_CURRENT_LOOP_PARAMS = Struct("<HBBBB")
 
 
 class MotReqPmdSettledCurrentLoopParams(Message):
@@ -7035,7 +7293,6 @@ class MotReqPmdSettledCurrentLoopParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -7068,7 +7325,16 @@ class MotReqPmdSettledCurrentLoopParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04EA, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_PMD_SETTLED_CURRENT_LOOP_PARAMS.pack(
+            0x04EA,
+            self.chan_ident,
+            self.param2,
+            dest,
+            source,
+        )
+
+
+_MOT_GET_PMD_SETTLED_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 
 
 class MotGetPmdSettledCurrentLoopParams(Message):
@@ -7119,7 +7385,6 @@ class MotGetPmdSettledCurrentLoopParams(Message):
         optional=("not_used_1", "not_used_2"),
     )
     _unpack = Struct("<6xHHHHHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHHHHHH").pack
     chan_ident: int
     phase: int
     kp_settled: int
@@ -7208,9 +7473,8 @@ class MotGetPmdSettledCurrentLoopParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04EB,
-            18,
+        return _MOT_GET_PMD_SETTLED_CURRENT_LOOP_PARAMS.pack(
+            18 << 16 | 0x04EB,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -7223,6 +7487,9 @@ class MotGetPmdSettledCurrentLoopParams(Message):
             self.not_used_1,
             self.not_used_2,
         )
+
+
+_MOT_SET_PMD_STAGE_AXIS_PARAMS = Struct("<LBBHHH16sLLlllllHHHHLLLL")
 
 
 class MotSetPmdStageAxisParams(Message):
@@ -7318,7 +7585,6 @@ class MotSetPmdStageAxisParams(Message):
         ),
     )
     _unpack = Struct("<6xHHH16sLLlllllHHHHLLLL").unpack_from
-    _pack = Struct("<HHBBHHH16sLLlllllHHHHLLLL").pack
     chan_ident: int
     stage_id: int
     axis_id: int
@@ -7461,9 +7727,8 @@ class MotSetPmdStageAxisParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04F0,
-            74,
+        return _MOT_SET_PMD_STAGE_AXIS_PARAMS.pack(
+            74 << 16 | 0x04F0,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -7488,6 +7753,9 @@ class MotSetPmdStageAxisParams(Message):
         )
 
 
+_MOT_REQ_PMD_STAGE_AXIS_PARAMS = Struct("<HBBBB")
+
+
 class MotReqPmdStageAxisParams(Message):
     """``MOT_REQ_PMDSTAGEAXISPARAMS`` (0x04F1), to the controller, header only; page 75.
 
@@ -7510,7 +7778,6 @@ class MotReqPmdStageAxisParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -7543,7 +7810,16 @@ class MotReqPmdStageAxisParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04F1, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_PMD_STAGE_AXIS_PARAMS.pack(
+            0x04F1,
+            self.chan_ident,
+            self.param2,
+            dest,
+            source,
+        )
+
+
+_MOT_GET_PMD_STAGE_AXIS_PARAMS = Struct("<LBBHHH16sLLlllllHHHHLLLL")
 
 
 class MotGetPmdStageAxisParams(Message):
@@ -7648,7 +7924,6 @@ class MotGetPmdStageAxisParams(Message):
         ),
     )
     _unpack = Struct("<6xHHH16sLLlllllHHHHLLLL").unpack_from
-    _pack = Struct("<HHBBHHH16sLLlllllHHHHLLLL").pack
     chan_ident: int
     stage_id: int
     axis_id: int
@@ -7791,9 +8066,8 @@ class MotGetPmdStageAxisParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04F2,
-            74,
+        return _MOT_GET_PMD_STAGE_AXIS_PARAMS.pack(
+            74 << 16 | 0x04F2,
             dest | 0x80,
             source,
             self.chan_ident,

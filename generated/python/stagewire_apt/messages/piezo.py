@@ -72,6 +72,9 @@ __all__ = [
 ]
 
 
+_PZ_SET_POS_CONTROL_MODE = Struct("<HBBBB")
+
+
 class PzSetPosControlMode(Message):
     """``PZ_SET_POSCONTROLMODE`` (0x0640), to the controller, header only; page 94.
 
@@ -90,7 +93,6 @@ class PzSetPosControlMode(Message):
         fields=("chan_ident", "mode"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     mode: int
 
@@ -123,7 +125,10 @@ class PzSetPosControlMode(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0640, self.chan_ident, self.mode, dest, source)
+        return _PZ_SET_POS_CONTROL_MODE.pack(0x0640, self.chan_ident, self.mode, dest, source)
+
+
+_PZ_REQ_POS_CONTROL_MODE = Struct("<HBBBB")
 
 
 class PzReqPosControlMode(Message):
@@ -147,7 +152,6 @@ class PzReqPosControlMode(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -180,7 +184,10 @@ class PzReqPosControlMode(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0641, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_POS_CONTROL_MODE.pack(0x0641, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_POS_CONTROL_MODE = Struct("<HBBBB")
 
 
 class PzGetPosControlMode(Message):
@@ -201,7 +208,6 @@ class PzGetPosControlMode(Message):
         fields=("chan_ident", "mode"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     mode: int
 
@@ -234,7 +240,10 @@ class PzGetPosControlMode(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0642, self.chan_ident, self.mode, dest, source)
+        return _PZ_GET_POS_CONTROL_MODE.pack(0x0642, self.chan_ident, self.mode, dest, source)
+
+
+_PZ_SET_OUTPUT_VOLTS = Struct("<LBBHh")
 
 
 class PzSetOutputVolts(Message):
@@ -260,7 +269,6 @@ class PzSetOutputVolts(Message):
         length=4,
     )
     _unpack = Struct("<6xHh").unpack_from
-    _pack = Struct("<HHBBHh").pack
     chan_ident: int
     voltage: int
 
@@ -293,7 +301,16 @@ class PzSetOutputVolts(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0643, 4, dest | 0x80, source, self.chan_ident, self.voltage)
+        return _PZ_SET_OUTPUT_VOLTS.pack(
+            4 << 16 | 0x0643,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.voltage,
+        )
+
+
+_PZ_REQ_OUTPUT_VOLTS = Struct("<HBBBB")
 
 
 class PzReqOutputVolts(Message):
@@ -317,7 +334,6 @@ class PzReqOutputVolts(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -350,7 +366,10 @@ class PzReqOutputVolts(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0644, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_OUTPUT_VOLTS.pack(0x0644, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_OUTPUT_VOLTS = Struct("<LBBHh")
 
 
 class PzGetOutputVolts(Message):
@@ -373,7 +392,6 @@ class PzGetOutputVolts(Message):
         length=4,
     )
     _unpack = Struct("<6xHh").unpack_from
-    _pack = Struct("<HHBBHh").pack
     chan_ident: int
     voltage: int
 
@@ -406,7 +424,16 @@ class PzGetOutputVolts(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0645, 4, dest | 0x80, source, self.chan_ident, self.voltage)
+        return _PZ_GET_OUTPUT_VOLTS.pack(
+            4 << 16 | 0x0645,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.voltage,
+        )
+
+
+_PZ_SET_OUTPUT_POS = Struct("<LBBHH")
 
 
 class PzSetOutputPos(Message):
@@ -432,7 +459,6 @@ class PzSetOutputPos(Message):
         length=4,
     )
     _unpack = Struct("<6xHH").unpack_from
-    _pack = Struct("<HHBBHH").pack
     chan_ident: int
     position_sw: int
 
@@ -465,7 +491,16 @@ class PzSetOutputPos(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0646, 4, dest | 0x80, source, self.chan_ident, self.position_sw)
+        return _PZ_SET_OUTPUT_POS.pack(
+            4 << 16 | 0x0646,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.position_sw,
+        )
+
+
+_PZ_REQ_OUTPUT_POS = Struct("<HBBBB")
 
 
 class PzReqOutputPos(Message):
@@ -490,7 +525,6 @@ class PzReqOutputPos(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -523,7 +557,10 @@ class PzReqOutputPos(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0647, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_OUTPUT_POS.pack(0x0647, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_OUTPUT_POS = Struct("<LBBHH")
 
 
 class PzGetOutputPos(Message):
@@ -547,7 +584,6 @@ class PzGetOutputPos(Message):
         length=4,
     )
     _unpack = Struct("<6xHH").unpack_from
-    _pack = Struct("<HHBBHH").pack
     chan_ident: int
     position_sw: int
 
@@ -580,7 +616,16 @@ class PzGetOutputPos(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0648, 4, dest | 0x80, source, self.chan_ident, self.position_sw)
+        return _PZ_GET_OUTPUT_POS.pack(
+            4 << 16 | 0x0648,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.position_sw,
+        )
+
+
+_PZ_REQ_MAX_TRAVEL = Struct("<HBBBB")
 
 
 class PzReqMaxTravel(Message):
@@ -607,7 +652,6 @@ class PzReqMaxTravel(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -640,7 +684,10 @@ class PzReqMaxTravel(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0650, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_MAX_TRAVEL.pack(0x0650, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_MAX_TRAVEL = Struct("<LBBHH")
 
 
 class PzGetMaxTravel(Message):
@@ -670,7 +717,6 @@ class PzGetMaxTravel(Message):
         length=4,
     )
     _unpack = Struct("<6xHH").unpack_from
-    _pack = Struct("<HHBBHH").pack
     chan_ident: int
     travel: int
 
@@ -703,7 +749,16 @@ class PzGetMaxTravel(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0651, 4, dest | 0x80, source, self.chan_ident, self.travel)
+        return _PZ_GET_MAX_TRAVEL.pack(
+            4 << 16 | 0x0651,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.travel,
+        )
+
+
+_PZ_SET_INPUT_VOLTS_SRC = Struct("<LBBHH")
 
 
 class PzSetInputVoltsSrc(Message):
@@ -726,7 +781,6 @@ class PzSetInputVoltsSrc(Message):
         length=4,
     )
     _unpack = Struct("<6xHH").unpack_from
-    _pack = Struct("<HHBBHH").pack
     chan_ident: int
     volt_src: int
 
@@ -759,12 +813,21 @@ class PzSetInputVoltsSrc(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0652, 4, dest | 0x80, source, self.chan_ident, self.volt_src)
+        return _PZ_SET_INPUT_VOLTS_SRC.pack(
+            4 << 16 | 0x0652,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.volt_src,
+        )
 
     @property
     def volt_src_flags(self) -> InputVoltsSource:
         """The bits of ``volt_src`` by name."""
         return InputVoltsSource(self.volt_src)
+
+
+_PZ_REQ_INPUT_VOLTS_SRC = Struct("<HBBBB")
 
 
 class PzReqInputVoltsSrc(Message):
@@ -788,7 +851,6 @@ class PzReqInputVoltsSrc(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -821,7 +883,10 @@ class PzReqInputVoltsSrc(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0653, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_INPUT_VOLTS_SRC.pack(0x0653, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_INPUT_VOLTS_SRC = Struct("<LBBHH")
 
 
 class PzGetInputVoltsSrc(Message):
@@ -844,7 +909,6 @@ class PzGetInputVoltsSrc(Message):
         length=4,
     )
     _unpack = Struct("<6xHH").unpack_from
-    _pack = Struct("<HHBBHH").pack
     chan_ident: int
     volt_src: int
 
@@ -877,12 +941,21 @@ class PzGetInputVoltsSrc(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0654, 4, dest | 0x80, source, self.chan_ident, self.volt_src)
+        return _PZ_GET_INPUT_VOLTS_SRC.pack(
+            4 << 16 | 0x0654,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.volt_src,
+        )
 
     @property
     def volt_src_flags(self) -> InputVoltsSource:
         """The bits of ``volt_src`` by name."""
         return InputVoltsSource(self.volt_src)
+
+
+_PZ_SET_PI_CONSTS = Struct("<LBBHHH")
 
 
 class PzSetPiConsts(Message):
@@ -905,7 +978,6 @@ class PzSetPiConsts(Message):
         length=6,
     )
     _unpack = Struct("<6xHHH").unpack_from
-    _pack = Struct("<HHBBHHH").pack
     chan_ident: int
     prop_const: int
     int_const: int
@@ -942,15 +1014,17 @@ class PzSetPiConsts(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0655,
-            6,
+        return _PZ_SET_PI_CONSTS.pack(
+            6 << 16 | 0x0655,
             dest | 0x80,
             source,
             self.chan_ident,
             self.prop_const,
             self.int_const,
         )
+
+
+_PZ_REQ_PI_CONSTS = Struct("<HBBBB")
 
 
 class PzReqPiConsts(Message):
@@ -974,7 +1048,6 @@ class PzReqPiConsts(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -1007,7 +1080,10 @@ class PzReqPiConsts(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0656, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_PI_CONSTS.pack(0x0656, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_PI_CONSTS = Struct("<LBBHHH")
 
 
 class PzGetPiConsts(Message):
@@ -1030,7 +1106,6 @@ class PzGetPiConsts(Message):
         length=6,
     )
     _unpack = Struct("<6xHHH").unpack_from
-    _pack = Struct("<HHBBHHH").pack
     chan_ident: int
     prop_const: int
     int_const: int
@@ -1067,15 +1142,17 @@ class PzGetPiConsts(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0657,
-            6,
+        return _PZ_GET_PI_CONSTS.pack(
+            6 << 16 | 0x0657,
             dest | 0x80,
             source,
             self.chan_ident,
             self.prop_const,
             self.int_const,
         )
+
+
+_PZ_SET_ZERO = Struct("<HBBBB")
 
 
 class PzSetZero(Message):
@@ -1098,7 +1175,6 @@ class PzSetZero(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -1131,7 +1207,10 @@ class PzSetZero(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0658, self.chan_ident, self.param2, dest, source)
+        return _PZ_SET_ZERO.pack(0x0658, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_REQ_PZ_STATUS_BITS = Struct("<HBBBB")
 
 
 class PzReqPzStatusBits(Message):
@@ -1160,7 +1239,6 @@ class PzReqPzStatusBits(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -1193,7 +1271,10 @@ class PzReqPzStatusBits(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x065B, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_PZ_STATUS_BITS.pack(0x065B, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_PZ_STATUS_BITS = Struct("<LBBHL")
 
 
 class PzGetPzStatusBits(Message):
@@ -1224,7 +1305,6 @@ class PzGetPzStatusBits(Message):
         length=6,
     )
     _unpack = Struct("<6xHL").unpack_from
-    _pack = Struct("<HHBBHL").pack
     chan_ident: int
     status_bits: int
 
@@ -1257,12 +1337,21 @@ class PzGetPzStatusBits(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x065C, 6, dest | 0x80, source, self.chan_ident, self.status_bits)
+        return _PZ_GET_PZ_STATUS_BITS.pack(
+            6 << 16 | 0x065C,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.status_bits,
+        )
 
     @property
     def status_bits_flags(self) -> BpcStatusBits:
         """The bits of ``status_bits`` by name."""
         return BpcStatusBits(self.status_bits)
+
+
+_PZ_GET_PZ_STATUS_UPDATE = Struct("<LBBHhhL")
 
 
 class PzGetPzStatusUpdate(Message):
@@ -1301,7 +1390,6 @@ class PzGetPzStatusUpdate(Message):
         length=10,
     )
     _unpack = Struct("<6xHhhL").unpack_from
-    _pack = Struct("<HHBBHhhL").pack
     chan_ident: int
     op_voltage: int
     position: int
@@ -1342,9 +1430,8 @@ class PzGetPzStatusUpdate(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0661,
-            10,
+        return _PZ_GET_PZ_STATUS_UPDATE.pack(
+            10 << 16 | 0x0661,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -1357,6 +1444,9 @@ class PzGetPzStatusUpdate(Message):
     def status_bits_flags(self) -> BpcStatusBits:
         """The bits of ``status_bits`` by name."""
         return BpcStatusBits(self.status_bits)
+
+
+_PZ_ACK_PZ_STATUS_UPDATE = Struct("<HBBBB")
 
 
 class PzAckPzStatusUpdate(Message):
@@ -1384,7 +1474,6 @@ class PzAckPzStatusUpdate(Message):
         unnamed=("param1", "param2"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -1417,7 +1506,10 @@ class PzAckPzStatusUpdate(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0662, self.param1, self.param2, dest, source)
+        return _PZ_ACK_PZ_STATUS_UPDATE.pack(0x0662, self.param1, self.param2, dest, source)
+
+
+_PZ_SET_IO_SETTINGS = Struct("<LBBHHHHH")
 
 
 class PzSetIoSettings(Message):
@@ -1463,7 +1555,6 @@ class PzSetIoSettings(Message):
         optional=("feedback_sig",),
     )
     _unpack = Struct("<6xHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHH").pack
     chan_ident: int
     amp_current_lim: int
     amp_lp_filter: int
@@ -1534,9 +1625,8 @@ class PzSetIoSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0670,
-            10,
+        return _PZ_SET_IO_SETTINGS.pack(
+            10 << 16 | 0x0670,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -1545,6 +1635,9 @@ class PzSetIoSettings(Message):
             self.feedback_sig,
             self.bnc_trig_or_lv_out,
         )
+
+
+_PZ_REQ_IO_SETTINGS = Struct("<HBBBB")
 
 
 class PzReqIoSettings(Message):
@@ -1568,7 +1661,6 @@ class PzReqIoSettings(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -1601,7 +1693,10 @@ class PzReqIoSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0671, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_IO_SETTINGS.pack(0x0671, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_IO_SETTINGS = Struct("<LBBHHHHH")
 
 
 class PzGetIoSettings(Message):
@@ -1643,7 +1738,6 @@ class PzGetIoSettings(Message):
         optional=("feedback_sig",),
     )
     _unpack = Struct("<6xHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHH").pack
     chan_ident: int
     amp_current_lim: int
     amp_lp_filter: int
@@ -1714,9 +1808,8 @@ class PzGetIoSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0672,
-            10,
+        return _PZ_GET_IO_SETTINGS.pack(
+            10 << 16 | 0x0672,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -1725,6 +1818,9 @@ class PzGetIoSettings(Message):
             self.feedback_sig,
             self.bnc_trig_or_lv_out,
         )
+
+
+_PZ_SET_OUTPUT_MAX_VOLTS = Struct("<LBBHHH")
 
 
 class PzSetOutputMaxVolts(Message):
@@ -1755,7 +1851,6 @@ class PzSetOutputMaxVolts(Message):
         length=6,
     )
     _unpack = Struct("<6xHHH").unpack_from
-    _pack = Struct("<HHBBHHH").pack
     chan_ident: int
     voltage: int
     flags: int
@@ -1792,12 +1887,22 @@ class PzSetOutputMaxVolts(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0680, 6, dest | 0x80, source, self.chan_ident, self.voltage, self.flags)
+        return _PZ_SET_OUTPUT_MAX_VOLTS.pack(
+            6 << 16 | 0x0680,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.voltage,
+            self.flags,
+        )
 
     @property
     def flags_flags(self) -> OutputMaxVoltsFlags:
         """The bits of ``flags`` by name."""
         return OutputMaxVoltsFlags(self.flags)
+
+
+_PZ_REQ_OUTPUT_MAX_VOLTS = Struct("<HBBBB")
 
 
 class PzReqOutputMaxVolts(Message):
@@ -1824,7 +1929,6 @@ class PzReqOutputMaxVolts(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -1857,7 +1961,10 @@ class PzReqOutputMaxVolts(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0681, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_OUTPUT_MAX_VOLTS.pack(0x0681, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_OUTPUT_MAX_VOLTS = Struct("<LBBHHH")
 
 
 class PzGetOutputMaxVolts(Message):
@@ -1890,7 +1997,6 @@ class PzGetOutputMaxVolts(Message):
         length=6,
     )
     _unpack = Struct("<6xHHH").unpack_from
-    _pack = Struct("<HHBBHHH").pack
     chan_ident: int
     voltage: int
     flags: int
@@ -1927,12 +2033,22 @@ class PzGetOutputMaxVolts(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0682, 6, dest | 0x80, source, self.chan_ident, self.voltage, self.flags)
+        return _PZ_GET_OUTPUT_MAX_VOLTS.pack(
+            6 << 16 | 0x0682,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.voltage,
+            self.flags,
+        )
 
     @property
     def flags_flags(self) -> OutputMaxVoltsFlags:
         """The bits of ``flags`` by name."""
         return OutputMaxVoltsFlags(self.flags)
+
+
+_PZ_SET_TPZ_SLEW_RATES = Struct("<LBBHHH")
 
 
 class PzSetTpzSlewRates(Message):
@@ -1964,7 +2080,6 @@ class PzSetTpzSlewRates(Message):
         length=6,
     )
     _unpack = Struct("<6xHHH").unpack_from
-    _pack = Struct("<HHBBHHH").pack
     chan_ident: int
     slew_open: int
     slew_closed: int
@@ -2001,15 +2116,17 @@ class PzSetTpzSlewRates(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0683,
-            6,
+        return _PZ_SET_TPZ_SLEW_RATES.pack(
+            6 << 16 | 0x0683,
             dest | 0x80,
             source,
             self.chan_ident,
             self.slew_open,
             self.slew_closed,
         )
+
+
+_PZ_REQ_TPZ_SLEW_RATES = Struct("<HBBBB")
 
 
 class PzReqTpzSlewRates(Message):
@@ -2036,7 +2153,6 @@ class PzReqTpzSlewRates(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2069,7 +2185,10 @@ class PzReqTpzSlewRates(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0684, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_TPZ_SLEW_RATES.pack(0x0684, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_TPZ_SLEW_RATES = Struct("<LBBHHH")
 
 
 class PzGetTpzSlewRates(Message):
@@ -2095,7 +2214,6 @@ class PzGetTpzSlewRates(Message):
         length=6,
     )
     _unpack = Struct("<6xHHH").unpack_from
-    _pack = Struct("<HHBBHHH").pack
     chan_ident: int
     slew_open: int
     slew_closed: int
@@ -2132,15 +2250,17 @@ class PzGetTpzSlewRates(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0685,
-            6,
+        return _PZ_GET_TPZ_SLEW_RATES.pack(
+            6 << 16 | 0x0685,
             dest | 0x80,
             source,
             self.chan_ident,
             self.slew_open,
             self.slew_closed,
         )
+
+
+_MOT_SET_PZ_STAGE_PARAM_DEFAULTS = Struct("<HBBBB")
 
 
 class MotSetPzStageParamDefaults(Message):
@@ -2164,7 +2284,6 @@ class MotSetPzStageParamDefaults(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2197,7 +2316,16 @@ class MotSetPzStageParamDefaults(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0686, self.chan_ident, self.param2, dest, source)
+        return _MOT_SET_PZ_STAGE_PARAM_DEFAULTS.pack(
+            0x0686,
+            self.chan_ident,
+            self.param2,
+            dest,
+            source,
+        )
+
+
+_PZ_SET_OUTPUT_LUT = Struct("<LBBHHh")
 
 
 class PzSetOutputLut(Message):
@@ -2230,7 +2358,6 @@ class PzSetOutputLut(Message):
         length=6,
     )
     _unpack = Struct("<6xHHh").unpack_from
-    _pack = Struct("<HHBBHHh").pack
     chan_ident: int
     index: int
     output: int
@@ -2267,7 +2394,17 @@ class PzSetOutputLut(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0700, 6, dest | 0x80, source, self.chan_ident, self.index, self.output)
+        return _PZ_SET_OUTPUT_LUT.pack(
+            6 << 16 | 0x0700,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.index,
+            self.output,
+        )
+
+
+_PZ_REQ_OUTPUT_LUT = Struct("<HBBBB")
 
 
 class PzReqOutputLut(Message):
@@ -2293,7 +2430,6 @@ class PzReqOutputLut(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2326,7 +2462,10 @@ class PzReqOutputLut(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0701, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_OUTPUT_LUT.pack(0x0701, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_OUTPUT_LUT = Struct("<LBBHHh")
 
 
 class PzGetOutputLut(Message):
@@ -2352,7 +2491,6 @@ class PzGetOutputLut(Message):
         length=6,
     )
     _unpack = Struct("<6xHHh").unpack_from
-    _pack = Struct("<HHBBHHh").pack
     chan_ident: int
     index: int
     output: int
@@ -2389,7 +2527,17 @@ class PzGetOutputLut(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0702, 6, dest | 0x80, source, self.chan_ident, self.index, self.output)
+        return _PZ_GET_OUTPUT_LUT.pack(
+            6 << 16 | 0x0702,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.index,
+            self.output,
+        )
+
+
+_PZ_SET_OUTPUT_LUT_PARAMS = Struct("<LBBHHHllllHlH")
 
 
 class PzSetOutputLutParams(Message):
@@ -2466,7 +2614,6 @@ class PzSetOutputLutParams(Message):
         length=30,
     )
     _unpack = Struct("<6xHHHllllHlH").unpack_from
-    _pack = Struct("<HHBBHHHllllHlH").pack
     chan_ident: int
     mode: int
     cycle_length: int
@@ -2578,9 +2725,8 @@ class PzSetOutputLutParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0703,
-            30,
+        return _PZ_SET_OUTPUT_LUT_PARAMS.pack(
+            30 << 16 | 0x0703,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -2599,6 +2745,9 @@ class PzSetOutputLutParams(Message):
     def mode_flags(self) -> LutOutputMode:
         """The bits of ``mode`` by name."""
         return LutOutputMode(self.mode)
+
+
+_PZ_REQ_OUTPUT_LUT_PARAMS = Struct("<HBBBB")
 
 
 class PzReqOutputLutParams(Message):
@@ -2622,7 +2771,6 @@ class PzReqOutputLutParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2655,7 +2803,10 @@ class PzReqOutputLutParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0704, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_OUTPUT_LUT_PARAMS.pack(0x0704, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_OUTPUT_LUT_PARAMS = Struct("<LBBHHHllllHlH")
 
 
 class PzGetOutputLutParams(Message):
@@ -2718,7 +2869,6 @@ class PzGetOutputLutParams(Message):
         length=30,
     )
     _unpack = Struct("<6xHHHllllHlH").unpack_from
-    _pack = Struct("<HHBBHHHllllHlH").pack
     chan_ident: int
     mode: int
     cycle_length: int
@@ -2830,9 +2980,8 @@ class PzGetOutputLutParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x0705,
-            30,
+        return _PZ_GET_OUTPUT_LUT_PARAMS.pack(
+            30 << 16 | 0x0705,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -2851,6 +3000,9 @@ class PzGetOutputLutParams(Message):
     def mode_flags(self) -> LutOutputMode:
         """The bits of ``mode`` by name."""
         return LutOutputMode(self.mode)
+
+
+_PZ_START_LUT_OUTPUT = Struct("<HBBBB")
 
 
 class PzStartLutOutput(Message):
@@ -2873,7 +3025,6 @@ class PzStartLutOutput(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2906,7 +3057,10 @@ class PzStartLutOutput(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0706, self.chan_ident, self.param2, dest, source)
+        return _PZ_START_LUT_OUTPUT.pack(0x0706, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_STOP_LUT_OUTPUT = Struct("<HBBBB")
 
 
 class PzStopLutOutput(Message):
@@ -2928,7 +3082,6 @@ class PzStopLutOutput(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -2961,7 +3114,10 @@ class PzStopLutOutput(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0707, self.chan_ident, self.param2, dest, source)
+        return _PZ_STOP_LUT_OUTPUT.pack(0x0707, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_SET_LUT_VALUE_TYPE = Struct("<HBBBB")
 
 
 class PzSetLutValueType(Message):
@@ -2987,7 +3143,6 @@ class PzSetLutValueType(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     lut_type: int
     param2: int
 
@@ -3020,7 +3175,10 @@ class PzSetLutValueType(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x0708, self.lut_type, self.param2, dest, source)
+        return _PZ_SET_LUT_VALUE_TYPE.pack(0x0708, self.lut_type, self.param2, dest, source)
+
+
+_PZ_SET_EEPROM_PARAMS = Struct("<LBBHH")
 
 
 class PzSetEepromParams(Message):
@@ -3042,7 +3200,6 @@ class PzSetEepromParams(Message):
         length=4,
     )
     _unpack = Struct("<6xHH").unpack_from
-    _pack = Struct("<HHBBHH").pack
     chan_ident: int
     msg_id: int
 
@@ -3075,7 +3232,16 @@ class PzSetEepromParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x07D0, 4, dest | 0x80, source, self.chan_ident, self.msg_id)
+        return _PZ_SET_EEPROM_PARAMS.pack(
+            4 << 16 | 0x07D0,
+            dest | 0x80,
+            source,
+            self.chan_ident,
+            self.msg_id,
+        )
+
+
+_PZ_SET_TPZ_DISP_SETTINGS = Struct("<LBBH")
 
 
 class PzSetTpzDispSettings(Message):
@@ -3103,7 +3269,6 @@ class PzSetTpzDispSettings(Message):
         length=2,
     )
     _unpack = Struct("<6xH").unpack_from
-    _pack = Struct("<HHBBH").pack
     disp_intensity: int
 
     def __new__(cls, disp_intensity: int) -> Self:
@@ -3132,7 +3297,15 @@ class PzSetTpzDispSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x07D1, 2, dest | 0x80, source, self.disp_intensity)
+        return _PZ_SET_TPZ_DISP_SETTINGS.pack(
+            2 << 16 | 0x07D1,
+            dest | 0x80,
+            source,
+            self.disp_intensity,
+        )
+
+
+_PZ_REQ_TPZ_DISP_SETTINGS = Struct("<HBBBB")
 
 
 class PzReqTpzDispSettings(Message):
@@ -3157,7 +3330,6 @@ class PzReqTpzDispSettings(Message):
         constants={"param1": 1},
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     param1: int
     param2: int
 
@@ -3190,7 +3362,10 @@ class PzReqTpzDispSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x07D2, self.param1, self.param2, dest, source)
+        return _PZ_REQ_TPZ_DISP_SETTINGS.pack(0x07D2, self.param1, self.param2, dest, source)
+
+
+_PZ_GET_TPZ_DISP_SETTINGS = Struct("<LBBH")
 
 
 class PzGetTpzDispSettings(Message):
@@ -3212,7 +3387,6 @@ class PzGetTpzDispSettings(Message):
         length=2,
     )
     _unpack = Struct("<6xH").unpack_from
-    _pack = Struct("<HHBBH").pack
     disp_intensity: int
 
     def __new__(cls, disp_intensity: int) -> Self:
@@ -3241,7 +3415,15 @@ class PzGetTpzDispSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x07D3, 2, dest | 0x80, source, self.disp_intensity)
+        return _PZ_GET_TPZ_DISP_SETTINGS.pack(
+            2 << 16 | 0x07D3,
+            dest | 0x80,
+            source,
+            self.disp_intensity,
+        )
+
+
+_PZ_SET_TPZ_IO_SETTINGS = Struct("<LBBHHHHH")
 
 
 class PzSetTpzIoSettings(Message):
@@ -3274,7 +3456,6 @@ class PzSetTpzIoSettings(Message):
         optional=("future_use_1", "future_use_2"),
     )
     _unpack = Struct("<6xHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHH").pack
     chan_ident: int
     voltage_limit: int
     hub_analog_input: int
@@ -3339,9 +3520,8 @@ class PzSetTpzIoSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x07D4,
-            10,
+        return _PZ_SET_TPZ_IO_SETTINGS.pack(
+            10 << 16 | 0x07D4,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3350,6 +3530,9 @@ class PzSetTpzIoSettings(Message):
             self.future_use_1,
             self.future_use_2,
         )
+
+
+_PZ_REQ_TPZ_IO_SETTINGS = Struct("<HBBBB")
 
 
 class PzReqTpzIoSettings(Message):
@@ -3375,7 +3558,6 @@ class PzReqTpzIoSettings(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -3408,7 +3590,10 @@ class PzReqTpzIoSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x07D5, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_TPZ_IO_SETTINGS.pack(0x07D5, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_TPZ_IO_SETTINGS = Struct("<LBBHHHHH")
 
 
 class PzGetTpzIoSettings(Message):
@@ -3438,7 +3623,6 @@ class PzGetTpzIoSettings(Message):
         optional=("future_use_1", "future_use_2"),
     )
     _unpack = Struct("<6xHHHHH").unpack_from
-    _pack = Struct("<HHBBHHHHH").pack
     chan_ident: int
     voltage_limit: int
     hub_analog_input: int
@@ -3503,9 +3687,8 @@ class PzGetTpzIoSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x07D6,
-            10,
+        return _PZ_GET_TPZ_IO_SETTINGS.pack(
+            10 << 16 | 0x07D6,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3514,6 +3697,9 @@ class PzGetTpzIoSettings(Message):
             self.future_use_1,
             self.future_use_2,
         )
+
+
+_PZ_SET_TSG_IO_SETTINGS = Struct("<LBBHHHHHL")
 
 
 class PzSetTsgIoSettings(Message):
@@ -3564,7 +3750,6 @@ class PzSetTsgIoSettings(Message):
         optional=("future_use_1", "future_use_2"),
     )
     _unpack = Struct("<6xHHHHHL").unpack_from
-    _pack = Struct("<HHBBHHHHHL").pack
     chan_ident: int
     hub_analogue_output: int
     display_mode: int
@@ -3635,9 +3820,8 @@ class PzSetTsgIoSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x07DA,
-            14,
+        return _PZ_SET_TSG_IO_SETTINGS.pack(
+            14 << 16 | 0x07DA,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3647,6 +3831,9 @@ class PzSetTsgIoSettings(Message):
             self.future_use_1,
             self.future_use_2,
         )
+
+
+_PZ_REQ_TSG_IO_SETTINGS = Struct("<HBBBB")
 
 
 class PzReqTsgIoSettings(Message):
@@ -3672,7 +3859,6 @@ class PzReqTsgIoSettings(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -3705,7 +3891,10 @@ class PzReqTsgIoSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x07DB, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_TSG_IO_SETTINGS.pack(0x07DB, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_TSG_IO_SETTINGS = Struct("<LBBHHHHHL")
 
 
 class PzGetTsgIoSettings(Message):
@@ -3753,7 +3942,6 @@ class PzGetTsgIoSettings(Message):
         optional=("future_use_1", "future_use_2"),
     )
     _unpack = Struct("<6xHHHHHL").unpack_from
-    _pack = Struct("<HHBBHHHHHL").pack
     chan_ident: int
     hub_analogue_output: int
     display_mode: int
@@ -3824,9 +4012,8 @@ class PzGetTsgIoSettings(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x07DC,
-            14,
+        return _PZ_GET_TSG_IO_SETTINGS.pack(
+            14 << 16 | 0x07DC,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -3836,6 +4023,9 @@ class PzGetTsgIoSettings(Message):
             self.future_use_1,
             self.future_use_2,
         )
+
+
+_PZ_REQ_TSG_READING = Struct("<HBBBB")
 
 
 class PzReqTsgReading(Message):
@@ -3860,7 +4050,6 @@ class PzReqTsgReading(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -3893,7 +4082,10 @@ class PzReqTsgReading(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x07DD, self.chan_ident, self.param2, dest, source)
+        return _PZ_REQ_TSG_READING.pack(0x07DD, self.chan_ident, self.param2, dest, source)
+
+
+_PZ_GET_TSG_READING = Struct("<LBBHhH")
 
 
 class PzGetTsgReading(Message):
@@ -3926,7 +4118,6 @@ class PzGetTsgReading(Message):
         length=6,
     )
     _unpack = Struct("<6xHhH").unpack_from
-    _pack = Struct("<HHBBHhH").pack
     chan_ident: int
     reading: int
     smoothed: int
@@ -3963,9 +4154,8 @@ class PzGetTsgReading(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x07DE,
-            6,
+        return _PZ_GET_TSG_READING.pack(
+            6 << 16 | 0x07DE,
             dest | 0x80,
             source,
             self.chan_ident,

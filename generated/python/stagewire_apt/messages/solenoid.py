@@ -29,6 +29,9 @@ __all__ = [
 ]
 
 
+_MOT_SET_SOL_OPERATING_MODE = Struct("<HBBBB")
+
+
 class MotSetSolOperatingMode(Message):
     """``MOT_SET_SOL_OPERATINGMODE`` (0x04C0), to the controller, header only; page 85.
 
@@ -49,7 +52,6 @@ class MotSetSolOperatingMode(Message):
         fields=("chan_ident", "operating_mode"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     operating_mode: int
 
@@ -82,7 +84,16 @@ class MotSetSolOperatingMode(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04C0, self.chan_ident, self.operating_mode, dest, source)
+        return _MOT_SET_SOL_OPERATING_MODE.pack(
+            0x04C0,
+            self.chan_ident,
+            self.operating_mode,
+            dest,
+            source,
+        )
+
+
+_MOT_REQ_SOL_OPERATING_MODE = Struct("<HBBBB")
 
 
 class MotReqSolOperatingMode(Message):
@@ -106,7 +117,6 @@ class MotReqSolOperatingMode(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -139,7 +149,10 @@ class MotReqSolOperatingMode(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04C1, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_SOL_OPERATING_MODE.pack(0x04C1, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_SOL_OPERATING_MODE = Struct("<HBBBB")
 
 
 class MotGetSolOperatingMode(Message):
@@ -160,7 +173,6 @@ class MotGetSolOperatingMode(Message):
         fields=("chan_ident", "operating_mode"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     operating_mode: int
 
@@ -193,7 +205,16 @@ class MotGetSolOperatingMode(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04C2, self.chan_ident, self.operating_mode, dest, source)
+        return _MOT_GET_SOL_OPERATING_MODE.pack(
+            0x04C2,
+            self.chan_ident,
+            self.operating_mode,
+            dest,
+            source,
+        )
+
+
+_MOT_SET_SOL_CYCLE_PARAMS = Struct("<LBBHlll")
 
 
 class MotSetSolCycleParams(Message):
@@ -223,7 +244,6 @@ class MotSetSolCycleParams(Message):
         length=14,
     )
     _unpack = Struct("<6xHlll").unpack_from
-    _pack = Struct("<HHBBHlll").pack
     chan_ident: int
     on_time: int
     off_time: int
@@ -264,9 +284,8 @@ class MotSetSolCycleParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04C3,
-            14,
+        return _MOT_SET_SOL_CYCLE_PARAMS.pack(
+            14 << 16 | 0x04C3,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -274,6 +293,9 @@ class MotSetSolCycleParams(Message):
             self.off_time,
             self.num_cycles,
         )
+
+
+_MOT_REQ_SOL_CYCLE_PARAMS = Struct("<HBBBB")
 
 
 class MotReqSolCycleParams(Message):
@@ -297,7 +319,6 @@ class MotReqSolCycleParams(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -330,7 +351,10 @@ class MotReqSolCycleParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04C4, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_SOL_CYCLE_PARAMS.pack(0x04C4, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_SOL_CYCLE_PARAMS = Struct("<LBBHlll")
 
 
 class MotGetSolCycleParams(Message):
@@ -357,7 +381,6 @@ class MotGetSolCycleParams(Message):
         length=14,
     )
     _unpack = Struct("<6xHlll").unpack_from
-    _pack = Struct("<HHBBHlll").pack
     chan_ident: int
     on_time: int
     off_time: int
@@ -398,9 +421,8 @@ class MotGetSolCycleParams(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(
-            0x04C5,
-            14,
+        return _MOT_GET_SOL_CYCLE_PARAMS.pack(
+            14 << 16 | 0x04C5,
             dest | 0x80,
             source,
             self.chan_ident,
@@ -408,6 +430,9 @@ class MotGetSolCycleParams(Message):
             self.off_time,
             self.num_cycles,
         )
+
+
+_MOT_SET_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 
 
 class MotSetSolInterlockMode(Message):
@@ -430,7 +455,6 @@ class MotSetSolInterlockMode(Message):
         fields=("chan_ident", "interlock_mode"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     interlock_mode: int
 
@@ -463,7 +487,16 @@ class MotSetSolInterlockMode(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04C6, self.chan_ident, self.interlock_mode, dest, source)
+        return _MOT_SET_SOL_INTERLOCK_MODE.pack(
+            0x04C6,
+            self.chan_ident,
+            self.interlock_mode,
+            dest,
+            source,
+        )
+
+
+_MOT_REQ_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 
 
 class MotReqSolInterlockMode(Message):
@@ -487,7 +520,6 @@ class MotReqSolInterlockMode(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -520,7 +552,10 @@ class MotReqSolInterlockMode(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04C7, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_SOL_INTERLOCK_MODE.pack(0x04C7, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 
 
 class MotGetSolInterlockMode(Message):
@@ -541,7 +576,6 @@ class MotGetSolInterlockMode(Message):
         fields=("chan_ident", "interlock_mode"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     interlock_mode: int
 
@@ -574,7 +608,16 @@ class MotGetSolInterlockMode(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04C8, self.chan_ident, self.interlock_mode, dest, source)
+        return _MOT_GET_SOL_INTERLOCK_MODE.pack(
+            0x04C8,
+            self.chan_ident,
+            self.interlock_mode,
+            dest,
+            source,
+        )
+
+
+_MOT_SET_SOL_STATE = Struct("<HBBBB")
 
 
 class MotSetSolState(Message):
@@ -597,7 +640,6 @@ class MotSetSolState(Message):
         fields=("chan_ident", "state"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     state: int
 
@@ -630,7 +672,10 @@ class MotSetSolState(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04CB, self.chan_ident, self.state, dest, source)
+        return _MOT_SET_SOL_STATE.pack(0x04CB, self.chan_ident, self.state, dest, source)
+
+
+_MOT_REQ_SOL_STATE = Struct("<HBBBB")
 
 
 class MotReqSolState(Message):
@@ -654,7 +699,6 @@ class MotReqSolState(Message):
         unnamed=("param2",),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     param2: int
 
@@ -687,7 +731,10 @@ class MotReqSolState(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04CC, self.chan_ident, self.param2, dest, source)
+        return _MOT_REQ_SOL_STATE.pack(0x04CC, self.chan_ident, self.param2, dest, source)
+
+
+_MOT_GET_SOL_STATE = Struct("<HBBBB")
 
 
 class MotGetSolState(Message):
@@ -708,7 +755,6 @@ class MotGetSolState(Message):
         fields=("chan_ident", "state"),
     )
     _unpack = Struct("<2xBB2x").unpack_from
-    _pack = Struct("<HBBBB").pack
     chan_ident: int
     state: int
 
@@ -741,4 +787,4 @@ class MotGetSolState(Message):
             or not 0 <= source <= 0xFF
         ):
             check_addresses(dest, source)
-        return self._pack(0x04CD, self.chan_ident, self.state, dest, source)
+        return _MOT_GET_SOL_STATE.pack(0x04CD, self.chan_ident, self.state, dest, source)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from stagewire_generator.model import Erratum, Field, Layout, Message, Protocol
@@ -69,6 +70,7 @@ class ClassView:
     fields: tuple[FieldView, ...] = ()
     payload: str = ""  # struct format that reads the fields from a whole frame
     frame: str = ""  # struct format of the whole frame
+    packer: str = ""  # name of the Struct that packs it
     unpack: str = ""  # the assignment
     pack: str = ""  # the return statement
     # Undecided classes only
@@ -111,14 +113,15 @@ def _class(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         arguments.append("*")
         arguments += [f"{f.name}: {f.type} = {_default(s)}" for f, s in optional]
     payload = f"<2x{codes}2x" if header else f"<6x{codes}"
-    frame = f"<H{codes}BB" if header else f"<HHBB{codes}"
+    frame = f"<H{codes}BB" if header else f"<LBB{codes}"
+    packer = "_" + re.sub("(?<=.)(?=[A-Z])", "_", name).upper()
     targets = [f.name if f.unpacked else f"draft.{f.name}" for f in fields]
     packed = [_packed(slot) for slot in slots]
     id = f"0x{message.id:04X}"
     if header:
         values = [id, *packed, "dest", "source"]
     else:
-        values = [id, str(layout.length), "dest | 0x80", "source", *packed]
+        values = [f"{layout.length} << 16 | {id}", "dest | 0x80", "source", *packed]
     return ClassView(
         name=name,
         kind="plain",
@@ -129,8 +132,9 @@ def _class(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         fields=fields,
         payload=payload,
         frame=frame,
+        packer=packer,
         unpack=_assign(targets),
-        pack=call("return self._pack", values, "", 8),
+        pack=call(f"return {packer}.pack", values, "", 8),
     )
 
 

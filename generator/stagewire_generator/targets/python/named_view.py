@@ -81,7 +81,7 @@ def stage_view(protocol: Protocol, stage: Stage) -> StageView:
         names = [literal(unit) for unit in controllers[controller]]
         listed = tuple_of(names)
         if len(f"        {literal(controller)}: {listed},") > WIDTH:
-            listed = call("", names, "", 8)
+            listed = call("", names, "", 8, 0)
         families.append(f"        {literal(controller)}: {listed},\n")
     source = (
         f"{stage.name} = Stage(\n"

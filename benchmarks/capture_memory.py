@@ -1,0 +1,114 @@
+"""``stagewire decode`` needs no more memory for 100 MB than for 10 MB, whatever it writes.
+
+The captures are mixed: nine frames of ten are DC status updates, the rest are the other messages to the
+host, 6 to 90 bytes long. The command runs as a process of its own; its processor time and peak memory are
+printed for each format. The exit is 1 when the large capture takes a few MiB more than the small one.
+
+    python benchmarks/capture_memory.py
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from stagewire.direction import Direction
+from stagewire.message import UndocumentedMessage
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+
+SMALL, LARGE = 10_000_000, 100_000_000
+SLACK = (
+    6.0  # MiB: allocators differ by a few from run to run; Parquet keeps an index of its row groups
+)
+SEED = 3
+
+COMMAND = "from stagewire_cli.main import run; run()"
+STATUS = m.MotGetDcStatusUpdate.layout.message
+FORMATS = {
+    "table": ["--format", "table"],
+    "jsonl": ["--format", "jsonl"],
+    "csv": ["--format", "csv"],
+    "parquet": ["--format", "parquet"],
+    "csv, one message": ["--format", "csv", "--message", STATUS],
+    "parquet, one message": ["--format", "parquet", "--message", STATUS],
+}
+
+
+def others(rng: random.Random) -> list[bytes]:
+    """Return a frame of every other message that a controller sends, with random values."""
+    frames = []
+    for cls in PROTOCOL.messages:
+        layout = cls.layout
+        if Direction.TO_HOST not in layout.direction or issubclass(cls, UndocumentedMessage):
+            continue
+        head = layout.id.to_bytes(2, "little")
+        if layout.length:
+            frames.append(
+                head + bytes((layout.length, 0, 0x81, 0x50)) + rng.randbytes(layout.length)
+            )
+        else:
+            frames.append(head + bytes((0 if layout.only_zero else 1, 0, 0x01, 0x50)))
+    return frames
+
+
+def write_capture(path: Path, size: int) -> int:
+    """Write a capture piece by piece, and return the number of its frames.
+
+    This process has to stay small: the peak of a child begins with what its parent had.
+    """
+    rng = random.Random(SEED)
+    rest = others(rng)
+    written = frames = 0
+    with path.open("wb") as file:
+        while written < size:
+            status = m.MotGetDcStatusUpdate(1, rng.randrange(1 << 30), 10, 0x80000400)
+            raw = status.pack(0x01, 0x50) if rng.random() < 0.9 else rng.choice(rest)
+            written += file.write(raw)
+            frames += 1
+    return frames
+
+
+def run(arguments: list[str]) -> tuple[float, float]:
+    """Run the command and return its seconds on a processor and its peak memory in MiB."""
+    command = [sys.executable, "-c", COMMAND, "decode", *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise SystemExit(f"exit {process.returncode}: {' '.join(command)}")
+    unit = 1 if sys.platform == "darwin" else 1024
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss * unit / 2**20
+
+
+def main() -> int:
+    """Measure every format; return 1 when memory grows with the capture."""
+    over = False
+    with tempfile.TemporaryDirectory() as folder:
+        captures = [Path(folder) / "small.bin", Path(folder) / "large.bin"]
+        sizes = (SMALL, LARGE)
+        frames = [write_capture(path, size) for path, size in zip(captures, sizes, strict=True)]
+        print(f"{frames[0]:,} and {frames[1]:,} frames")
+        run([m.ModIdentify().pack(0x50, 0x01).hex()])  # compiling modules takes memory, once
+        head = "".join(f"{size // 10**6:>7} MB: s{'MiB':>8}" for size in sizes)
+        print(f"{'format':24}{head}{'us/frame':>10}{'grows':>8}")
+        for name, options in FORMATS.items():
+            target = ["--output", str(Path(folder) / "decoded")]
+            measured = [run([str(path), "--end", "host", *options, *target]) for path in captures]
+            cells = "".join(f"{seconds:>13.1f}{peak:>8.1f}" for seconds, peak in measured)
+            each = measured[1][0] / frames[1] * 1e6
+            grows = measured[1][1] - measured[0][1]
+            over |= grows > SLACK
+            print(
+                f"{name:24}{cells}{each:>10.2f}{grows:>8.1f}{'  over' * (grows > SLACK)}",
+                flush=True,
+            )
+    return int(over)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

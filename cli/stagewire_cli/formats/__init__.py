@@ -1,0 +1,74 @@
+"""How ``stagewire decode`` writes what it decoded: one module a format, behind one interface.
+
+A :class:`~stagewire_cli.formats.writer.Writer` takes frames and events. Those for tables of rows
+(:mod:`~stagewire_cli.formats.rows`) hand columns to a :class:`~stagewire_cli.formats.sink.Sink`, which
+knows nothing of frames.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from stagewire_cli.formats.csv import CsvSink
+from stagewire_cli.formats.jsonlines import JsonLinesWriter
+from stagewire_cli.formats.parquet import ParquetSink, require_pyarrow
+from stagewire_cli.formats.rows import GENERAL, GeneralWriter, TypedWriter, typed_columns
+from stagewire_cli.formats.table import TableWriter
+from stagewire_cli.formats.writer import Task, Writer
+
+__all__ = ["Format", "check_format", "writing"]
+
+
+class Format(enum.Enum):
+    """What ``--format`` takes."""
+
+    TABLE = "table"
+    JSONL = "jsonl"
+    CSV = "csv"
+    PARQUET = "parquet"
+
+    @property
+    def has_rows(self) -> bool:
+        """Whether it is a table of rows and columns."""
+        return self in (Format.CSV, Format.PARQUET)
+
+
+def check_format(format: Format, task: Task) -> None:
+    """Raise for a format that cannot be written, before anything is read.
+
+    Raises :class:`~stagewire.errors.UnsupportedError` for a message that has no columns, and
+    ``CalledWronglyError`` where pyarrow is needed and not installed.
+    """
+    if format.has_rows and task.only is not None:
+        typed_columns(task.only)
+    if format is Format.PARQUET:
+        require_pyarrow()
+
+
+@contextmanager
+def writing(format: Format, task: Task, out: Any) -> Iterator[Writer]:
+    """Give what writes ``format`` to ``out``: a binary stream for Parquet, else one of text.
+
+    Rows that are still held are written when the block ends, unless it fails.
+    """
+    made = _writer(format, task, out)
+    try:
+        yield made
+    except BaseException:
+        made.abandon()
+        raise
+    made.close()
+
+
+def _writer(format: Format, task: Task, out: Any) -> Writer:
+    if format is Format.TABLE:
+        return TableWriter(task, out)
+    if format is Format.JSONL:
+        return JsonLinesWriter(task, out)
+    sink = CsvSink if format is Format.CSV else ParquetSink
+    if task.only is None:
+        return GeneralWriter(task, sink(GENERAL, out))
+    return TypedWriter(task, task.only, sink(typed_columns(task.only), out))

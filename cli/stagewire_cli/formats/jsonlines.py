@@ -1,0 +1,60 @@
+"""One JSON object per line, in the shape of the testee's answers; events of a stream with their offset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TextIO
+
+from stagewire.errors import CodecError
+from stagewire.frame import Frame
+from stagewire_cli.formats.fields import AS_JSON, FieldsText, compact
+from stagewire_cli.formats.writer import PENDING, Task, TextWriter
+from stagewire_conformance.answers import frame_answer, refusal
+
+__all__ = ["JsonLinesWriter"]
+
+
+class JsonLinesWriter(TextWriter):
+    """Writes JSON lines."""
+
+    def __init__(self, task: Task, out: TextIO) -> None:
+        super().__init__(task, out)
+        self._count = 0
+        self._fields = FieldsText(AS_JSON)
+
+    def frame(self, offset: int, raw: bytes, name: str = "") -> bool:
+        """Write one frame that has to be right, numbered as in the input."""
+        self._count += 1
+        return super().frame(offset, raw, name)
+
+    def accepted(self, offset: int, raw: bytes, name: str, frame: Frame) -> None:
+        """Write what the testee answers."""
+        self._print({"id": self._count, "ok": True} | frame_answer(frame))
+
+    def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
+        """Write how the testee refuses."""
+        self._print({"id": self._count} | refusal(error))
+
+    def message(self, offset: int, kind: str, frame: Frame) -> None:
+        """Write a message of a stream."""
+        fields = self._fields.of(frame.message)
+        if fields is None:
+            self._print({"offset": offset, "event": kind} | frame_answer(frame))
+            return
+        layout = frame.message.layout
+        extra = f',"extra":"{frame.extra.hex()}"' if frame.extra else ""
+        self.out.write(
+            f'{{"offset":{offset},"event":"{kind}","message":"{layout.message}",'
+            f'"form":"{layout.form}","dest":{frame.dest},"source":{frame.source},'
+            f'"fields":{{{fields}}}{extra}}}\n'
+        )
+
+    def no_message(self, offset: int, kind: str, raw: bytes) -> None:
+        """Write bytes of a stream that are no message."""
+        if kind == PENDING:
+            self._print({"offset": offset, "pending": raw.hex()})
+        else:
+            self._print({"offset": offset, "event": kind, "hex": raw.hex()})
+
+    def _print(self, answer: Mapping[str, object]) -> None:
+        self.out.write(f"{compact(answer)}\n")

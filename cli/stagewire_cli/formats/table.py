@@ -1,0 +1,66 @@
+"""For people: a table for a frame, a line for each event of a stream."""
+
+from __future__ import annotations
+
+from typing import TextIO
+
+from stagewire.errors import CodecError, DecodeError, UnknownMessageError
+from stagewire.frame import Frame
+from stagewire_cli.explain import explain
+from stagewire_cli.formats.fields import AS_WORDS, FieldsText
+from stagewire_cli.formats.writer import PENDING, Task, TextWriter
+from stagewire_cli.rendering import event_line, frame_line, frame_table, frame_title
+from stagewire_cli.terminal import console
+from stagewire_conformance.answers import frame_answer
+from stagewire_conformance.codec import Codec
+from stagewire_conformance.hexes import spaced
+
+__all__ = ["TableWriter"]
+
+
+class TableWriter(TextWriter):
+    """Writes text; nothing in it can steer a terminal."""
+
+    def __init__(self, task: Task, out: TextIO) -> None:
+        super().__init__(task, out)
+        self._console = console(file=out)
+        self._fields = FieldsText(AS_WORDS)
+
+    def accepted(self, offset: int, raw: bytes, name: str, frame: Frame) -> None:
+        """Write the table of a frame."""
+        answer = frame_answer(frame)
+        self._name(name, raw)
+        self._say(frame_title(self.task.protocol, answer))
+        if answer["fields"] or answer.get("extra") or answer.get("data"):
+            self._console.print(frame_table(self.task.protocol, answer))
+        if answer["form"] == "data:undecided":
+            known = Codec(self.task.protocol).contexts()
+            options = [f"--{key} {' or '.join(values)}" for key, values in known.items()]
+            self._say(f"the bytes do not say which layout this is; {', '.join(options)} does")
+        if name:
+            self._say("")
+
+    def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
+        """Write which bytes are wrong, and why."""
+        assert isinstance(error, (DecodeError, UnknownMessageError))
+        self._name(name, raw)
+        for line in explain(self.task.protocol, raw, error):
+            self._say(line)
+
+    def message(self, offset: int, kind: str, frame: Frame) -> None:
+        """Write a message in one line."""
+        fields = self._fields.of(frame.message)
+        line = frame_line(frame_answer(frame)) if fields is None else event_line(frame, fields)
+        self.out.write(f"{offset:>9}  {line}\n")
+
+    def no_message(self, offset: int, kind: str, raw: bytes) -> None:
+        """Write bytes in one line."""
+        what = "incomplete at the end" if kind == PENDING else kind
+        self._say(f"{offset:>9}  {what}: {spaced(raw)}")
+
+    def _name(self, name: str, raw: bytes) -> None:
+        if name:
+            self._say(f"{name}: {spaced(raw)}")
+
+    def _say(self, text: str) -> None:
+        self.out.write(f"{text}\n")

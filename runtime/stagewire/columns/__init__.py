@@ -1,0 +1,35 @@
+"""Captures as columns: one array for every field instead of one object for every frame.
+
+:func:`columns` reads frames of one layout that stand back to back, with the standard library alone;
+:func:`numpy_columns` does the same with NumPy (``pip install 'stagewire[numpy]'``). A stream of all kinds
+of frames is sorted first: :func:`gather` cuts it, with the rule of :mod:`stagewire.framing`, and keeps the
+frames of every layout apart.
+
+    >>> from stagewire.columns import gather
+    >>> from stagewire_apt import PROTOCOL, messages as m
+    >>> gathered = gather(PROTOCOL, [bytes.fromhex("91040e008150 0100 10270000 0000 0000 10000080")])
+    >>> gathered.frames[m.MotGetDcStatusUpdate].columns()["position"]
+    array('i', [10000])
+
+The columns are ``dest`` and ``source`` (addresses, without the bit that announces a packet), then the fields
+in wire order, reserved ones included. Integers are raw, in the narrowest array that holds the field. Nothing
+is checked against the ranges of the registry: what was received is kept, as in decoding.
+"""
+
+from stagewire.columns.gathering import Frames, Gatherer, Sorter, gather
+from stagewire.columns.reading import Column, columns, numpy_columns
+from stagewire.columns.shape import Kind, Place, Shape, shape_of
+
+__all__ = [
+    "Column",
+    "Frames",
+    "Gatherer",
+    "Kind",
+    "Place",
+    "Shape",
+    "Sorter",
+    "columns",
+    "gather",
+    "numpy_columns",
+    "shape_of",
+]
