@@ -106,6 +106,17 @@ def test_generate_compare_and_write_again(stagewire: Stagewire, tmp_path: Path) 
     assert result.err.endswith("1 changed, 1 missing, 1 orphaned\n")
 
 
+def test_what_somebody_wrote_cannot_steer_a_terminal(stagewire: Stagewire, tmp_path: Path) -> None:
+    (tmp_path / "registry").mkdir()
+    path = tmp_path / "registry" / "thorlabs_apt.json"
+    path.write_text("\x1b[2J\u202egone\n", encoding="utf-8")
+    (tmp_path / "\x1b[2J.txt").write_text("", encoding="utf-8")
+    result = stagewire("generate", "--spec", SPEC, "--out", tmp_path, "--check")
+    assert "-\\x1b[2J\\u202egone\n" in result.out
+    assert "orphaned: \\x1b[2J.txt\n" in result.out
+    assert all(c.isprintable() or c == "\n" for c in result.out)
+
+
 def test_generate_does_not_delete_what_it_did_not_make(
     stagewire: Stagewire, tmp_path: Path
 ) -> None:

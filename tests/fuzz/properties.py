@@ -1,0 +1,503 @@
+"""What must hold of the codec and the framer, whatever comes: functions of bytes.
+
+Each takes one input, some control bytes and what they control, and raises :class:`AssertionError` when a
+property is broken; anything else that it raises is an undocumented exception. The coverage-guided fuzzer
+(``atheris_codec.py``) and the seeded run of the tests call the same functions.
+
+What was seen is counted, so that a run that never met a frame cannot pass for one that found no fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, MutableSequence
+from enum import IntEnum
+from itertools import cycle
+from typing import Any
+
+from streams import STREAM_CONTROLS
+
+from stagewire.direction import Direction
+from stagewire.errors import (
+    BadLengthError,
+    BadValueError,
+    CodecError,
+    MissingFieldError,
+    OutOfRangeError,
+    TrailingBytesError,
+    TruncatedError,
+    UnknownFieldError,
+    UnknownMessageError,
+    UnsupportedError,
+)
+from stagewire.frame import Frame
+from stagewire.framing import (
+    BadLength,
+    End,
+    Event,
+    Framer,
+    Garbage,
+    Received,
+    Undocumented,
+    Unknown,
+    join_garbage,
+)
+from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
+from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire_apt import PROTOCOL
+
+__all__ = ["SEEN", "check_codec", "check_stream", "count_in"]
+
+
+class Seen(IntEnum):
+    """What is counted, and where in the tally."""
+
+    MESSAGE = 0
+    UNDOCUMENTED = 1
+    UNKNOWN = 2
+    BAD_LENGTH = 3
+    GARBAGE = 4
+    EXTRA = 5
+    PENDING = 6
+    ABANDONED = 7
+    WHOLE_FIRST = 8
+    DECODED = 9
+    UNDECIDED = 10
+    TRUNCATED = 11
+    TRAILING = 12
+    WRONG_LENGTH = 13
+    UNKNOWN_MESSAGE = 14
+    BUILT = 15
+    NOT_BUILT = 16
+
+
+SEEN = tuple(member.name.lower() for member in Seen)
+
+_tally: MutableSequence[int] = [0] * len(SEEN)
+
+
+def count_in(tally: MutableSequence[int]) -> None:
+    """Count in ``tally`` from now on: one integer for each name of :data:`SEEN`."""
+    global _tally
+    _tally = tally
+
+
+MAXIMAL_FRAME = HEADER_SIZE + MAXIMUM_PACKET
+ENDS = (End.HOST, End.DEVICE, End.NONE)
+Context = dict[str, str] | None
+
+CONTEXTS: tuple[Context, ...] = (
+    None,
+    *({key: value} for key, value in sorted({
+        item for cls in PROTOCOL.messages for item in cls.layout.when.items()
+    })),
+    {"status": "no such thing"},
+)  # fmt: skip
+
+_TO_HOST = frozenset((PROTOCOL.host, device) for device in PROTOCOL.devices)
+_TO_CONTROLLER = frozenset((device, host) for host, device in _TO_HOST)
+RIGHT = {
+    Direction.TO_HOST: _TO_HOST,
+    Direction.TO_CONTROLLER: _TO_CONTROLLER,
+    Direction.BOTH: _TO_HOST | _TO_CONTROLLER,
+}
+_LENGTHS: dict[int, set[int]] = {}
+for _cls in PROTOCOL.messages:
+    _LENGTHS.setdefault(_cls.layout.id, set()).add(_cls.layout.length)
+
+
+# The framer
+
+_LIFETIME = 20_000
+"""Inputs that one framer sees: making one costs more than framing, and its memory of headers counts."""
+
+_framers: dict[tuple[End, int], tuple[Framer, Framer]] = {}
+_age = 0
+
+
+def _two_framers(end: End, context: int) -> tuple[Framer, Framer]:
+    """Return two framers in step, told of every source what is known of it."""
+    global _age
+    _age += 1
+    if _age > _LIFETIME:
+        _framers.clear()
+        _age = 0
+    key = end, context
+    if key not in _framers:
+        _framers[key] = PROTOCOL.framer(end), PROTOCOL.framer(end)
+        for framer in _framers[key]:
+            for source in range(256):
+                framer.tell(source, **(CONTEXTS[context] or {}))
+    for framer in _framers[key]:
+        framer.reset()
+    return _framers[key]
+
+
+def check_stream(data: bytes) -> None:
+    """Frame one stream whole, in chunks, and with a frame given up on the way.
+
+    A failure that only a framer with a past shows is looked for again with a new one, so that an input
+    that was kept fails alone, or says that it does not.
+    """
+    try:
+        _check_stream(data)
+    except Exception as error:
+        _framers.clear()
+        try:
+            _check_stream(data)
+        except Exception:
+            raise error from None
+        raise AssertionError(f"only with a framer that framed other streams: {error}") from error
+
+
+def _check_stream(data: bytes) -> None:
+    controls, stream = data[:STREAM_CONTROLS].ljust(STREAM_CONTROLS, b"\0"), data[STREAM_CONTROLS:]
+    end = ENDS[controls[0] % 3]
+    known = controls[0] // 3 % len(CONTEXTS) if controls[0] & 0x80 else 0
+    context = CONTEXTS[known]
+    framer, other = _two_framers(end, known)
+
+    events = framer.feed(stream)
+    pending = framer.pending
+    assert b"".join([event.raw for event in events]) + pending == stream, "bytes went astray"
+    assert len(pending) < MAXIMAL_FRAME, f"{len(pending)} bytes are pending"
+    whole = join_garbage(events)
+    _check_first(stream, whole, end)
+    for event in whole:
+        _check_event(event, end, context)
+
+    _check_chunks(stream, _sizes(controls[1], controls[2]), other, whole, pending)
+    if controls[3] & 1:
+        _check_abandoned(stream, controls[3], framer, end, context)
+    else:
+        assert framer.abandon() == other.abandon(), "what is given up depends on the chunks"
+
+
+def _check_chunks(
+    stream: bytes, sizes: Iterator[int], framer: Framer, whole: list[Event], pending: bytes
+) -> None:
+    """Feed the stream in chunks: the same events, and nothing is held but one frame and one read."""
+    events: list[Event] = []
+    position = waiting = 0
+    while position < len(stream):
+        chunk = stream[position : position + next(sizes)]
+        position += len(chunk)
+        new = framer.feed(chunk)
+        emitted = sum([len(event.raw) for event in new])
+        held = waiting + len(chunk)  # all that the framer can have, as nothing came out twice
+        waiting = len(framer.pending)
+        assert emitted + waiting == held, f"{emitted} out, {waiting} pending, {held} in"
+        assert waiting < MAXIMAL_FRAME, f"{waiting} bytes are pending"
+        events += new
+    assert framer.pending == pending, "what is pending depends on the chunks"
+    assert join_garbage(events) == whole, "the events depend on the chunks"
+
+
+def _check_abandoned(stream: bytes, where: int, framer: Framer, end: End, context: Context) -> None:
+    """Give up somewhere in the stream: no byte is lost, nothing waits, and it goes on."""
+    cut = len(stream) * where // 255
+    framer.reset()
+    before = framer.feed(stream[:cut])
+    _tally[Seen.PENDING] += bool(framer.pending)
+    given_up = framer.abandon()
+    assert not framer.pending, "something is pending after giving up"
+    _tally[Seen.ABANDONED] += bool(given_up)
+    for event in given_up:
+        _check_event(event, end, context)
+    after = framer.feed(stream[cut:])
+    out = b"".join([event.raw for event in (*before, *given_up, *after)])
+    assert out + framer.pending == stream, "bytes went astray after giving up"
+
+
+def _sizes(kind: int, size: int) -> Iterator[int]:
+    """Return the sizes of chunks: all the same, or by turns."""
+    if kind < 16:
+        return cycle((1,))
+    if kind < 128:
+        return cycle((size % 64 + 1,))
+    return cycle((kind % 7 + 1, size % 41 + 1, 1, size % 300 + 1, HEADER_SIZE))
+
+
+def _declared(raw: bytes) -> int:
+    return HEADER_SIZE + (raw[2] | raw[3] << 8 if raw[4] & DATA_FLAG else 0)
+
+
+def _check_first(stream: bytes, events: list[Event], end: End) -> None:
+    """A right frame at the beginning of a stream is given out as it is."""
+    if len(stream) < HEADER_SIZE:
+        return
+    raw = stream[: _declared(stream)]
+    try:
+        frame = PROTOCOL.decode(raw)
+    except CodecError:
+        return
+    layout = frame.message.layout
+    receives = layout.direction & end.receives
+    if frame.extra or not receives or (frame.dest, frame.source) not in RIGHT[receives]:
+        return
+    if isinstance(frame.message, UndocumentedMessage):
+        assert events[:1] == [Undocumented(raw)], "an undocumented frame in step was not given out"
+        return
+    if not raw[4] & DATA_FLAG:
+        parameters = raw[2] | raw[3] << 8
+        lost_its_flag = parameters and parameters in _LENGTHS[layout.id]
+        if lost_its_flag or (layout.only_zero and parameters):
+            return
+    _tally[Seen.WHOLE_FIRST] += 1
+    assert events[:1] == [Received(raw)], "a right frame in step was not given out"
+
+
+def _check_event(event: Event, end: End, context: Context) -> None:
+    """What an event says of its bytes is what the codec says of them."""
+    raw = event.raw
+    kind = event.__class__
+    assert raw, "an event without bytes"
+    if kind is Garbage:
+        _tally[Seen.GARBAGE] += 1
+        return
+    assert len(raw) == _declared(raw) <= MAXIMAL_FRAME, "not one whole frame"
+    addresses = raw[4] & ~DATA_FLAG, raw[5]
+    if kind is Unknown or kind is BadLength:
+        expected = UnknownMessageError if kind is Unknown else BadLengthError
+        _tally[Seen.UNKNOWN if kind is Unknown else Seen.BAD_LENGTH] += 1
+        if kind is Unknown:
+            assert addresses in RIGHT[end.receives], "an unknown frame for somebody else"
+        try:
+            PROTOCOL.decode(raw)
+        except expected:
+            return
+        raise AssertionError(f"{event!r} decodes")
+    assert kind is Received or kind is Undocumented, f"an event of kind {kind}"
+    frame = event.frame  # type: ignore[attr-defined]
+    assert frame.encode() == raw, "not the bytes that came"
+    if context:
+        assert frame == PROTOCOL.decode(raw, context), "not what the framer was told"
+    message = frame.message
+    if kind is Undocumented:  # framed like an unknown one: by its addresses, not by its direction
+        _tally[Seen.UNDOCUMENTED] += 1
+        assert isinstance(message, UndocumentedMessage), "undocumented, and yet it has a layout"
+        assert addresses in RIGHT[end.receives], "an undocumented frame for somebody else"
+    else:
+        _tally[Seen.MESSAGE] += 1
+        _tally[Seen.EXTRA] += bool(frame.extra)
+        assert message.layout.direction & end.receives, "a message of the other direction"
+        assert not isinstance(message, UndocumentedMessage), "a message without a layout"
+        assert addresses == (0, 0) or addresses in RIGHT[Direction.BOTH], "foreign addresses"
+
+
+# The codec
+
+Refusals = tuple[type[CodecError], ...]
+
+DECODE_REFUSALS: Refusals = (
+    TruncatedError, TrailingBytesError, BadLengthError, UnknownMessageError,
+)  # fmt: skip
+BUILD_REFUSALS: Refusals = (
+    UnknownMessageError, UnsupportedError, BadLengthError, UnknownFieldError, MissingFieldError,
+    OutOfRangeError, BadValueError,
+)  # fmt: skip
+_REFUSED = {
+    TruncatedError: Seen.TRUNCATED,
+    TrailingBytesError: Seen.TRAILING,
+    BadLengthError: Seen.WRONG_LENGTH,
+    UnknownMessageError: Seen.UNKNOWN_MESSAGE,
+}
+
+
+def check_codec(data: bytes) -> None:
+    """Decode one frame, or make one by name; the first byte chooses, and the context."""
+    if not data:
+        return
+    if data[0] & 0x80:
+        _check_build(_Reader(data[1:]))
+    else:
+        _check_decode(data[1:], CONTEXTS[data[0] % len(CONTEXTS)])
+
+
+def _check_decode(raw: bytes, context: Context) -> None:
+    try:
+        frame = PROTOCOL.decode(raw, context)
+    except DECODE_REFUSALS as error:
+        _tally[_REFUSED[error.__class__]] += 1
+        _check_refused(raw, error)
+        return
+    _tally[Seen.DECODED] += 1
+    assert frame.encode() == raw, "decoded and encoded, other bytes"
+    again = PROTOCOL.decode(memoryview(raw), context)
+    assert again == frame, "decoded twice, unequal"
+    assert hash(again) == hash(frame), "equal, with unequal hashes"
+    message = frame.message
+    assert Frame(message, frame.dest, frame.source, frame.extra) == frame
+    assert type(message).keep(message.values()) == message
+    _check_rebuilt(message)
+
+
+def _check_refused(raw: bytes, error: CodecError) -> None:
+    """What is refused is refused for what it is, whatever the context."""
+    whole = len(raw) >= HEADER_SIZE
+    if isinstance(error, TruncatedError):
+        assert not whole or len(raw) < _declared(raw), "truncated, and yet whole"
+    elif isinstance(error, TrailingBytesError):
+        assert len(raw) > _declared(raw), "trailing bytes, and yet none too many"
+    elif isinstance(error, UnknownMessageError):
+        assert raw[0] | raw[1] << 8 not in _LENGTHS, "unknown, and yet it has a layout"
+    else:
+        length = _declared(raw) - HEADER_SIZE
+        known = _LENGTHS[raw[0] | raw[1] << 8]
+        assert length > MAXIMUM_PACKET or length not in known or (not length and raw[4] & DATA_FLAG)
+
+
+def _check_rebuilt(message: Message) -> None:
+    """A message made by name from the values of a decoded one is that one, or out of range."""
+    layout = message.layout
+    values = message.values()
+    data = None
+    if isinstance(message, (UndecidedMessage, UndocumentedMessage)):
+        data = values.pop("data")
+        _tally[Seen.UNDECIDED] += isinstance(message, UndecidedMessage)
+        if data is not None:
+            values.clear()
+    try:
+        made = PROTOCOL.build(layout.message, values, layout.form, data)
+    except OutOfRangeError:
+        return
+    assert made == message, f"{made!r} made from the values of {message!r}"
+
+
+def _check_build(reader: _Reader) -> None:
+    """Make a message by name from any values: only documented refusals, and it comes back equal."""
+    cls = PROTOCOL.messages[reader.byte() % len(PROTOCOL.messages)]
+    layout = cls.layout
+    name, form = reader.name(layout.message), reader.form(layout.form)
+    values = _RIGHT_VALUES[cls]
+    fields = {
+        field: reader.value(values.get(field)) for field in layout.fields if reader.byte() < 252
+    }
+    if reader.byte() > 245:
+        fields[reader.text()] = reader.value()
+    data = None
+    if issubclass(cls, (UndecidedMessage, UndocumentedMessage)) != (reader.byte() > 245):
+        data = reader.bytes(layout.length)
+        fields = {} if reader.byte() < 200 else fields
+    dest, source, extra = reader.address(0x50), reader.address(0x01), reader.extra()
+    try:
+        message = PROTOCOL.build(name, fields, form, data)
+        frame = Frame(message, dest, source, extra)
+        raw = frame.encode()
+    except BUILD_REFUSALS:
+        _tally[Seen.NOT_BUILT] += 1
+        return
+    _tally[Seen.BUILT] += 1
+    layout = message.layout
+    decoded = PROTOCOL.decode(raw, layout.when or None)
+    assert decoded.encode() == raw, "encoded and decoded, other bytes"
+    if extra and len(raw) - HEADER_SIZE in _LENGTHS[layout.id] - {layout.length}:
+        return  # the extra bytes made another layout of it
+    assert decoded == frame, f"{decoded!r} came back for {frame!r}"
+
+
+class _Reader:
+    """Takes values from bytes; zeros when there are none left."""
+
+    __slots__ = ("_at", "_data")
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self._at = 0
+
+    def byte(self) -> int:
+        at = self._at
+        self._at = at + 1
+        return self._data[at] if at < len(self._data) else 0
+
+    def take(self, size: int) -> bytes:
+        at = self._at
+        self._at = at + size
+        return self._data[at : at + size].ljust(size, b"\0")
+
+    def text(self) -> str:
+        return self.take(self.byte() % 20).decode("utf-8", "replace")
+
+    def name(self, right: str) -> str:
+        return right if self.byte() < 252 else self.text()
+
+    def form(self, right: str) -> str | None:
+        kind = self.byte()
+        return right if kind < 240 else None if kind < 252 else self.text()
+
+    def bytes(self, length: int) -> Any:
+        kind = self.byte()
+        if kind < 180:
+            return self.take(length)
+        return self.take(2 * self.byte()) if kind < 245 else self.value()
+
+    def address(self, right: int) -> Any:
+        kind = self.byte()
+        return right if kind < 220 else self.byte() if kind < 245 else self.value()
+
+    def extra(self) -> Any:
+        kind = self.byte()
+        return b"" if kind < 200 else self.take(self.byte()) if kind < 250 else self.value()
+
+    def value(self, right: Callable[[_Reader], Any] | None = None) -> Any:
+        kind = self.byte()
+        if right and kind < 240:
+            return right(self)
+        return _ANY_VALUE[kind % len(_ANY_VALUE)](self)
+
+
+_ANY_VALUE: tuple[Callable[[_Reader], Any], ...] = (
+    lambda reader: reader.byte(),
+    lambda reader: int.from_bytes(reader.take(2), "little", signed=True),
+    lambda reader: int.from_bytes(reader.take(4), "little"),
+    lambda reader: int.from_bytes(reader.take(9), "little", signed=True),
+    lambda reader: 1 << reader.byte(),
+    lambda reader: -1 << reader.byte(),
+    lambda reader: reader.byte() > 127,
+    lambda reader: None,
+    lambda reader: float(reader.byte()) if reader.byte() < 200 else float("nan"),
+    lambda reader: reader.text(),
+    lambda reader: "\0" * reader.byte(),
+    lambda reader: reader.take(reader.byte() % 70),
+    lambda reader: bytearray(reader.take(8)),
+    lambda reader: [reader.byte()],
+)
+
+
+def _right_value(field: dict[str, Any]) -> Callable[[_Reader], Any]:
+    """Return what takes a value of the field from bytes: within its range, but for some texts."""
+    size = field["size"]
+    if field["kind"] == "text":
+        return lambda reader: _text(reader, size)
+    if field["kind"] == "bytes":
+        return lambda reader: reader.take(size)
+    low, span = field["minimum"], field["maximum"] - field["minimum"] + 1
+    return lambda reader: low + (int.from_bytes(reader.take(size), "little") - low) % span
+
+
+def _text(reader: _Reader, size: int) -> str:
+    """Return a text that fits, or one that is too long, ends with a NUL or is not latin-1."""
+    kind = reader.byte()
+    text = reader.take(size).decode("latin-1")
+    if kind < 160:
+        return text.rstrip("\0")
+    if kind < 190:
+        return text + "x"
+    return text[:-1] + "\0" if kind < 220 else reader.text()
+
+
+def _right_values() -> dict[type[Message], dict[str, Callable[[_Reader], Any]]]:
+    fields: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for message in PROTOCOL.registry()["messages"]:
+        for layout in message["layouts"]:
+            named = [layout[key] for key in ("param1", "param2") if layout[key]]
+            fields[message["name"], layout["form"]] = [*named, *layout["fields"]]
+    return {
+        cls: {
+            field["name"]: _right_value(field)
+            for field in fields.get((cls.layout.message, cls.layout.form), [])
+        }
+        for cls in PROTOCOL.messages
+    }
+
+
+_RIGHT_VALUES = _right_values()

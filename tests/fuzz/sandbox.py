@@ -1,0 +1,351 @@
+"""Run the command in a folder of its own, and watch what it does there.
+
+A :class:`Case` is a command line, what comes on standard input and the files that it finds. It is run in
+this process through the entry of the command (``stagewire_cli.main.main``), or as a real process. Either
+way it has to end within the limit with one of the documented exit codes, without a traceback, and may
+write nowhere but below the folder that the case allows.
+
+In this process an audit hook of Python sees every file that is opened to write, made, renamed or
+removed, and every process and connection, before it happens. Around it, and for real processes, the
+whole sandbox is listed before and after.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unicodedata
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from types import FrameType
+from typing import Any, NoReturn
+
+import typer
+
+import stagewire_cli.main
+
+__all__ = ["Case", "Content", "Link", "Ran", "Sandbox", "Wrong"]
+
+_PROCESS = [sys.executable, "-c", "from stagewire_cli.main import run; run()"]
+
+
+class Wrong(AssertionError):
+    """What a run of the command must not do."""
+
+
+class _Hang(BaseException):
+    """The limit is over; a base exception, so that no handler of the command swallows it."""
+
+
+class _Escape(BaseException):
+    """The command is about to touch what it must not."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """A symbolic link, instead of the content of a file."""
+
+    target: str
+
+
+Content = bytes | Link | None
+"""What a file holds; None: it is not there, though the base has it."""
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What a run of the command gave."""
+
+    code: int
+    out: bytes
+    err: bytes
+    folder: Path
+
+
+def _nothing(case: Case, ran: Ran) -> None:
+    """Ask for nothing more than of every command."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of the command.
+
+    :param arguments: of the command line.
+    :param stdin: what comes on standard input.
+    :param files: path below the working folder -> content.
+    :param base: folder that is copied to the path ``spec`` first.
+    :param may_write: the one folder below the working folder that the command may write to. Temporary
+        files may come and go in their own folder.
+    :param may_start: the programs that the command may run.
+    :param holds: raises :class:`Wrong` unless what came of it is right.
+    """
+
+    arguments: tuple[str, ...]
+    stdin: bytes = b""
+    files: Mapping[str, Content] = field(default_factory=dict)
+    base: Path | None = None
+    may_write: str = ""
+    may_start: tuple[str, ...] = ()
+    holds: Callable[[Case, Ran], None] = _nothing
+
+
+class Sandbox:
+    """A folder with a working folder, a home and a folder for temporary files in it.
+
+    :param root: an empty folder, this sandbox's own.
+    :param seconds: a run that takes longer hangs.
+    """
+
+    def __init__(self, root: Path, seconds: float) -> None:
+        self.root = Path(os.path.realpath(root))
+        self.seconds = seconds
+        self.work = self.root / "work"
+        for name in ("home", "tmp", "precious"):
+            (self.root / name).mkdir()
+        (self.root / "precious" / "file.txt").write_text("somebody else's\n", encoding="utf-8")
+        self._environment = {"HOME": str(self.root / "home"), "TMPDIR": str(self.root / "tmp")}
+
+    def run(self, case: Case, *, as_process: bool = False) -> Ran:
+        """Run a case; raise :class:`Wrong` when it does what it must not."""
+        self._prepare(case)
+        allowed = self.work / case.may_write if case.may_write else None
+        before = self._listing(allowed)
+        ran = self._as_process(case) if as_process else self._here(case, allowed)
+        _check_end(case, ran)
+        after = self._listing(allowed)
+        if before != after:
+            changed = sorted(str(p) for p, _ in before.items() ^ after.items())
+            raise Wrong(f"files changed where none should: {', '.join(changed)}")
+        try:
+            case.holds(case, ran)
+        except (ValueError, KeyError, TypeError, OSError) as error:
+            raise Wrong(f"what came of it cannot be read: {error}") from error
+        return ran
+
+    def _prepare(self, case: Case) -> None:
+        shutil.rmtree(self.work, ignore_errors=True)
+        self.work.mkdir()
+        if case.base is not None:
+            shutil.copytree(case.base, self.work / "spec")
+        for name, content in case.files.items():
+            path = self.work / name
+            if content is None:
+                path.unlink(missing_ok=True)
+                continue
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if isinstance(content, Link):
+                path.symlink_to(content.target)
+            else:
+                path.write_bytes(content)
+
+    def _listing(self, allowed: Path | None) -> dict[Path, tuple[int, int]]:
+        """Return what is in the sandbox, but for the folder that may be written to."""
+        listed = {}
+        for folder, names, files in os.walk(self.root):
+            here = Path(folder)
+            if allowed is not None:
+                names[:] = [name for name in names if here / name != allowed]
+            for name in (*names, *files):
+                state = os.lstat(here / name)
+                # a folder's time changes with the allowed one; what is in it is listed anyway
+                listed[here / name] = (
+                    (state.st_size, state.st_mtime_ns) if name in files else (0, 0)
+                )
+        return listed
+
+    def _as_process(self, case: Case) -> Ran:
+        environment = {**os.environ, **self._environment, "PYTHONDONTWRITEBYTECODE": "1"}
+        arguments = [os.fsencode(argument) for argument in case.arguments]
+        try:
+            ended = subprocess.run(
+                [*_PROCESS, *arguments],
+                cwd=self.work,
+                env=environment,
+                input=case.stdin,
+                capture_output=True,
+                timeout=self.seconds + 10,  # the start of Python on a busy machine
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise Wrong(f"no end after {self.seconds} s") from None
+        return Ran(ended.returncode, ended.stdout, ended.stderr, self.work)
+
+    def _here(self, case: Case, allowed: Path | None) -> Ran:
+        out, err = io.BytesIO(), io.BytesIO()
+        streams = (
+            io.TextIOWrapper(io.BytesIO(case.stdin), encoding="utf-8"),
+            io.TextIOWrapper(out, encoding="utf-8", write_through=True),
+            io.TextIOWrapper(err, encoding="utf-8", write_through=True),
+        )
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(_replaced(sys, dict(zip(_STREAMS, streams, strict=True))))
+            stack.enter_context(_replaced(sys, {"dont_write_bytecode": True}))
+            stack.enter_context(_replaced(tempfile, {"tempdir": str(self.root / "tmp")}))
+            # Both would be made anew for every case, and take longer than most cases do.
+            stack.enter_context(_replaced(stagewire_cli.main, {"app": _command()}))
+            stack.enter_context(_replaced(metadata, {"entry_points": _entry_points}))
+            stack.enter_context(_environment(self._environment))
+            stack.enter_context(contextlib.chdir(self.work))
+            watch = _Watch([self.root / "tmp", *([allowed] if allowed else [])], case.may_start)
+            stack.enter_context(_replaced(sys.modules[__name__], {"_watch": watch}))
+            stack.enter_context(_limited(self.seconds))
+            try:
+                code = stagewire_cli.main.main(list(case.arguments))
+            except _Hang:
+                raise Wrong(f"no end after {self.seconds} s") from None
+            except _Escape:
+                code = 0
+            except BaseException as error:
+                raise Wrong(f"{type(error).__name__}: {error}") from error
+            for stream in streams[1:]:
+                stream.flush()
+        if watch.escapes:
+            raise Wrong(f"the command would touch what it must not: {', '.join(watch.escapes)}")
+        return Ran(code, out.getvalue(), err.getvalue(), self.work)
+
+
+_STREAMS = ("stdin", "stdout", "stderr")
+_entry_points = cache(metadata.entry_points)
+
+
+@cache
+def _command() -> Any:
+    return typer.main.get_command(stagewire_cli.main.app)
+
+
+_STEERING = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters that no terminal shows as one
+
+
+def _check_end(case: Case, ran: Ran) -> None:
+    if ran.code not in (0, 1, 2):
+        raise Wrong(f"exit code {ran.code}: {ran.err[-500:]!r}")
+    for name, said in (("output", ran.out), ("error", ran.err)):
+        if b"Traceback (most recent call last)" in said:
+            raise Wrong(f"a traceback on standard {name}: {said[-2000:].decode(errors='replace')}")
+        try:
+            text = said.decode("utf-8").replace("\r\n", "\n")  # as CSV ends its lines
+        except UnicodeDecodeError as error:
+            raise Wrong(f"standard {name} is not UTF-8: {error}") from None
+        known = {"\n", "\t", *"".join(case.arguments)}  # an argument is repeated as it was typed
+        steering = {c for c in set(text) - known if unicodedata.category(c) in _STEERING}
+        if steering:
+            raise Wrong(f"standard {name} holds {sorted(steering)}, which could steer a terminal")
+    if ran.code == 2 and not ran.err.strip():
+        raise Wrong("called wrongly, and not a word on standard error")
+    if ran.code == 1 and not (ran.out.strip() or ran.err.strip()):
+        raise Wrong("something is wrong, and not a word about it")
+
+
+@contextlib.contextmanager
+def _replaced(owner: Any, attributes: Mapping[str, Any]) -> Iterator[None]:
+    saved = {name: getattr(owner, name) for name in attributes}
+    for name, value in attributes.items():
+        setattr(owner, name, value)
+    try:
+        yield
+    finally:
+        for name, value in saved.items():
+            setattr(owner, name, value)
+
+
+@contextlib.contextmanager
+def _environment(changes: Mapping[str, str]) -> Iterator[None]:
+    saved = dict(os.environ)
+    os.environ.update(changes)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(saved)
+
+
+@contextlib.contextmanager
+def _limited(seconds: float) -> Iterator[None]:
+    def hang(number: int, frame: FrameType | None) -> NoReturn:
+        raise _Hang
+
+    saved = signal.signal(signal.SIGALRM, hang)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, saved)
+
+
+# The watch. An audit hook stays for as long as the process lives: it looks at a variable of the module.
+
+_TO_WRITE = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+_PATHS = {  # event -> its arguments that are paths that change, each with the open folder it begins at
+    "os.chmod": ((0, 2),), "os.chown": ((0, 3),), "os.link": ((1, 3),), "os.mkdir": ((0, 2),),
+    "os.remove": ((0, 1),), "os.rename": ((0, 2), (1, 3)), "os.rmdir": ((0, 1),),
+    "os.symlink": ((1, 2),), "os.truncate": ((0, None),), "os.utime": ((0, 3),),
+}  # fmt: skip
+_NEVER = frozenset({
+    "subprocess.Popen", "os.system", "os.exec", "os.fork", "os.posix_spawn", "os.spawn",
+    "socket.connect", "socket.bind",
+})  # fmt: skip
+
+
+class _Watch:
+    """What a case may touch, and what it would have touched beside that."""
+
+    def __init__(self, folders: list[Path], programs: tuple[str, ...]) -> None:
+        self.folders = folders
+        self.programs = programs
+        self.escapes: list[str] = []
+
+    def see(self, event: str, arguments: tuple[Any, ...]) -> None:
+        """Look at one event before it happens; end the run if it must not."""
+        if event in _NEVER:
+            what = str(arguments[0]) if arguments else ""
+            if event != "subprocess.Popen" or what not in self.programs:
+                self._end(f"{event} {what}")
+        for path in _changed(event, arguments):
+            inside = any(Path(path).is_relative_to(folder) for folder in self.folders)
+            if not inside and path != os.devnull:
+                self._end(f"{event} {path}")
+
+    def _end(self, what: str) -> NoReturn:
+        self.escapes.append(what)
+        raise _Escape
+
+
+def _changed(event: str, arguments: tuple[Any, ...]) -> Iterator[str]:
+    """Yield the real paths that an event is about to change."""
+    if event == "open":
+        name, _, flags = arguments
+        if isinstance(name, (str, bytes, os.PathLike)) and flags & _TO_WRITE:
+            yield os.path.realpath(os.fsdecode(name))
+    for at, begins in _PATHS.get(event, ()):
+        if isinstance(arguments[at], int):  # an open file: that was seen when it was opened
+            continue
+        # the last part is what changes, be it a link or not
+        folder, name = os.path.split(os.fsdecode(arguments[at]))
+        descriptor = -1 if begins is None else arguments[begins]
+        if descriptor != -1:
+            opened = f"/proc/self/fd/{descriptor}"
+            if not os.path.exists(opened):  # no such folder on this system: the listing has to do
+                continue
+            folder = os.path.join(os.path.realpath(opened), folder)
+        yield os.path.join(os.path.realpath(folder), name)
+
+
+_watch: _Watch | None = None
+
+
+def _audit(event: str, arguments: tuple[Any, ...]) -> None:
+    if _watch is not None and (event == "open" or event in _PATHS or event in _NEVER):
+        _watch.see(event, arguments)
+
+
+sys.addaudithook(_audit)

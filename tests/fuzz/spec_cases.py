@@ -1,0 +1,289 @@
+"""What users give to the commands that read a spec: its YAML files, and a folder to write to.
+
+The small good spec of the generator's tests has a file of every kind. One to three of its files are damaged,
+in their text or in the tree that the text spells, or the files themselves are lost, moved or doubled.
+"""
+
+from __future__ import annotations
+
+import ast
+import atexit
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import yaml
+from accidents import damaged_bytes, damaged_text, damaged_tree, word
+from sandbox import Case, Content, Link, Ran, Wrong
+
+__all__ = ["KINDS", "diff", "manifest", "spec_text", "spec_tree"]
+
+GOOD = Path(__file__).parents[1] / "generator" / "good_spec"
+FILES = {
+    path.relative_to(GOOD).as_posix(): path.read_bytes() for path in sorted(GOOD.rglob("*.yaml"))
+}
+KINDS = sorted({Path(name).parts[-2] if name.count("/") > 1 else Path(name).stem for name in FILES})
+"""The kinds of files of a spec, after their folders or names."""
+
+OUT = "out"
+_ODD_NAMES = (
+    "tiny/messages/a b.yaml", "tiny/messages/.yaml", "tiny/messages/é.yaml", "tiny/messages/con.yaml",
+    "tiny/messages/deep/more.yaml", "tiny/extra.yaml", "tiny/units.yml", "other/protocol.yaml",
+    "protocol.yaml", "tiny/printed/core.yaml/file.yaml", "conformance/examples/other.yaml", "tiny/\x1b.yaml",
+)  # fmt: skip
+
+
+def _commands(rng: Random) -> tuple[str, ...]:
+    """Return a command line that reads the spec, perhaps by the folder of its protocol."""
+    folder = "spec" if rng.random() < 0.8 else "spec/tiny"
+    if rng.random() < 0.5:
+        return ("check", folder)
+    target = ["--target", rng.choice(("python", "registry", "vectors"))] * (rng.random() < 0.1)
+    return ("generate", "--spec", folder, "--out", OUT, *target)
+
+
+def _case(rng: Random, files: dict[str, Content]) -> Case:
+    """Return a case on the good spec with some files changed."""
+    if rng.random() < 0.05:  # the files themselves
+        name = rng.choice(list(FILES))
+        odd = rng.choice((*_ODD_NAMES, *FILES))
+        if not any(odd.startswith(f"{other}/") for other in FILES):
+            files[odd] = FILES[name]
+        if rng.random() < 0.5:
+            files[name] = None
+    arguments = _commands(rng)
+    written = arguments[0] == "generate"
+    return Case(
+        arguments,
+        files={f"spec/{name}": content for name, content in files.items()},
+        base=GOOD,
+        may_write=OUT if written else "",
+        holds=_generated if written else _checked,
+    )
+
+
+def spec_text(rng: Random) -> Case:
+    """Files of a spec whose text was damaged."""
+    return _case(rng, _damaged_texts(rng))
+
+
+def spec_tree(rng: Random) -> Case:
+    """Files of a spec that are right as YAML and say something else."""
+    return _case(rng, _damaged_trees(rng))
+
+
+def _damaged_texts(rng: Random) -> dict[str, Content]:
+    files: dict[str, Content] = {}
+    for name in rng.sample(list(FILES), rng.choice((1, 1, 2))):
+        text = FILES[name].decode("utf-8")
+        for _ in range(rng.choice((1, 1, 2, 3))):
+            text = damaged_text(rng, text)
+        content = text.encode("utf-8", "surrogatepass")
+        files[name] = damaged_bytes(rng, content) if rng.random() < 0.1 else content
+    return files
+
+
+@cache
+def _tree(name: str) -> str:
+    """Return the tree that a file spells, as JSON: quick to copy."""
+    return json.dumps(yaml.safe_load(FILES[name]))
+
+
+def _damaged_trees(rng: Random) -> dict[str, Content]:
+    files: dict[str, Content] = {}
+    for name in rng.sample(list(FILES), rng.choice((1, 1, 2))):
+        tree: Any = json.loads(_tree(name))
+        if rng.random() < 0.4:
+            _other_texts(rng, tree)
+        else:
+            for _ in range(rng.choice((1, 1, 1, 2, 3))):
+                tree = damaged_tree(rng, tree)
+        files[name] = _yaml(tree)
+    return files
+
+
+def _other_texts(rng: Random, tree: Any) -> None:
+    """Change texts that no rule constrains, so that the spec stays right and is generated from."""
+    if isinstance(tree, list):
+        for item in tree:
+            _other_texts(rng, item)
+    elif isinstance(tree, dict):
+        for key, value in tree.items():
+            if not isinstance(value, str):
+                _other_texts(rng, value)
+            elif key in _FREE_TEXTS and rng.random() < 0.5:
+                tree[key] = "".join(filter(str.isprintable, value + word(rng)))
+
+
+_FREE_TEXTS = ("summary", "note", "title", "date", "found", "resolution", "evidence", "subject")
+
+
+def _yaml(tree: Any) -> bytes:
+    # wide, as a text that is folded would be refused for its line breaks
+    text: str = yaml.dump(tree, Dumper=_Plain, allow_unicode=True, sort_keys=False, width=10_000)
+    return text.encode("utf-8", "surrogatepass")
+
+
+class _Plain(yaml.SafeDumper):
+    """Writes what stands in two places twice: an alias would be refused, and the tree not looked at."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _checked(case: Case, ran: Ran) -> None:
+    """A spec is right, or every diagnostic has a place."""
+    if ran.code == 1:
+        for line in ran.out.decode("utf-8").splitlines():
+            if line[:1].isspace() or not line:
+                continue  # the hint of the diagnostic above
+            _, _, rest = line.partition(": ")
+            if not rest.startswith("SW"):
+                raise Wrong(f"a diagnostic without a place or a code: {line!r}")
+
+
+def _generated(case: Case, ran: Ran) -> None:
+    """What was generated is Python and JSON; nothing is left half-written."""
+    _checked(case, ran)
+    out = ran.folder / OUT
+    for path in sorted(out.rglob("*")) if ran.code == 0 else ():
+        if path.is_dir():
+            continue
+        text = path.read_text(encoding="utf-8")
+        try:
+            if path.suffix == ".py":
+                ast.parse(text)
+            elif path.suffix == ".json":
+                json.loads(text)
+            elif path.name.startswith("."):
+                raise Wrong(f"{path.name} is left over")
+        except (SyntaxError, ValueError) as error:
+            raise Wrong(f"{path.relative_to(out)} was generated and is wrong: {error}") from error
+    if ran.code and out.exists() and not any(name.startswith(OUT) for name in case.files):
+        raise Wrong("the spec was refused, and something was written")
+
+
+# The folder to write to
+
+_PATHS = (
+    "../precious/file.txt", "../../precious/file.txt", "/etc/hostname", "python/../../precious/file.txt",
+    "python/stagewire_tiny/__init__.py", "python/mine.txt", "manifest.json", "registry/tiny.json", "", ".",
+    "C:\\x", "\0", "a" * 300, "python", "python/", "vectors/tiny.json/x",
+)  # fmt: skip
+_IN_THE_WAY = ("python/mine.txt", "registry/tiny.json", "python/stagewire_tiny/flags.py", "vectors")
+_MINE = b"made by hand\n"
+
+
+def manifest(rng: Random) -> Case:
+    """A manifest that lies, and files and links in the way, in the folder that is generated into."""
+    digests = (hashlib.sha256(_MINE).hexdigest(), "", "0" * 64, word(rng))
+    listed: Any = {path: rng.choice(digests) for path in rng.sample(_PATHS, rng.randrange(6))}
+    tree: Any = {"schema_version": 1, "registry": {}, "files": listed}
+    for _ in range(rng.choice((0, 0, 1, 2))):
+        tree = damaged_tree(rng, tree)
+    text = json.dumps(tree)
+    if rng.random() < 0.3:
+        text = damaged_text(rng, text)
+    content = text.encode("utf-8", "surrogatepass")
+    files: dict[str, Content] = {f"{OUT}/manifest.json": content}
+    if rng.random() < 0.1:
+        files[f"{OUT}/manifest.json"] = damaged_bytes(rng, content)
+    for name in _IN_THE_WAY:
+        if rng.random() < 0.2:
+            files[f"{OUT}/{name}"] = _MINE
+    link, target = rng.choice((
+        ("python", "../../precious"), ("python/stagewire_tiny", "../../../precious"),
+        ("registry/tiny.json", "../../../precious/file.txt"), ("other", "../../precious"),
+        ("vectors/tiny.json", "nowhere"), ("python/stagewire_tiny/messages", "messages"),
+    ))  # fmt: skip
+    link = f"{OUT}/{link}"
+    if rng.random() < 0.3 and not any(n.startswith(link) or link.startswith(n) for n in files):
+        files[link] = Link(target)
+    arguments = ("generate", "--spec", "spec", "--out", OUT)
+    if rng.random() < 0.3:  # then nothing may be written at all
+        return Case((*arguments, "--check"), files=files, base=GOOD, holds=_kept)
+    return Case(arguments, files=files, base=GOOD, may_write=OUT, holds=_kept)
+
+
+def _kept(case: Case, ran: Ran) -> None:
+    """What was made by hand and is in no manifest is still there."""
+    precious = ran.folder.parent / "precious" / "file.txt"
+    if precious.read_text(encoding="utf-8") != "somebody else's\n":
+        raise Wrong("a file outside the folder was changed")
+    try:
+        listed = json.loads(case.files[f"{OUT}/manifest.json"])["files"]
+    except (ValueError, KeyError, TypeError):
+        listed = {}
+    for name, content in case.files.items():
+        kept = name.removeprefix(f"{OUT}/")
+        ours = kept in listed if isinstance(listed, dict) else False
+        path = ran.folder / name
+        if content == _MINE and not ours and not (path.is_file() and path.read_bytes() == _MINE):
+            raise Wrong(f"{kept} was made by hand, and is lost")
+
+
+# Two specs
+
+_REVISIONS = (
+    "HEAD", "HEAD~1", "HEAD:spec", "HEAD:spec/tiny", "HEAD~1:spec", "main", "HEAD~9", "HEAD:", ":spec",
+    "HEAD:../spec", "HEAD:/etc", ":/first", "@{u}", "HEAD^{tree}", "HEAD:spec/tiny/units.yaml", "HEAD..main",
+    "-x", "--output=precious", "--exec=id", "--help", "0" * 40, "refs/heads/main", "HEAD@{0}", "", " ",
+)  # fmt: skip
+
+
+def diff(rng: Random) -> Case:
+    """A good spec and a damaged one, as folders and as revisions."""
+    changed = {**FILES, **(_damaged_trees(rng) if rng.random() < 0.8 else _damaged_texts(rng))}
+    files: dict[str, Content] = {f"new/{name}": content for name, content in changed.items()}
+    sides = ["spec", "new"]
+    if rng.random() < 0.25:
+        repository = _repository() / ".git"
+        files[".git"] = f"gitdir: {repository}\n".encode()
+        sides[rng.randrange(2)] = rng.choice(_REVISIONS)
+    elif rng.random() < 0.1:
+        sides[rng.randrange(2)] = word(rng).replace("\0", "").encode("utf-8", "replace").decode()
+    if rng.random() < 0.3:
+        sides.reverse()
+    options = ["--json"] * (rng.random() < 0.4)
+    if rng.random() < 0.3:
+        options += ["--fail-on", rng.choice(("wire", "source", "doc", "WIRE", "all"))]
+    if rng.random() < 0.05:
+        options += ["--spec", rng.choice(("spec", "spec/tiny", "..", "", "-x", "a" * 300))]
+    arguments = ("diff", *options, "--", *sides)
+    return Case(arguments, files=files, base=GOOD, may_start=("git",), holds=_compared)
+
+
+def _compared(case: Case, ran: Ran) -> None:
+    """With ``--json`` a comparison that was made is one JSON object."""
+    if "--json" in case.arguments and ran.code != 2:
+        json.loads(ran.out)
+
+
+@cache
+def _repository() -> Path:
+    """Return a git repository with the good spec in two revisions; it goes with the process."""
+    folder = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    shutil.copytree(GOOD, folder / "spec")
+    git = ["git", "-c", "user.name=nobody", "-c", "user.email=nobody@example.org"]
+    # nothing of the user's: in a hook of git, GIT_DIR is the repository that is being committed to
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("GIT_")}
+    environment |= {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
+    units = folder / "spec" / "tiny" / "units.yaml"
+    for arguments in (
+        ["init", "--quiet", "--initial-branch=main"],
+        ["add", "spec"],
+        ["commit", "--quiet", "--message=first"],
+        ["commit", "--quiet", "--all", "--message=second"],
+    ):
+        subprocess.run([*git, *arguments], cwd=folder, env=environment, check=True)
+        if arguments[-1] == "--message=first":
+            units.write_bytes(units.read_bytes() + b"# a comment\n")
+    return folder

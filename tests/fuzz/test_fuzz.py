@@ -1,0 +1,265 @@
+"""A short, seeded run of everything that is fuzzed, and proof that the fuzzers find what is broken.
+
+The long runs are programs: ``atheris_codec.py``, ``memory_growth.py`` and ``user_input.py``.
+"""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from random import Random
+
+import properties
+import pytest
+import spec_cases
+import streams
+import user_input
+from sandbox import Case, Ran, Sandbox, Wrong
+
+import stagewire_cli.main
+from stagewire.frame import Frame
+from stagewire.framing import Event, Framer
+from stagewire_apt import PROTOCOL
+
+HERE = Path(__file__).parent
+SEED = 1
+LIMIT = 60.0  # far beyond what any case takes, so that no busy machine fails a test
+
+CASES = {
+    "spec-text": 40,
+    "spec-tree": 40,
+    "manifest": 30,
+    "diff": 25,
+    "hex": 150,
+    "captures": 150,
+    "encode": 200,
+    "show": 100,
+    "testee": 60,
+    "conformance": 12,
+    "arguments": 120,
+}
+
+
+@pytest.fixture
+def sandbox(tmp_path: Path) -> Sandbox:
+    return Sandbox(tmp_path, LIMIT)
+
+
+# The codec and the framer
+
+
+@pytest.fixture
+def seen() -> Iterator[list[int]]:
+    """Count what the properties see, in a list of its own."""
+    tally = [0] * len(properties.SEEN)
+    properties.count_in(tally)
+    yield tally
+    properties.count_in([0] * len(properties.SEEN))
+
+
+def run_properties(streamed: int, coded: int) -> None:
+    rng = Random(SEED)
+    for data in streams.beginnings("stream"):
+        properties.check_stream(data)
+    for data in streams.beginnings("codec"):
+        properties.check_codec(data)
+    data = b""
+    for _ in range(streamed):
+        data = streams.change_stream(rng, data)
+        properties.check_stream(data)
+        properties.check_stream(streams.new_stream(rng))
+    for _ in range(coded):
+        data = streams.change_codec(rng, data)
+        properties.check_codec(data)
+        properties.check_codec(streams.new_codec(rng))
+
+
+def test_the_properties_hold_and_everything_comes_up(seen: list[int]) -> None:
+    run_properties(3000, 10_000)
+    assert [name for name, number in zip(properties.SEEN, seen, strict=True) if not number] == []
+
+
+def lose_garbage(feed: Callable[..., list[Event]]) -> Callable[..., list[Event]]:
+    def broken(framer: Framer, data: bytes) -> list[Event]:
+        return [event for event in feed(framer, data) if type(event).__name__ != "Garbage"]
+
+    return broken
+
+
+def look_at_reads(feed: Callable[..., list[Event]]) -> Callable[..., list[Event]]:
+    def broken(framer: Framer, data: bytes) -> list[Event]:
+        return (
+            feed(framer, data[:-1]) + feed(framer, data[-1:]) + framer.abandon() * (len(data) == 5)
+        )
+
+    return broken
+
+
+def drop_extra(encode: Callable[[Frame], bytes]) -> Callable[[Frame], bytes]:
+    return lambda frame: frame.message.pack(frame.dest, frame.source)
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "breaking"),
+    [
+        (Framer, "feed", lose_garbage),
+        (Framer, "feed", look_at_reads),
+        (Frame, "encode", drop_extra),
+    ],
+    ids=["garbage is lost", "what is read at once counts", "extra bytes are lost"],
+)
+def test_a_broken_codec_is_found(
+    owner: type, name: str, breaking: Callable[..., object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(owner, name, breaking(getattr(owner, name)))
+    with pytest.raises(AssertionError):
+        run_properties(300, 300)
+
+
+def test_an_undocumented_exception_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise KeyError("id")
+
+    monkeypatch.setattr(PROTOCOL, "decode", broken)
+    with pytest.raises(KeyError):
+        properties.check_codec(bytes(7))
+
+
+def test_every_layout_is_among_the_frames() -> None:
+    rng = Random(SEED)
+    met = {int.from_bytes(streams.frame(rng)[:2], "little") for _ in range(20_000)}
+    assert met >= streams.IDS
+
+
+def test_memory_does_not_grow() -> None:
+    command = [sys.executable, str(HERE / "memory_growth.py"), "--frames", "100000"]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert "grown by" in ran.stdout
+
+
+# What users feed to the command
+
+
+@pytest.mark.parametrize("target", user_input.TARGETS)
+def test_the_command_stands_what_users_feed_to_it(target: str, sandbox: Sandbox) -> None:
+    codes = user_input.fuzz(sandbox, target, SEED, cases=CASES[target], as_process=0)
+    assert codes.total() == CASES[target]
+    assert len(codes) > 1 or target == "testee", "every case ended in the same way"
+
+
+@pytest.mark.parametrize("target", ["spec-tree", "captures", "encode", "testee"])
+def test_a_process_of_its_own_ends_in_the_same_way(target: str, sandbox: Sandbox) -> None:
+    case = user_input.case_of(target, SEED, 0)
+    here, apart = sandbox.run(case), sandbox.run(case, as_process=True)
+    assert (apart.code, apart.out, apart.err) == (here.code, here.out, here.err)
+
+
+def test_every_kind_of_file_of_a_spec_is_damaged() -> None:
+    made = [user_input.case_of("spec-tree", SEED, number) for number in range(200)]
+    assert {name for case in made for name in case.files} >= {f"spec/{n}" for n in spec_cases.FILES}
+    schemas = {path.name.partition(".")[0] for path in (HERE.parents[1] / "spec/schema").iterdir()}
+    not_of_a_spec = {"changes", "manifest", "registry", "testee", "vectors"}
+    assert {kind for kind in schemas if kind not in not_of_a_spec} == set(spec_cases.KINDS)
+
+
+Main = Callable[[Sequence[str]], int]
+
+
+def writes(path: str) -> Main:
+    def main(arguments: Sequence[str]) -> int:
+        Path(path).write_text("x", encoding="utf-8")
+        return 0
+
+    return main
+
+
+def raises(arguments: Sequence[str]) -> int:
+    raise ValueError("a bug")
+
+
+def hangs(arguments: Sequence[str]) -> int:
+    while True:
+        time.sleep(0.01)
+
+
+def removes(arguments: Sequence[str]) -> int:
+    Path("../precious/file.txt").unlink()
+    return 0
+
+
+def starts(arguments: Sequence[str]) -> int:
+    return subprocess.call(["true"])
+
+
+def prints(text: str, code: int = 0) -> Main:
+    def main(arguments: Sequence[str]) -> int:
+        print(text)
+        return code
+
+    return main
+
+
+@pytest.mark.parametrize(
+    ("main", "found"),
+    [
+        (raises, "ValueError: a bug"),
+        (hangs, "no end after"),
+        (prints("", 3), "exit code 3"),
+        (prints("", 1), "not a word about it"),
+        (prints("", 2), "not a word on standard error"),
+        (prints("Traceback (most recent call last)\n"), "a traceback"),
+        (prints("\x1b[2J"), "steer a terminal"),
+        (writes("here.txt"), "must not: open"),
+        (writes("../outside.txt"), "must not: open"),
+        (writes("out/../../precious/file.txt"), "must not: open"),
+        (removes, "must not: os.remove"),
+        (starts, "must not: subprocess.Popen"),
+    ],
+)
+def test_a_broken_command_is_found(
+    main: Main, found: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stagewire_cli.main, "main", main)
+    seconds = 0.5 if main is hangs else LIMIT
+    case = Case((), files={"out/readme.txt": b""}, may_write="out")
+    with pytest.raises(Wrong, match=found):
+        Sandbox(tmp_path, seconds).run(case)
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
+
+
+def test_writing_where_it_may_is_no_fault(
+    sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stagewire_cli.main, "main", writes("out/made.txt"))
+    ran = sandbox.run(Case((), files={"out/readme.txt": b""}, may_write="out"))
+    assert (ran.folder / "out" / "made.txt").read_text(encoding="utf-8") == "x"
+
+
+def test_a_failure_is_made_small_and_can_be_repeated(
+    sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def chokes(arguments: Sequence[str]) -> int:
+        if b"?" in sys.stdin.buffer.read():
+            raise ValueError("a bug")
+        return 0
+
+    monkeypatch.setattr(stagewire_cli.main, "main", chokes)
+    case = Case(("decode", "-"), stdin=b"53 04 06 00 ? 01\n" * 40, files={"a.txt": b"1"})
+    monkeypatch.setitem(user_input.TARGETS, "hex", lambda rng: case)
+    with pytest.raises(user_input.Failure) as failure:
+        user_input.fuzz(sandbox, "hex", SEED, cases=1)
+    assert "--target hex --seed 1 --first 0 --cases 1" in str(failure.value)
+    assert "standard input: b'?'" in str(failure.value)
+    assert "a.txt" not in str(failure.value)
+
+
+def test_an_answer_that_is_missing_is_found(sandbox: Sandbox) -> None:
+    case = user_input.case_of("testee", SEED, 0)
+    ran = sandbox.run(case)
+    with pytest.raises(Wrong, match="answers to"):
+        case.holds(case, Ran(0, ran.out + ran.out, b"", ran.folder))
