@@ -6,10 +6,14 @@ its hint once, for the messages and for the documentation.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-__all__ = ["CODES", "Code", "Diagnostic", "Diagnostics", "Place", "SpecError"]
+__all__ = ["CODES", "MOST_OF_A_FILE", "Code", "Diagnostic", "Diagnostics", "Place", "SpecError"]
+
+MOST_OF_A_FILE = 1000
+"""Diagnostics that are kept of one file; a reader mends these first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +32,11 @@ CODES: dict[str, Code] = {
     "SW004": Code("a plain word that YAML readers take for different things", "put it in quotes"),
     "SW005": Code("a key that is not text", "write a name, or put it in quotes"),
     "SW006": Code("a file is missing or not UTF-8 text", "add the file, or save it as UTF-8"),
-    "SW007": Code("a control or direction-changing character in a text", "remove the character"),
+    "SW007": Code("a control or invisible character in a text", "remove the character"),
+    "SW008": Code(
+        "a file that is not read: a link out of the spec, too large, or no regular file",
+        "put a text file of at most 1 MiB there",
+    ),
     "SW010": Code("not as the schema says", "see the schema that the first line of the file names"),
     # Names and references
     "SW020": Code("the same name twice", "names are unique in a protocol; rename or remove one"),
@@ -93,7 +101,12 @@ class Diagnostic:
 
     def __str__(self) -> str:
         hint = self.hint or CODES[self.code].hint
-        return f"{self.place}: {self.code} {self.message}\n    hint: {hint}"
+        return f"{_shown(f'{self.place}: {self.code} {self.message}')}\n    hint: {hint}"
+
+
+def _shown(text: str) -> str:
+    """Escape what could steer a terminal: names of files and keys come from the spec."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class SpecError(Exception):
@@ -109,12 +122,17 @@ class Diagnostics:
     """Collects the diagnostics of one run."""
 
     found: list[Diagnostic] = field(default_factory=list)
+    _noted: set[Diagnostic] = field(default_factory=set)
+    _of_files: Counter[str] = field(default_factory=Counter)
 
     def add(self, place: Place, code: str, message: str, hint: str = "") -> None:
-        """Note one more; the same one is noted once."""
+        """Note one more; the same one is noted once, and of a file only so many."""
         diagnostic = Diagnostic(place, code, message, hint)
-        if diagnostic not in self.found:
-            self.found.append(diagnostic)
+        if diagnostic in self._noted or self._of_files[place.file] == MOST_OF_A_FILE:
+            return
+        self._noted.add(diagnostic)
+        self._of_files[place.file] += 1
+        self.found.append(diagnostic)
 
     def __bool__(self) -> bool:
         return bool(self.found)

@@ -136,6 +136,7 @@ class Controller:
 
     name: str
     units: tuple[str, ...]
+    place: Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,7 +267,7 @@ class Erratum:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Protocol:
     """Everything that the registry says of one protocol."""
 

@@ -2,9 +2,41 @@
 
 from __future__ import annotations
 
+import builtins
+import keyword
+import sys
+
 from stagewire_generator.model import Message
 
-__all__ = ["camel", "message_classes"]
+__all__ = ["camel", "can_name_chapter", "can_name_file", "can_name_package", "message_classes"]
+
+# What Windows takes for a device, whatever the ending of the file is.
+_DEVICES = frozenset({
+    "aux", "con", "nul", "prn", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))
+})  # fmt: skip
+# Packages that a generated one would hide, or be hidden by.
+_PACKAGES = sys.stdlib_module_names | {
+    "serial", "stagewire", "stagewire_cli", "stagewire_conformance", "stagewire_generator"
+}  # fmt: skip
+
+
+def can_name_file(name: str) -> bool:
+    """Whether a file can have this name, with any ending and on any system."""
+    return name not in _DEVICES
+
+
+def can_name_package(name: str) -> bool:
+    """Whether a package can have this name beside those that it needs."""
+    return can_name_file(name) and not keyword.iskeyword(name) and name not in _PACKAGES
+
+
+def can_name_chapter(name: str) -> bool:
+    """Whether a module of messages can have this name.
+
+    The package ``messages`` gets it as an attribute: it must not hide ``decode``, or a built-in.
+    """
+    kept = keyword.iskeyword(name) or hasattr(builtins, name) or name == "decode"
+    return can_name_file(name) and not kept
 
 
 def camel(name: str) -> str:

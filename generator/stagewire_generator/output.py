@@ -1,7 +1,8 @@
 """Compare what was rendered with an output folder, or write it there.
 
 ``manifest.json`` in the folder lists every file that the generator made and its digest; whatever is not in
-it was made by somebody else and is neither overwritten nor deleted.
+it was made by somebody else and is neither overwritten nor deleted. The folder may come from anybody:
+its manifest cannot point out of it, and no link in it is followed.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import difflib
 import hashlib
 import json
 import os
+import re
+import stat
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,6 +25,7 @@ __all__ = ["Change", "OutputError", "compare", "write"]
 
 _DIFF_LINES = 40
 _IGNORED = frozenset({"__pycache__"})
+_DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 
 
 class OutputError(Exception):
@@ -42,6 +46,9 @@ def compare(out: Path, files: Mapping[str, str]) -> list[Change]:
     changes = []
     for path, text in files.items():
         target = _inside(out, path)
+        if obstacle := _obstacle(out, path):
+            changes.append(Change(path, "changed", f"--- {path}\n({obstacle} is in its place)"))
+            continue
         try:
             current = target.read_bytes()
         except OSError:
@@ -69,7 +76,7 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
         made = {path: digest(text) for path, text in files.items()}
         files = {**files, MANIFEST: render({**known, **made})}
     targets = {path: _inside(out, path) for path in files}
-    foreign = [f"{path} (a folder)" for path, target in targets.items() if target.is_dir()]
+    foreign = [f"{path} ({what})" for path in files if (what := _obstacle(out, path))]
     needed = {parent.as_posix() for path in files for parent in PurePosixPath(path).parents}
     stale = []
     for path in _present(out):
@@ -106,11 +113,33 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
     return sorted(touched)
 
 
-def _inside(out: Path, path: str) -> Path:
+def _leaves(path: str) -> bool:
+    """Whether a path would leave the folder, on any system."""
     parts = PurePosixPath(path).parts
-    if not parts or path.startswith("/") or ".." in parts or "\\" in path or ":" in path:
+    return not parts or path.startswith("/") or ".." in parts or "\\" in path or ":" in path
+
+
+def _inside(out: Path, path: str) -> Path:
+    if _leaves(path):
         raise OutputError(f"{path!r} would leave the output folder")
-    return out.joinpath(*parts)
+    return out / path
+
+
+def _obstacle(out: Path, path: str) -> str:
+    """Return what other than a file, or nothing, is in the place of a file; empty if it is none.
+
+    What is written through a link, or read from a pipe, is outside the folder.
+    """
+    target = out
+    for part in PurePosixPath(path).parts:
+        target /= part
+        if target.is_symlink():
+            return f"the link {target.relative_to(out).as_posix()}"
+    try:
+        mode = target.stat().st_mode
+    except OSError:
+        return ""
+    return "a folder" if stat.S_ISDIR(mode) else "" if stat.S_ISREG(mode) else "no regular file"
 
 
 def _present(out: Path) -> list[str]:
@@ -119,17 +148,28 @@ def _present(out: Path) -> list[str]:
     return sorted(
         path.relative_to(out).as_posix()
         for path in out.rglob("*")
-        if path.is_file() and not _IGNORED & set(path.relative_to(out).parts)
+        if path.is_file()
+        and not path.is_symlink()
+        and not _IGNORED & set(path.relative_to(out).parts)
     )
 
 
 def _listed(out: Path) -> dict[str, str]:
     """Return what the manifest in the folder lists; of one that cannot be read, nothing."""
-    with contextlib.suppress(OSError, ValueError):
+    if _obstacle(out, MANIFEST):
+        return {}
+    with contextlib.suppress(OSError, ValueError, RecursionError):
         loaded = json.loads((out / MANIFEST).read_text(encoding="utf-8"))
         files = loaded.get("files") if isinstance(loaded, dict) else None
         if isinstance(files, dict):
-            return {str(path): str(sha) for path, sha in files.items()}
+            return {
+                path: sha
+                for path, sha in files.items()
+                if not _leaves(path)
+                and path.isprintable()
+                and isinstance(sha, str)
+                and _DIGEST.match(sha)
+            }
     return {}
 
 

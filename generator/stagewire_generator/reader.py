@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Callable, Iterator
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 
 from stagewire_generator import strict_yaml
-from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.diagnostics import MOST_OF_A_FILE, Diagnostics, Place
 from stagewire_generator.strict_yaml import Document
 
 __all__ = ["Files", "protocol_folders", "read"]
@@ -34,6 +36,8 @@ _KINDS = {
     "errata": "errata/*.yaml",
     "printed": "printed/*.yaml",
 }
+_LONG_PATTERN = 60  # characters; the description of a longer one says more
+_LONGEST = 160  # characters of a place or a message
 _BESIDE = {"examples": "examples/{}.yaml", "captures": "captures/{}.yaml"}
 
 
@@ -47,45 +51,63 @@ def protocol_folders(spec: Path) -> list[Path]:
 def read(folder: Path, diagnostics: Diagnostics, progress: Callable[[str], None]) -> Files:
     """Load all files of the protocol in ``folder``."""
     files: Files = {}
-    for kind, path, name in _find(folder):
+    for kind, path, root in _find(folder):
+        name = path.relative_to(root).as_posix()
         progress(name)
-        document = strict_yaml.load(path, name, diagnostics, any_character=kind in _BESIDE)
+        if _leads_out(path, root):
+            diagnostics.add(Place(name), "SW008", "is a link out of the folder of the spec")
+            continue
+        document = strict_yaml.load(path, name, diagnostics, any_byte=kind in _BESIDE)
         if document is not None and _valid(document, kind, diagnostics):
             files.setdefault(kind, []).append(document)
     return files
 
 
-def _find(folder: Path) -> Iterator[tuple[str, Path, str]]:
+def _find(folder: Path) -> Iterator[tuple[str, Path, Path]]:
+    """Yield kind and path of each file, and the folder that it must not lead out of."""
     root = folder.parent
     for kind, pattern in _KINDS.items():
         for path in sorted(folder.glob(pattern)):
-            yield kind, path, path.relative_to(root).as_posix()
+            yield kind, path, root
     for beside in (folder / "conformance", root / "conformance", root.parent / "conformance"):
         if not beside.is_dir():
             continue
         for kind, pattern in _BESIDE.items():
             path = beside / pattern.format(folder.name)
-            if path.is_file():
-                yield kind, path, path.relative_to(beside.parent).as_posix()
+            if os.path.lexists(path):
+                yield kind, path, beside.parent
         return
+
+
+def _leads_out(path: Path, root: Path) -> bool:
+    """Whether a link takes what is read from somewhere else.
+
+    Diagnostics quote what they find, so a spec that is not trusted could show any file that its
+    reader may read.
+    """
+    return not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(root))
 
 
 def _valid(document: Document, kind: str, diagnostics: Diagnostics) -> bool:
     valid = True
-    for error in _validator(kind).iter_errors(document.data):
+    for error in islice(_validator(kind).iter_errors(document.data), MOST_OF_A_FILE):
         valid = False
         while error.context:  # of several alternatives, say what is wrong with the nearest
             error = max(error.context, key=lambda e: (len(e.absolute_path), -len(str(e.message))))
         place = document.place(*error.absolute_path, *_culprit(error))
         where = ".".join(str(part) for part in error.absolute_path) or kind
-        diagnostics.add(place, "SW010", f"{where}: {_plain(error)}")
+        diagnostics.add(place, "SW010", f"{_short(where)}: {_plain(error)}")
     return valid
 
 
 def _culprit(error: jsonschema.ValidationError) -> list[str]:
     """Return the key that an error about a whole mapping means, for its place."""
     if error.validator == "additionalProperties" and isinstance(error.instance, dict):
-        return [key for key in error.instance if repr(key) in str(error.message)][:1]
+        schema = error.schema if isinstance(error.schema, dict) else {}
+        known, patterns = schema.get("properties", ()), schema.get("patternProperties", ())
+        for key in error.instance:
+            if key not in known and not any(re.search(pattern, key) for pattern in patterns):
+                return [key]
     if "propertyNames" in error.absolute_schema_path and isinstance(error.instance, str):
         return [error.instance]
     return []
@@ -93,16 +115,35 @@ def _culprit(error: jsonschema.ValidationError) -> list[str]:
 
 def _plain(error: jsonschema.ValidationError) -> str:
     described = error.schema.get("description") if isinstance(error.schema, dict) else None
-    message = "not allowed here" if error.validator == "not" else str(error.message)
-    if len(message) > 160:
-        message = message[:157] + "..."
+    message = "not allowed here" if error.validator == "not" else _short(str(error.message))
+    if (
+        error.validator == "pattern"
+        and described
+        and len(str(error.validator_value)) > _LONG_PATTERN
+    ):
+        message = f"{_short(repr(error.instance))} is not allowed"
     return f"{message} ({described})" if described else message
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
 @cache
 def _validator(kind: str) -> Any:
     path = _schema_folder() / f"{kind}.schema.json"
-    return jsonschema.Draft202012Validator(json.loads(path.read_text(encoding="utf-8")))
+    schema = json.loads(path.read_text(encoding="utf-8"))
+    definitions = {f"#/$defs/{name}": part for name, part in schema.get("$defs", {}).items()}
+
+    def reference(
+        validator: Any, target: str, instance: Any, _: Any
+    ) -> Iterator[jsonschema.ValidationError]:
+        # Our schemas refer to nothing but their own definitions, tens of thousands of times a
+        # spec; jsonschema would resolve each reference as a URI.
+        yield from validator.descend(instance, definitions[target])
+
+    extend: Any = jsonschema.validators.extend
+    return extend(jsonschema.Draft202012Validator, {"$ref": reference})(schema)
 
 
 def _schema_folder() -> Path:

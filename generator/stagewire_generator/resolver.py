@@ -6,7 +6,6 @@ not hide the next.
 
 from __future__ import annotations
 
-import keyword
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -16,6 +15,7 @@ from typing import Any, TypeVar
 from stagewire_generator import model
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.model import Json
+from stagewire_generator.naming import can_name_chapter, can_name_file, can_name_package
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 __all__ = ["resolve"]
@@ -47,12 +47,15 @@ class _Resolver:
         self.sets: dict[str, model.ParameterSet] = {}
         self.chapters: dict[str, model.Chapter] = {}
         self.errata: dict[str, model.Erratum] = {}
+        self.errata_of: dict[str, list[str]] = {}  # MESSAGE.field -> slugs
 
     def protocol(self) -> model.Protocol:
         head = self.head.data
-        self.module(head["python"]["package"], self.head.place("python", "package"))
+        self.names()
         for _, id, entry, place in self.entries("errata", "errata", self.errata):
             self.errata[id] = _erratum(id, entry, place)
+            for field in self.errata[id].fields:
+                self.errata_of.setdefault(field, []).append(id)
         for _, name, entry, place in self.entries("quantities", "quantities", self.quantities):
             self.quantities[name] = self.quantity(name, entry, place)
         self.definitions()
@@ -119,9 +122,14 @@ class _Resolver:
         kind = "text" if match[1] == "char" else "bytes"
         return model.Format(text, count * entry["size"], False, kind)
 
-    def module(self, name: str, place: Place) -> None:
-        if keyword.iskeyword(name):
-            self.diagnostics.add(place, "SW023", f"{name} as the name of a module")
+    def names(self) -> None:
+        protocol, package = self.head.data["protocol"], self.head.data["python"]["package"]
+        if not can_name_file(protocol):
+            place = self.head.place("protocol")
+            self.diagnostics.add(place, "SW023", f"{protocol} as the name of a file")
+        if not can_name_package(package):
+            place = self.head.place("python", "package")
+            self.diagnostics.add(place, "SW023", f"{package} as the name of a package")
 
     # Quantities, stages
 
@@ -167,7 +175,8 @@ class _Resolver:
         stages: dict[str, model.Stage] = {}
         for document in self.files.get("stages", []):
             for name, entry in document.data["controllers"].items():
-                controllers[name] = model.Controller(name, tuple(entry["units"]))
+                place = document.place("controllers", name)
+                controllers[name] = model.Controller(name, tuple(entry["units"]), place)
             for name, entry in document.data["stages"].items():
                 path = ("stages", name)
                 scales: dict[str, dict[str, model.Factor | str]] = {}
@@ -192,7 +201,9 @@ class _Resolver:
         for document in self.files.get("messages", []):
             data = document.data
             chapter = data["chapter"]
-            self.module(chapter, document.place("chapter"))
+            if not can_name_chapter(chapter):
+                what = f"{chapter} as the name of a module"
+                self.diagnostics.add(document.place("chapter"), "SW023", what)
             described = model.Chapter(
                 chapter, data["title"], data["page"], data["order"], data.get("summary", "")
             )
@@ -444,8 +455,8 @@ class _Resolver:
         """Return the layout with the errata of its fields, which name the message or its set."""
 
         def marked(field: model.Field) -> model.Field:
-            names = {f"{owner}.{field.name}" for owner in owners}
-            found = tuple(id for id, e in sorted(self.errata.items()) if names & set(e.fields))
+            names = [f"{owner}.{field.name}" for owner in owners]
+            found = tuple(sorted({id for name in names for id in self.errata_of.get(name, ())}))
             return replace(field, errata=found) if found else field
 
         return replace(

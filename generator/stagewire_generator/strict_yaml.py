@@ -7,8 +7,11 @@ exist. Every node keeps its place, so that whatever is wrong with it can be show
 
 from __future__ import annotations
 
+import os
 import re
+import stat
 import unicodedata
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,8 +39,9 @@ _AMBIGUOUS = re.compile(  # what is left after the forms above; linear, so that 
 )
 _LONGEST_NUMBER = 40  # characters
 _DEEPEST = 64  # brackets and indentations around a value
-_DIRECTION = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\u061c")
-_CONTROL = frozenset({"Cc", "Cs", "Zl", "Zp"})
+_LARGEST = 1 << 20  # bytes of a file; the largest known has a tenth of it
+_NO_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # systems have one of them
+_HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})  # Cf: direction marks, joiners, byte order mark
 
 KeyPath = tuple[str | int, ...]  # keys and indices, from the outermost in
 
@@ -60,16 +64,19 @@ class Document:
 
 
 def load(
-    path: Path, name: str, diagnostics: Diagnostics, *, any_character: bool = False
+    path: Path, name: str, diagnostics: Diagnostics, *, any_byte: bool = False
 ) -> Document | None:
     """Load a file strictly; everything that is wrong goes to ``diagnostics``.
 
-    :param any_character: allow escaped control characters in quoted texts, which worked examples
-        need: what a controller sends as text may hold anything.
+    :param any_byte: allow escaped control characters up to U+00FF in quoted texts, which worked
+        examples need: what a controller sends as text may hold any byte.
     Returns None when nothing can be made of the file.
     """
     try:
-        text = path.read_bytes().decode("utf-8")
+        text = _content(path).decode("utf-8")
+    except _NotReadError as error:
+        diagnostics.add(Place(name), "SW008", str(error))
+        return None
     except OSError as error:
         diagnostics.add(Place(name), "SW006", f"cannot be read: {error.strerror}")
         return None
@@ -78,15 +85,12 @@ def load(
         return None
     if not _clean(text, name, diagnostics):
         return None
-    reader = _Reader(name, diagnostics, any_character)
+    reader = _Reader(name, text, diagnostics, any_byte)
     try:
-        if not reader.scan(text):
-            return None
-        loader = _Loader(text)
-        try:
-            node = loader.get_single_node()
-        finally:
-            loader.dispose()
+        data = reader.document()
+    except _TooDeepError as error:
+        diagnostics.add(error.place, "SW001", "nested too deeply")
+        return None
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = Place(name, mark.line + 1, mark.column + 1) if mark else Place(name)
@@ -96,16 +100,31 @@ def load(
     except yaml.YAMLError as error:
         diagnostics.add(Place(name), "SW001", str(error).splitlines()[0])
         return None
-    if node is None:
-        diagnostics.add(Place(name), "SW001", "the file is empty")
-        return None
-    data = reader.value(node, ())
-    return Document(name, data, reader.places)
+    return Document(name, data, reader.places) if reader.fit else None
+
+
+class _NotReadError(Exception):
+    """A file that is not worth reading, and why."""
+
+
+def _content(path: Path) -> bytes:
+    """Return the bytes of a regular file; a pipe must not keep the reader waiting."""
+    descriptor = os.open(path, os.O_RDONLY | _NO_WAITING)
+    try:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise _NotReadError("is no regular file")
+        with open(descriptor, "rb", closefd=False) as file:
+            data = file.read(_LARGEST + 1)
+    finally:
+        os.close(descriptor)
+    if len(data) > _LARGEST:
+        raise _NotReadError(f"has more than {_LARGEST} bytes")
+    return data
 
 
 def _harmful(char: str) -> bool:
     """Whether a character could hide, reverse or break what stands around it."""
-    return char in _DIRECTION or (unicodedata.category(char) in _CONTROL and char not in "\t\n")
+    return unicodedata.category(char) in _HIDDEN and char not in "\t\n"
 
 
 def _clean(text: str, name: str, diagnostics: Diagnostics) -> bool:
@@ -120,86 +139,129 @@ def _clean(text: str, name: str, diagnostics: Diagnostics) -> bool:
     return clean
 
 
+class _TooDeepError(Exception):
+    """More brackets and indentations around a value than any spec has."""
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.place = place
+
+
 class _Reader:
-    def __init__(self, name: str, diagnostics: Diagnostics, any_character: bool) -> None:
+    """Makes the values of one file from the events of the parser, in one pass."""
+
+    def __init__(self, name: str, text: str, diagnostics: Diagnostics, any_byte: bool) -> None:
         self.name = name
         self.diagnostics = diagnostics
-        self.any_character = any_character
+        self.any_byte = any_byte
         self.places: dict[KeyPath, Place] = {}
+        self.fit = True  # whether the values stand for what the file says
+        self.depth = 0
+        self.events: Iterator[yaml.Event] = yaml.parse(text, Loader=_Loader)
 
-    def at(self, node: yaml.Node) -> Place:
-        mark = node.start_mark
+    def document(self) -> Any:
+        """Return the value of the only document."""
+        next(self.events)  # the stream begins
+        if isinstance(next(self.events), yaml.StreamEndEvent):
+            self.problem(Place(self.name), "the file is empty")
+            return None
+        data = self.value(self.next(), ())
+        if self.fit:
+            next(self.events)  # the document ends
+            event = next(self.events)
+            if not isinstance(event, yaml.StreamEndEvent):
+                self.problem(self.at(event), "a second document begins")
+        return data
+
+    def problem(self, place: Place, text: str) -> None:
+        """Report what leaves nothing to be made of the file."""
+        self.diagnostics.add(place, "SW001", text)
+        self.fit = False
+
+    def at(self, event: yaml.Event) -> Place:
+        mark = event.start_mark
+        assert mark  # the parser gives every event its place
         return Place(self.name, mark.line + 1, mark.column + 1)
 
-    def scan(self, text: str) -> bool:
-        """Look for anchors, aliases and tags; return whether the values may be made.
+    def next(self) -> yaml.Event:
+        """Return the next event of a value, having looked for anchors, aliases and tags.
 
         An alias could stand for something that holds itself, or for far more than the file; and
         whoever makes the values of a very deep file runs out of stack.
         """
-        depth = 0
-        fit = True
-        for event in yaml.parse(text, Loader=_Loader):
-            mark = event.start_mark
-            place = Place(self.name, mark.line + 1, mark.column + 1) if mark else Place(self.name)
-            if isinstance(event, yaml.CollectionStartEvent):
-                depth += 1
-                if depth > _DEEPEST:
-                    self.diagnostics.add(place, "SW001", "nested too deeply")
-                    return False
-            elif isinstance(event, yaml.CollectionEndEvent):
-                depth -= 1
+        event = next(self.events)
+        self.depth += isinstance(event, yaml.CollectionStartEvent)
+        self.depth -= isinstance(event, yaml.CollectionEndEvent)
+        if self.depth > _DEEPEST:
+            raise _TooDeepError(self.at(event))
+        if isinstance(event, yaml.NodeEvent):
             if isinstance(event, yaml.AliasEvent):
-                self.diagnostics.add(place, "SW003", f"alias *{event.anchor}")
-                fit = False
-            elif isinstance(event, yaml.NodeEvent) and event.anchor:
-                self.diagnostics.add(place, "SW003", f"anchor &{event.anchor}")
+                self.diagnostics.add(self.at(event), "SW003", f"alias *{event.anchor}")
+                self.fit = False
+            elif event.anchor:
+                self.diagnostics.add(self.at(event), "SW003", f"anchor &{event.anchor}")
             if tag := getattr(event, "tag", None):
-                self.diagnostics.add(place, "SW003", f"tag {tag}")
-        return fit
+                self.diagnostics.add(self.at(event), "SW003", f"tag {tag}")
+        return event
 
-    def value(self, node: yaml.Node, path: KeyPath) -> Any:
-        if isinstance(node, yaml.MappingNode):
-            return self.mapping(node, path)
-        if isinstance(node, yaml.SequenceNode):
-            items = []
-            for index, item in enumerate(node.value):
-                self.places[(*path, index)] = self.at(item)
-                items.append(self.value(item, (*path, index)))
-            return items
-        assert isinstance(node, yaml.ScalarNode)
-        return self.scalar(node)
+    def skip(self, event: yaml.Event) -> None:
+        """Pass over the rest of a value that will not be used."""
+        if isinstance(event, yaml.CollectionStartEvent):
+            around = self.depth - 1
+            while self.depth > around:
+                self.next()
 
-    def mapping(self, node: yaml.MappingNode, path: KeyPath) -> dict[str, Any]:
+    def value(self, event: yaml.Event, path: KeyPath) -> Any:
+        if isinstance(event, yaml.ScalarEvent):
+            return self.scalar(event)
+        if isinstance(event, yaml.AliasEvent):
+            return None
+        if isinstance(event, yaml.MappingStartEvent):
+            return self.mapping(path)
+        items: list[Any] = []
+        while not isinstance(event := self.next(), yaml.SequenceEndEvent):
+            item = (*path, len(items))
+            self.places[item] = self.at(event)
+            items.append(self.value(event, item))
+        return items
+
+    def mapping(self, path: KeyPath) -> dict[str, Any]:
         result: dict[str, Any] = {}
-        for key_node, value_node in node.value:
-            place = self.at(key_node)
-            if not isinstance(key_node, yaml.ScalarNode):
-                self.diagnostics.add(place, "SW005", "a key is a name, not a list or mapping")
-                continue
-            if not key_node.style and key_node.value == "<<":
-                self.diagnostics.add(place, "SW003", "merge key <<")
-                continue
-            key = self.scalar(key_node)
-            if not isinstance(key, str):
-                self.diagnostics.add(place, "SW005", f"the key {key_node.value} is not text")
-                continue
-            if key in result:
-                first = self.places[(*path, key)]
-                self.diagnostics.add(
-                    place, "SW002", f"{key} stands here again (first in line {first.line})"
-                )
-                continue
-            self.places[(*path, key)] = place
-            result[key] = self.value(value_node, (*path, key))
+        while not isinstance(event := self.next(), yaml.MappingEndEvent):
+            key = self.key(event, result, path)
+            if key is None:
+                self.skip(event)
+                self.skip(self.next())
+            else:
+                self.places[(*path, key)] = self.at(event)
+                result[key] = self.value(self.next(), (*path, key))
         return result
 
-    def scalar(self, node: yaml.ScalarNode) -> Any:
-        text: str = node.value
-        if node.style:  # quoted or a block: text, whatever it looks like
-            if not self.any_character:
-                for char in filter(_harmful, text):
-                    self.diagnostics.add(self.at(node), "SW007", f"the text holds {char!r}")
+    def key(self, event: yaml.Event, before: dict[str, Any], path: KeyPath) -> str | None:
+        """Return a key of a mapping; None for one that cannot be used."""
+        if not isinstance(event, yaml.ScalarEvent):
+            self.diagnostics.add(self.at(event), "SW005", "a key is a name, not a list or mapping")
+            return None
+        if not event.style and event.value == "<<":
+            self.diagnostics.add(self.at(event), "SW003", "merge key <<")
+            return None
+        key = self.scalar(event)
+        if not isinstance(key, str):
+            self.diagnostics.add(self.at(event), "SW005", f"the key {event.value} is not text")
+            return None
+        if key in before:
+            first = self.places[(*path, key)].line
+            what = f"{key} stands here again (first in line {first})"
+            self.diagnostics.add(self.at(event), "SW002", what)
+            return None
+        return key
+
+    def scalar(self, event: yaml.ScalarEvent) -> Any:
+        text: str = event.value
+        if event.style:  # quoted or a block: text, whatever it looks like
+            for char in filter(_harmful, text):
+                if not self.any_byte or char > "\xff":
+                    self.diagnostics.add(self.at(event), "SW007", f"the text holds {char!r}")
             return text
         if text in _WORDS:
             return _WORDS[text]
@@ -209,12 +271,12 @@ class _Reader:
         if hexadecimal or _DECIMAL.match(text):
             if len(text) > _LONGEST_NUMBER:
                 found = f"a number of {len(text)} characters"
-                self.diagnostics.add(self.at(node), "SW004", found)
+                self.diagnostics.add(self.at(event), "SW004", found)
                 return 0
             return int(text, 16 if hexadecimal else 10)
         if _AMBIGUOUS.match(text):
             shown = text if len(text) <= _LONGEST_NUMBER else f"{text[:_LONGEST_NUMBER]}..."
             self.diagnostics.add(
-                self.at(node), "SW004", f"{shown} is read as text, number, date or yes/no by turns"
+                self.at(event), "SW004", f"{shown} is read as text, number, date or yes/no by turns"
             )
         return text

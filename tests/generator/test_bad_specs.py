@@ -101,7 +101,7 @@ def test_a_file_that_is_a_folder(spec: Path) -> None:
     with pytest.raises(SpecError) as caught:
         check(spec)
     [found] = caught.value.diagnostics
-    assert (str(found.place), found.code) == ("tiny/units.yaml:1:1", "SW006")
+    assert (str(found.place), found.code) == ("tiny/units.yaml:1:1", "SW008")
 
 
 def test_a_spec_cannot_bring_looser_schemas(spec: Path) -> None:

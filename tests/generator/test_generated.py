@@ -75,6 +75,12 @@ def test_json_is_canonical(tree: dict[str, bytes]) -> None:
             assert canonical(json.loads(data)).encode("utf-8") == data, path
 
 
+def test_json_holds_no_character_that_steers_a_terminal() -> None:
+    text = canonical({"b": "\x1b\x7f\x85\xad é", "a": 1})
+    assert text == '{\n  "a": 1,\n  "b": "\\u001b\\u007f\\u0085\\u00ad é"\n}\n'
+    assert json.loads(text) == {"a": 1, "b": "\x1b\x7f\x85\xad é"}
+
+
 def test_lists_are_sorted(tree: dict[str, bytes]) -> None:
     for data in parsed(tree, "registry"):
         keys = [

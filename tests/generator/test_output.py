@@ -238,6 +238,25 @@ def test_write_that_fails_leaves_no_half_file(
     assert present(out) == new
 
 
+def test_what_is_half_written_is_beside_its_place_and_hidden(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Elsewhere it might be on another disk, from where nothing can be renamed."""
+    really = os.replace
+    seen: dict[str, Path] = {}
+
+    def watched(source: str, target: Path) -> None:
+        seen[Path(target).relative_to(tmp_path).as_posix()] = Path(source)
+        really(source, target)
+
+    monkeypatch.setattr(os, "replace", watched)
+    write(tmp_path, FILES)
+    assert seen.keys() == FILES.keys()
+    for path, source in seen.items():
+        assert source.parent == (tmp_path / path).parent
+        assert source.name.startswith(f".{Path(path).name}.")
+
+
 def test_write_that_fails_while_writing(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def failing(*_: Any) -> None:
         raise KeyboardInterrupt
@@ -326,3 +345,116 @@ def test_the_manifest_is_written_last(tmp_path: Path, monkeypatch: pytest.Monkey
     with pytest.raises(OSError, match="the disk is full"):
         write(tmp_path / "out", FILES)
     assert set(present(tmp_path / "out")) == {"a/one.py", "a/b/two.py"}
+
+
+# A folder from somebody else
+
+
+HOSTILE = [
+    "../victim.py",
+    "/etc/passwd",
+    "a/../../victim.py",
+    "C:/victim.py",
+    "..\\victim.py",
+    "",
+    "a\x1b[31m",
+]
+
+
+@pytest.mark.parametrize("partial", [False, True])
+def test_entries_of_a_hostile_manifest_are_dropped(tmp_path: Path, partial: bool) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (tmp_path / "victim.py").write_text("x = 1\n")
+    entries = {
+        **dict.fromkeys(HOSTILE, digest("x = 1\n")),
+        "b.py": 7,
+        "c.py": "../x",
+        "d.py": None,
+    }
+    (out / MANIFEST).write_text(json.dumps({"files": {**entries, "gone.py": digest("")}}))
+    write(out, {"three.json": "{}\n"} if partial else FILES, partial=partial)
+    assert (tmp_path / "victim.py").read_text() == "x = 1\n"
+    listed = set(json.loads((out / MANIFEST).read_text())["files"])
+    assert listed == ({"gone.py", "three.json"} if partial else set(FILES) - {MANIFEST})
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 100_000, '{"files": ' * 50_000, "\x00", '{"files": {"a": {}}}', "1e999"]
+)
+def test_a_manifest_that_cannot_be_read(tmp_path: Path, text: str) -> None:
+    (tmp_path / MANIFEST).write_text(text)
+    with pytest.raises(OutputError, match=r"manifest\.json"):
+        write(tmp_path, FILES)
+    assert present(tmp_path) == {MANIFEST: text}
+    assert ("changed", MANIFEST) in kinds(compare(tmp_path, FILES))
+
+
+def outside(tmp_path: Path) -> Path:
+    folder = tmp_path / "outside"
+    folder.mkdir()
+    (folder / "one.py").write_text(FILES["a/one.py"])
+    (folder / "old.py").write_text("old\n")
+    return folder
+
+
+@pytest.mark.parametrize("partial", [False, True])
+@pytest.mark.parametrize("linked", ["a", "a/b", "a/one.py", "three.json", MANIFEST])
+def test_links_are_not_written_through(tmp_path: Path, linked: str, partial: bool) -> None:
+    """Nor is anything deleted behind them, though a manifest lists it."""
+    victim = outside(tmp_path)
+    before = present(victim)
+    out = tmp_path / "out"
+    write(out, tree({**FILES, "a/old.py": "old\n"}))
+    target = victim if linked in ("a", "a/b") else victim / "one.py"
+    if (out / linked).is_dir():
+        (out / linked).rename(tmp_path / "away")
+    else:
+        (out / linked).unlink()
+    (out / linked).symlink_to(target)
+    inside = present(out)
+    with pytest.raises(OutputError, match=f"the link {linked}"):
+        write(out, FILES, partial=partial)
+    assert present(victim) == before
+    assert present(out) == inside
+    assert any(f"the link {linked}" in change.diff for change in compare(out, FILES))
+
+
+def test_a_link_that_is_nobodys_is_left_alone(tmp_path: Path) -> None:
+    victim = outside(tmp_path)
+    before = present(victim)
+    out = tmp_path / "out"
+    write(out, tree({**FILES, "old.py": "old\n"}))
+    (out / "old.py").unlink()
+    (out / "old.py").symlink_to(victim / "old.py")
+    (out / "more").symlink_to(victim)
+    write(out, FILES)
+    assert (out / "old.py").is_symlink()
+    assert (out / "more").is_symlink()
+    assert present(victim) == before
+
+
+def test_the_folder_itself_may_be_a_link(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "out").symlink_to(tmp_path / "real")
+    write(tmp_path / "out", FILES)
+    assert present(tmp_path / "real") == FILES
+    assert compare(tmp_path / "out", FILES) == []
+
+
+@pytest.mark.parametrize("path", ["a/one.py", MANIFEST])
+def test_a_pipe_in_the_place_of_a_file(out: Path, path: str) -> None:
+    (out / path).unlink()
+    os.mkfifo(out / path)
+    assert ("changed", path) in kinds(compare(out, FILES))
+    with pytest.raises(OutputError, match=r"no regular file"):
+        write(out, FILES)
+
+
+def test_a_loop_of_links(out: Path) -> None:
+    (out / "a" / "one.py").unlink()
+    (out / "a" / "one.py").symlink_to("one.py")
+    (out / "loop").symlink_to(".")
+    assert ("changed", "a/one.py") in kinds(compare(out, FILES))
+    with pytest.raises(OutputError, match=r"the link a/one\.py"):
+        write(out, FILES)

@@ -294,6 +294,13 @@ def test_out_of_step_a_header_form_needs_right_addresses() -> None:
         assert frame(STRAY + homed + STATUS) == [Garbage(STRAY + homed), Received(STATUS)]
 
 
+@pytest.mark.parametrize("addresses", ["01 50", "50 01"])
+def test_who_listens_to_both_ends_is_in_step_with_both(addresses: str) -> None:
+    unknown, disconnect = b(f"77 0F 00 00 {addresses}"), b(f"02 00 00 00 {addresses}")
+    assert frame(unknown, End.NONE) == [Unknown(unknown)]
+    assert frame(STRAY + disconnect, End.NONE) == [Garbage(STRAY), Received(disconnect)]
+
+
 def test_right_addresses_point_in_the_direction_of_the_id_even_when_the_end_is_unknown() -> None:
     unswapped = b("44 04 01 00 50 01")
     events = frame(STRAY + unswapped + HOMED, End.NONE)
@@ -315,6 +322,12 @@ def test_out_of_step_neither_unknown_nor_undocumented_frames_count() -> None:
         Unknown(unknown),
         Undocumented(rich),
     ]
+
+
+@pytest.mark.parametrize("parameters", ["0A 00", "00 0A", "0A 0A", "FF FF"])
+def test_out_of_step_parameters_may_be_any_bytes(parameters: str) -> None:
+    header = b(f"44 04 {parameters} 01 50")
+    assert frame(STRAY + header) == [Garbage(STRAY), Received(header)]
 
 
 def test_neighbouring_garbage_is_one_event_at_the_end_of_a_feed() -> None:
@@ -352,6 +365,13 @@ def test_frames_behind_a_damaged_length_are_given_out_when_it_is_abandoned() -> 
         Received(STATUS),
         Garbage(HOMED[:3]),
     ]
+    assert framer.pending == b""
+
+
+def test_frames_behind_a_header_out_of_step_are_given_out_when_it_is_abandoned() -> None:
+    framer = Framer(TABLE, End.HOST)
+    assert framer.feed(STRAY + STATUS[:6] + HOMED) == [Garbage(STRAY)]
+    assert framer.abandon() == [Garbage(STATUS[:6]), Received(HOMED)]
     assert framer.pending == b""
 
 
@@ -401,16 +421,39 @@ def test_events_are_equal_only_to_their_own_kind() -> None:
     assert repr(Garbage(b"\x01\xff")) == "Garbage('01 ff')"
 
 
+def test_a_pattern_takes_the_bytes_of_an_event() -> None:
+    match frame(STRAY + HOMED):
+        case [Garbage(stray), Received(raw)]:
+            assert (stray, raw) == (STRAY, HOMED)
+        case _:
+            pytest.fail("no match")
+
+
 def test_a_table_with_impossible_numbers_is_refused() -> None:
     devices = frozenset({0x50})
     for length in (0, 256):
         forms = {0x0481: Forms("STATUS", IN, False, frozenset({length}))}
         with pytest.raises(ValueError, match="a packet has 1 to 255 bytes"):
             FramingTable(forms, 0x01, devices)
-    with pytest.raises(ValueError, match="16 bits"):
-        FramingTable({0x10000: Forms("STATUS", IN, True, frozenset())}, 0x01, devices)
-    with pytest.raises(ValueError, match="no address"):
-        FramingTable({}, 0x01, frozenset({0x81}))
+    for id in (-1, 0x10000):
+        with pytest.raises(ValueError, match="16 bits"):
+            FramingTable({id: Forms("STATUS", IN, True, frozenset())}, 0x01, devices)
+    for number in (-1, 0x80, 0x81, 0x100, 0x150):
+        with pytest.raises(ValueError, match="no address"):
+            FramingTable({}, 0x01, frozenset({number}))
+        with pytest.raises(ValueError, match="no address"):
+            FramingTable({}, number, devices)
+
+
+def test_a_table_with_the_outermost_numbers_is_accepted() -> None:
+    forms = {
+        0x0000: Forms("first", IN, True, frozenset({1})),
+        0xFFFF: Forms("last", IN, True, frozenset({255})),
+    }
+    table = FramingTable(forms, 0x00, frozenset({0x7F}))
+    framer = Framer(table, End.HOST)
+    longest = b("FF FF FF 00 80 7F") + bytes(255)
+    assert framer.feed(longest) == [Received(longest)]
 
 
 def test_an_empty_table_accepts_nothing_known() -> None:
@@ -419,6 +462,38 @@ def test_an_empty_table_accepts_nothing_known() -> None:
         Unknown(STATUS),
         Garbage((STRAY * 6 + STATUS)[:-5]),
     ]
+
+
+OVERLAPPING = FramingTable(
+    forms={
+        0x0453: Forms("either form", OUT, True, frozenset({6})),
+        0x0454: Forms("header only", OUT, True, frozenset()),
+        0x0455: Forms("data only", OUT, False, frozenset({6})),
+        0x0604: Forms("one byte behind them", IN, True, frozenset()),
+    },
+    host=0x01,
+    devices=frozenset({0x50}),
+)
+
+
+@pytest.mark.parametrize(
+    ("header", "end"),
+    [
+        ("53 04 06 01 D0 01", End.NONE),  # declares more than 255 bytes
+        ("99 04 06 00 33 01", End.NONE),  # unknown, with addresses that are not right
+        ("53 04 06 00 B3 01", End.NONE),  # ours, with addresses that are not tolerated
+        ("53 04 06 00 50 01", End.NONE),  # its parameters spell a length
+        ("55 04 06 00 50 01", End.NONE),  # has no header form
+        ("54 04 06 00 D0 01", End.NONE),  # has no data form
+        ("53 04 06 00 D0 01", End.HOST),  # is not received here
+    ],
+)
+def test_garbage_in_step_is_one_byte(header: str, end: End) -> None:
+    """A frame that begins with its second byte is found."""
+    framer = Framer(OVERLAPPING, end)
+    raw = b(f"{header} 50")
+    assert framer.feed(raw) == [Garbage(raw[:1]), Received(raw[1:])]
+    assert framer.pending == b""
 
 
 # For any bytes

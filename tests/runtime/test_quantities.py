@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
 
@@ -97,3 +98,24 @@ def test_what_is_no_number(wrong: object) -> None:
     for convert in (scale.to_counts, scale.from_counts):
         with pytest.raises(BadValueError):
             convert(wrong)  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("make", [Scale.counts_per, Scale.unit_per])
+def test_what_a_scale_is_made_of(make: Callable[..., Scale]) -> None:
+    scale = make("mm/s", 4, 3, printed="1.33", source="the crystal")
+    factor = Fraction(4, 3) if make == Scale.counts_per else Fraction(3, 4)
+    assert (scale.counts_per_unit, scale.unit) == (factor, "mm/s")
+    assert (scale.printed, scale.source) == ("1.33", "the crystal")
+    assert scale == make("mm/s", 4, 3)  # what is for the reader only makes no difference
+    assert scale != make("mm", 4, 3)
+    assert (make("mm", 4).printed, make("mm", 4).source) == ("", "")
+    assert make("mm", 1) == Scale(Fraction(1), "mm")
+    assert (Scale(Fraction(1), "mm").printed, Scale(Fraction(1), "mm").source) == ("", "")
+    assert repr(scale) == f"<Scale {factor} counts per mm/s>"
+
+
+def test_what_a_stage_shows() -> None:
+    assert repr(stages.Z8) == f"<Stage Z8: {stages.Z8.title}>"
+    unknown = stages.Z8.scale("acceleration", "TDC001")
+    assert isinstance(unknown, UnknownScale)
+    assert repr(unknown) == f"<UnknownScale in {unknown.unit}: {unknown.reason}>"

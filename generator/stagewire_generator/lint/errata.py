@@ -6,10 +6,10 @@ difference and no worked example bears out.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness import Comparison, compare_witness
 from stagewire_generator.model import Protocol
 from stagewire_generator.strict_yaml import Document
@@ -48,8 +48,7 @@ def check_errata(
         unborne = []
     for erratum in unborne:
         diagnostics.add(erratum.place, "SW041", erratum.id)
-    for erratum in protocol.errata:
-        _known(protocol, erratum.messages, erratum.fields, erratum.id, erratum.place, diagnostics)
+    _known(protocol, diagnostics)
     for at, name in comparison.unknown:
         diagnostics.add(at, "SW044", f"{name} is in no chapter of the registry")
     for message in protocol.messages:
@@ -58,28 +57,25 @@ def check_errata(
     return comparison
 
 
-def _known(
-    protocol: Protocol,
-    messages: Iterable[str],
-    fields: Iterable[str],
-    id: str,
-    place: Place,
-    diagnostics: Diagnostics,
-) -> None:
-    names = {message.name for message in protocol.messages}
-    full = {
+def _known(protocol: Protocol, diagnostics: Diagnostics) -> None:
+    """Look for the messages and fields that errata name."""
+    messages = {message.name for message in protocol.messages}
+    fields = {
         f"{owner}.{field.name}"
         for message in protocol.messages
         for owner in {message.name, *(message.set or ())}
         for layout in message.layouts
         for field in layout.all_fields
     }
-    for name in messages:
-        if name not in names:
-            diagnostics.add(place, "SW021", f"{id}: no message is named {name}")
-    for name in fields:
-        if name not in full:
-            diagnostics.add(place, "SW021", f"{id}: no field is named {name}")
+    for erratum in protocol.errata:
+        for name in erratum.messages:
+            if name not in messages:
+                what = f"{erratum.id}: no message is named {name}"
+                diagnostics.add(erratum.place, "SW021", what)
+        for name in erratum.fields:
+            if name not in fields:
+                what = f"{erratum.id}: no field is named {name}"
+                diagnostics.add(erratum.place, "SW021", what)
 
 
 def _referred(

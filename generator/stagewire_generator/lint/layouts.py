@@ -19,6 +19,13 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
         _undocumented(message, diagnostics)
         _distinguishable(message, protocol, diagnostics)
         for layout in message.layouts:
+            longest = protocol.framing["maximum_length"]
+            if layout.length > longest:
+                what = (
+                    f"{message.name} ({layout.form}): {layout.length} bytes, packets have {longest}"
+                )
+                hint = "correct the length of the layout, or maximum_length in protocol.yaml"
+                diagnostics.add(layout.place, "SW033", what, hint)
             for field in layout.all_fields:
                 _field(message, field, diagnostics)
             for param in (layout.param1, layout.param2):

@@ -13,13 +13,20 @@ from stagewire_generator.strict_yaml import Document
 __all__ = ["check_names"]
 
 # What generated classes, or the languages they are written in, keep for themselves.
-_C_KEYWORDS = frozenset({
-    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum",
-    "extern", "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict",
-    "return", "short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union",
-    "unsigned", "void", "volatile", "while", "bool", "true", "false", "class", "namespace",
-    "template", "this", "new", "delete", "operator", "private", "public", "protected", "virtual",
-    "friend", "using", "try", "catch", "throw", "typename", "explicit", "mutable"
+_C_KEYWORDS = frozenset({  # C99 to C23
+    "alignas", "alignof", "auto", "bool", "break", "case", "char", "const", "constexpr", "continue",
+    "default", "do", "double", "else", "enum", "extern", "false", "float", "for", "goto", "if",
+    "inline", "int", "long", "nullptr", "register", "restrict", "return", "short", "signed",
+    "sizeof", "static", "static_assert", "struct", "switch", "thread_local", "true", "typedef",
+    "typeof", "typeof_unqual", "union", "unsigned", "void", "volatile", "while"
+})  # fmt: skip
+_CPP_KEYWORDS = frozenset({  # C++20, beyond those of C
+    "and", "and_eq", "asm", "bitand", "bitor", "catch", "char16_t", "char32_t", "char8_t", "class",
+    "co_await", "co_return", "co_yield", "compl", "concept", "const_cast", "consteval", "constinit",
+    "decltype", "delete", "dynamic_cast", "explicit", "export", "friend", "mutable", "namespace",
+    "new", "noexcept", "not", "not_eq", "operator", "or", "or_eq", "private", "protected", "public",
+    "reinterpret_cast", "requires", "static_cast", "template", "this", "throw", "try", "typeid",
+    "typename", "using", "virtual", "wchar_t", "xor", "xor_eq"
 })  # fmt: skip
 _MEMBERS = frozenset({
     "layout", "unpack", "pack", "values", "replace", "keep", "shared", "mro", "data", "param1",
@@ -40,7 +47,7 @@ _IN_METHODS = frozenset({
     "self", "cls", "raw", "draft", "bytes", "classmethod", "property", "check_addresses",
     "check_bytes", "check_integer", "check_text"
 })  # fmt: skip
-_RESERVED = _C_KEYWORDS | frozenset(keyword.kwlist) | _IN_METHODS
+_RESERVED = _C_KEYWORDS | _CPP_KEYWORDS | frozenset(keyword.kwlist) | _IN_METHODS
 _TO_HOST = frozenset({"answered_by", "completes_with", "stops_with", "announces"})
 
 
@@ -52,6 +59,7 @@ def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnos
     _fields(protocol, diagnostics)
     _classes(protocol, diagnostics)
     _exchanges(protocol, diagnostics)
+    _apart([(c.name, c.place) for c in protocol.controllers], diagnostics)
     if units is not None:
         _units(protocol, units, diagnostics)
 
@@ -134,14 +142,20 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
                     what = f"{message.name}: two of its forms are the class {name}"
                 diagnostics.add(message.place, "SW022", what)
             classes[name] = message.name
-    stages: dict[str, str] = {}
     for stage in protocol.stages:
         if stage.name in _IN_STAGES:
             diagnostics.add(stage.place, "SW023", f"the stage {stage.name}")
-        folded = stage.name.lower()
-        if folded in stages:
-            diagnostics.add(stage.place, "SW022", f"{stage.name} and {stages[folded]}")
-        stages[folded] = stage.name
+    _apart([(stage.name, stage.place) for stage in protocol.stages], diagnostics)
+
+
+def _apart(named: Iterable[tuple[str, Place]], diagnostics: Diagnostics) -> None:
+    """Names in capitals and small letters must differ where a language or a reader folds case."""
+    seen: dict[str, str] = {}
+    for name, place in named:
+        folded = name.lower()
+        if folded in seen:
+            diagnostics.add(place, "SW022", f"{name} and {seen[folded]}")
+        seen[folded] = name
 
 
 def _class_names(message: Message) -> Iterator[str]:
@@ -188,6 +202,8 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
                 what = f"{path[0]}.{path[1]}: no {kind} is named {name}"
                 diagnostics.add(place, "SW021", what)
 
+    for section in ("units", "lists"):
+        _apart([(name, document.place(section, name)) for name in data[section]], diagnostics)
     for key, entry in lists.items():
         for part in ("messages", "completes", "misprinted"):
             known(entry.get(part, ()), messages, "message", "lists", key, part)

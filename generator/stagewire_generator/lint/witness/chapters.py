@@ -18,7 +18,9 @@ from stagewire_generator.strict_yaml import KeyPath
 
 __all__ = ["compare_section"]
 
+_LONGEST_RUN = 64  # values that "to" may stand for
 _SYMBOL = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+\Z")
+_BIT = re.compile(r"[1-9][0-9]?\Z")
 _NAME = re.compile(r"[A-Z][a-z]+[A-Za-z]*[0-9]*\Z")
 
 
@@ -179,9 +181,10 @@ def _values(
             unread.append(row[0])
             continue
         if row[0].startswith("to ") and found:  # "0x02 Bay 2 to 0x06 Bay 6"
-            found.update(dict.fromkeys(range(next(reversed(found)) + 1, value), ""))
+            between = range(next(reversed(found)) + 1, value)
+            found.update(dict.fromkeys(between[:_LONGEST_RUN], ""))
         found[value] = row[1] if len(row) == 2 else ""
-        if len(row) == 3 and row[1].isdigit():  # the document counts bits from one
+        if len(row) == 3 and _BIT.match(row[1]):  # the document counts bits from one
             mask = 1 << (int(row[1]) - 1)
             comparison.same(f"{place}/{value:#x}/bit", path, f"{mask:#x}", f"{value:#x}")
     if set(found) != set(known) or unread:

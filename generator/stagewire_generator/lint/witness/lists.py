@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from stagewire_generator.lint.witness.comparison import ID, Comparison
@@ -9,6 +10,8 @@ from stagewire_generator.model import Json
 from stagewire_generator.strict_yaml import KeyPath
 
 __all__ = ["compare_contents", "compare_lists", "compare_summary"]
+
+_PREFIX = re.compile(r"[0-9]{2}")
 
 
 def compare_contents(comparison: Comparison) -> None:
@@ -82,12 +85,10 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
         message = comparison.messages.get(name)
         match = ID.match(row["id"])
         meant = comparison.by_id.get(int(match[1], 16)) if match else None
-        if meant is not None and meant is not message:
-            if name in right or name not in entry["messages"] or message is None:
-                comparison.same(f"lists/{key}/{meant.name}/name", path, name, meant.name)
-                message = meant
-            else:
-                comparison.same(f"lists/{key}/{name}/id", path, row["id"], name)
+        wrong_name = message is None or name in right or name not in entry["messages"]
+        if meant is not None and meant is not message and wrong_name:  # else the id is wrong
+            comparison.same(f"lists/{key}/{meant.name}/name", path, name, meant.name)
+            message = meant
         if message is None:
             comparison.unknown.append((comparison.document.place(*path), row["name"]))
             continue
@@ -142,12 +143,17 @@ def _prefixes(comparison: Comparison, data: Json) -> None:
         for name, entry in units.items()
     }
     printed = set()
-    for index, (_, text, _, codes) in enumerate(data.get("usb_prefixes", [])):
-        prefix = int(text[:2])
+    for index, (line, text, _, codes) in enumerate(data.get("usb_prefixes", [])):
+        path: KeyPath = ("usb_prefixes", index)
+        digits = _PREFIX.match(text)
+        if digits is None:
+            comparison.differs(f"prefixes/line-{line}", path, text, "two digits in front")
+            continue
+        prefix = int(digits[0])
         printed.add(prefix)
         for code in codes.split("/"):
             right = prefix in known.get(code, ())
-            comparison.same(f"prefixes/{prefix}/{code}", ("usb_prefixes", index), right, True)
+            comparison.same(f"prefixes/{prefix}/{code}", path, right, True)
     for prefix in sorted(set().union(*known.values()) - printed):
         comparison.differs(f"prefixes/{prefix}/missing", ("usb_prefixes",), "nothing", prefix)
 

@@ -68,9 +68,8 @@ class ClassView:
     # Plain classes only
     signature: str = ""
     fields: tuple[FieldView, ...] = ()
-    payload: str = ""  # struct format that reads the fields from a whole frame
-    frame: str = ""  # struct format of the whole frame
-    packer: str = ""  # name of the Struct that packs it
+    packer: str = ""  # the statement that makes the Struct of the whole frame
+    unpacker: str = ""  # the statement that makes the method that reads the fields from it
     unpack: str = ""  # the assignment
     pack: str = ""  # the return statement
     # Undecided classes only
@@ -130,9 +129,8 @@ def _class(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         layout=_layout(message, layout, slots),
         signature=call("def __new__", arguments, " -> Self:", 4),
         fields=fields,
-        payload=payload,
-        frame=frame,
-        packer=packer,
+        packer=call(f"{packer} = Struct", [f'"{frame}"'], "", 0),
+        unpacker=call("_unpack = Struct", [f'"{payload}"'], ".unpack_from", 4),
         unpack=_assign(targets),
         pack=call(f"return {packer}.pack", values, "", 8),
     )

@@ -7,10 +7,9 @@ from functools import cache
 import jinja2
 
 from stagewire_generator.model import Protocol
-from stagewire_generator.targets.canonical import canonical
 from stagewire_generator.targets.python.view import package_view
-from stagewire_generator.targets.registry import registry_json
-from stagewire_generator.targets.vectors import vectors_json
+from stagewire_generator.targets.registry import registry_text
+from stagewire_generator.targets.vectors import vectors_text
 
 __all__ = ["render"]
 
@@ -33,8 +32,8 @@ def render(protocol: Protocol) -> dict[str, str]:
     for chapter in view.chapters:
         text = _template("chapter.py.j2").render(package=view, chapter=chapter)
         files[f"{folder}/messages/{chapter.name}.py"] = text
-    files[f"{folder}/registry.json"] = canonical(registry_json(protocol))
-    files[f"{folder}/vectors.json"] = canonical(vectors_json(protocol))
+    files[f"{folder}/registry.json"] = registry_text(protocol)
+    files[f"{folder}/vectors.json"] = vectors_text(protocol)
     files[f"{folder}/py.typed"] = ""
     return files
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 
 from stagewire_generator.model import (
     Factor,
@@ -17,7 +18,7 @@ from stagewire_generator.model import (
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.canonical import canonical
 
-__all__ = ["registry_json", "render"]
+__all__ = ["registry_json", "registry_text", "render"]
 
 SCHEMA_VERSION = 1
 _TABLES_OF_UNITS = ("families", "lists", "addresses", "hardware_types")
@@ -25,7 +26,13 @@ _TABLES_OF_UNITS = ("families", "lists", "addresses", "hardware_types")
 
 def render(protocol: Protocol) -> dict[str, str]:
     """Return the file of the registry."""
-    return {f"registry/{protocol.name}.json": canonical(registry_json(protocol))}
+    return {f"registry/{protocol.name}.json": registry_text(protocol)}
+
+
+@lru_cache(maxsize=1)
+def registry_text(protocol: Protocol) -> str:
+    """Return the resolved registry as canonical JSON; the Python package carries it, too."""
+    return canonical(registry_json(protocol))
 
 
 def registry_json(protocol: Protocol) -> Json:

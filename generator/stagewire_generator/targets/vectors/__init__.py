@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.canonical import canonical
 
-__all__ = ["render", "vectors_json"]
+__all__ = ["render", "vectors_json", "vectors_text"]
 
 
 def render(protocol: Protocol) -> dict[str, str]:
     """Return the file of the vectors."""
-    return {f"vectors/{protocol.name}.json": canonical(vectors_json(protocol))}
+    return {f"vectors/{protocol.name}.json": vectors_text(protocol)}
+
+
+@lru_cache(maxsize=1)
+def vectors_text(protocol: Protocol) -> str:
+    """Return the vectors as canonical JSON; the Python package carries them, too."""
+    return canonical(vectors_json(protocol))
 
 
 def _verdict(entry: dict[str, Any]) -> str:

@@ -1,0 +1,118 @@
+"""What the docstring of a generated message says: what it is for, its fields, its errata."""
+
+from __future__ import annotations
+
+import ast
+
+import pytest
+
+DOCSTRINGS = {
+    "PosSetVelParams": """\
+``POS_SET_VELPARAMS`` (0x0101), to the controller, 14 bytes of data; page 4.
+
+Set: speed of the next move.
+
+Kept until it is switched off.
+
+:param chan_ident: :class:`~.Channel`; 0 to 65535; by default 1.
+:param min_velocity: always zero at present; raw counts of mm/s, scale by stage; 0 to 1000; by
+    default 0.
+:param max_velocity: raw counts of mm/s, scale by stage; 0 to 4294967295.
+:param wait: raw counts of us, us_per_count 512/5; -32768 to 32767.
+:param marker: always 0x1234; 0 to 65535.""",
+    "PosReqVelParams": """\
+``POS_REQ_VELPARAMS`` (0x0102), to the controller, header only; page 4.
+
+Request: speed of the next move.
+
+Answered by ``POS_GET_VELPARAMS``.
+
+Kept until it is switched off.
+
+:param chan_ident: :class:`~.Channel`; 0 to 255.""",
+    "PosMoveHeader": """\
+``POS_MOVE`` (0x0120), to the controller, header only; page 4.
+
+Moves to a position.
+
+Completes with ``POS_MOVED``.
+
+Not without a slide.
+
+To the stored position.
+
+:param chan_ident: :class:`~.Channel`; 0 to 255.
+
+Erratum ``tiny-move-length``: printed 08; encoded 06.""",
+    "PosMovedHeader": """\
+``POS_MOVED`` (0x0121), to the host, header only; pages 5, 6.
+
+Tells that the position is reached.
+
+:param chan_ident: 0 to 255.
+:param param2: always 0x07; 0 to 255.""",
+    "PosMovedServo": """\
+``POS_MOVED`` (0x0121), to the host, 14 bytes of data; pages 5, 6.
+
+Tells that the position is reached.
+
+This layout: status servo.
+
+With a servo.
+
+:param chan_ident: :class:`~.Channel`; 0 to 65535.
+:param position: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+:param velocity: raw counts of mm/s, scale by stage; 0 to 65535.
+:param reserved: reserved, sent as zero; 0 to 65535.
+:param status_bits: :class:`~.StateBits`; 0 to 4294967295.""",
+    "PosMovedCoil": """\
+``POS_MOVED`` (0x0121), to the host, 14 bytes of data; pages 5, 6.
+
+Tells that the position is reached.
+
+This layout: status coil.
+
+:param chan_ident: :class:`~.Channel`; 0 to 65535.
+:param position: -2147483648 to 2147483647.
+:param encoder_count: raw counts of unit by setting, scale by display_mode; -2147483648 to
+    2147483647.
+:param status_bits: :class:`~.CoilBits`; 0 to 4294967295.""",
+    "PosMovedUndecided": """\
+``POS_MOVED`` (0x0121) whose layout no context has decided; page 5.
+
+Tells that the position is reached. Bytes do not tell its layouts apart (status servo or status
+coil). The fields that all of them share can be read; it encodes back from ``data`` alone.""",
+    "PosEcho": """\
+``POS_ECHO`` (0x0122), either way, 16 bytes of data; page 6.
+
+Sends back what it is sent.
+
+:param label: text of at most 8 characters.
+:param blob: 6 bytes.
+:param load: raw counts of percent, scale by maximum_volts; 0 to 65535.""",
+    "Lamp": """\
+``LAMP`` (0x0201), to the controller, 4 bytes of data; page 7.
+
+Switches the lamp.
+
+:param sample_time: raw counts of ms, scale by unit; 0 to 65535.
+:param force: raw counts of Pa, scale unknown; 0 to 65535.""",
+    "LampTest": """\
+``LAMP_TEST`` (0x0202), to the controller, layout not documented; page 7.
+
+Is named, and not described.
+
+Erratum ``tiny-lamp-test``: printed the names; encoded messages without a layout.""",
+}
+
+
+@pytest.mark.parametrize("name", DOCSTRINGS)
+def test_docstring(files: dict[str, str], name: str) -> None:
+    modules = [text for path, text in files.items() if "/messages/" in path]
+    [found] = [
+        node
+        for text in modules
+        for node in ast.parse(text).body
+        if isinstance(node, ast.ClassDef) and node.name == name
+    ]
+    assert ast.get_docstring(found) == DOCSTRINGS[name]

@@ -1,0 +1,62 @@
+"""Whatever a spec leaves out: either a diagnostic says so, or everything can be made without it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from stagewire_generator import check, render
+from stagewire_generator.diagnostics import SpecError
+
+# Among the keys of a file, those that it does well without.
+OPTIONAL = {
+    "protocol": "name_prefix note",
+    "quantities": "printed source",
+    "stages": "note printed servo_cycle_us source",
+    "units": "completes keep_alive known_prefixes update_rate_hz usb_prefix",
+    "messages/core": "completes_with exchange flags_by_unit more_pages note pages param1 quantity",
+    "errata/core": "fields",
+    "printed/core": "columns default last_offset packet ranges structure values",
+}
+
+
+def keys(data: Any) -> Iterator[str]:
+    """Yield the key of every mapping."""
+    if isinstance(data, dict):
+        yield from data
+    for value in data.values() if isinstance(data, dict) else data:
+        if isinstance(value, dict | list):
+            yield from keys(value)
+
+
+def without(data: Any, key: str) -> Any:
+    """Return the data without a key, wherever it stands."""
+    if isinstance(data, dict):
+        return {k: without(v, key) for k, v in data.items() if k != key}
+    return [without(item, key) for item in data] if isinstance(data, list) else data
+
+
+def made(spec: Path) -> bool:
+    """Whether everything can be made of the spec; if not, it says what is wrong."""
+    try:
+        protocols = check(spec)
+    except SpecError:
+        return False
+    return bool(render(protocols))
+
+
+@pytest.mark.parametrize("name", OPTIONAL)
+def test_any_key_may_be_missing(spec: Path, name: str) -> None:
+    path = spec / "tiny" / f"{name}.yaml"
+    data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    fine = set()
+    for key in sorted(set(keys(data))):
+        path.write_text(json.dumps(without(data, key)), encoding="utf-8")
+        if made(spec):
+            fine.add(key)
+    assert fine >= set(OPTIONAL[name].split())

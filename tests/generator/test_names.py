@@ -1,0 +1,157 @@
+"""Names that no spec may take: what generated modules import, what their methods use, keywords."""
+
+from __future__ import annotations
+
+import ast
+import keyword
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from stagewire_generator import check, render
+from stagewire_generator.diagnostics import SpecError
+
+GOOD = Path(__file__).parent / "good_spec"
+MODULES = {
+    path.removeprefix("python/stagewire_tiny/"): ast.parse(text)
+    for path, text in render(check(GOOD)).items()
+    if path.endswith(".py")
+}
+CHAPTERS = ("messages/core.py", "messages/extra.py")
+
+C = """
+    alignas alignof auto bool break case char const constexpr continue default do double else enum
+    extern false float for goto if inline int long nullptr register restrict return short signed
+    sizeof static static_assert struct switch thread_local true typedef typeof typeof_unqual union
+    unsigned void volatile while
+"""
+CPP = """
+    and and_eq asm bitand bitor catch char16_t char32_t char8_t class co_await co_return co_yield
+    compl concept const_cast consteval constinit decltype delete dynamic_cast explicit export friend
+    mutable namespace new noexcept not not_eq operator or or_eq private protected public
+    reinterpret_cast requires static_cast template this throw try typeid typename using virtual
+    wchar_t xor xor_eq
+"""
+
+
+def refused(spec: Path) -> list[str]:
+    """Return what is said of the names of a spec."""
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    return [d.message for d in caught.value.diagnostics if d.code == "SW023"]
+
+
+def change(spec: Path, file: str, old: str, new: str) -> None:
+    path = spec / "tiny" / file
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def imported(*modules: str) -> set[str]:
+    """Return the names of classes that generated modules import."""
+    return {
+        alias.name
+        for module in modules
+        for node in ast.walk(MODULES[module])
+        if isinstance(node, ast.ImportFrom) and not (node.module or "").startswith("stagewire_tiny")
+        for alias in node.names
+        if alias.name[0].isupper()
+    }
+
+
+def words(name: str) -> list[str]:
+    """Return ``UndecidedMessage`` as ``undecided`` and ``message``."""
+    return [word.lower() for word in re.findall(r"[A-Z][a-z]*", name)]
+
+
+KEPT = {"False", "None", "True"}
+
+
+@pytest.mark.parametrize("name", sorted(KEPT | imported(*CHAPTERS, "messages/__init__.py")))
+def test_no_message_takes_the_name_of_what_its_module_imports(spec: Path, name: str) -> None:
+    taken = "_".join(words(name)).upper()
+    change(spec, "messages/extra.yaml", "  LAMP:\n", f'  "{taken}":\n')
+    spelling = " ".join(words(name))
+    change(spec, "messages/extra.yaml", "spelling: lamp\n", f'spelling: "{spelling}"\n')
+    assert refused(spec) == [f"{taken}: the class {name}"]
+
+
+@pytest.mark.parametrize("name", sorted(KEPT | imported("flags.py", *CHAPTERS)))
+def test_no_flag_table_takes_the_name_of_what_its_users_import(spec: Path, name: str) -> None:
+    taken = "_".join(words(name))
+    quoted = f'"{taken}"'
+    change(spec, "messages/core.yaml", "  state_bits:\n", f"  {quoted}:\n")
+    change(spec, "messages/core.yaml", "flags: state_bits,", f"flags: {quoted},")
+    assert refused(spec) == [f"{taken}: the class {name}"]
+
+
+@pytest.mark.parametrize("name", sorted(KEPT | imported("enumerations.py")))
+def test_no_enumeration_takes_the_name_of_what_its_module_imports(spec: Path, name: str) -> None:
+    taken = "_".join(words(name))
+    change(spec, "messages/core.yaml", "  channel:\n", f'  "{taken}":\n')
+    change(spec, "messages/core.yaml", "enum: channel", f'enum: "{taken}"')
+    assert refused(spec) == [f"{taken}: the class {name}"]
+
+
+@pytest.mark.parametrize("name", sorted(KEPT | imported("stages.py")))
+def test_no_stage_takes_the_name_of_what_its_module_imports(spec: Path, name: str) -> None:
+    change(spec, "stages.yaml", "  Slide:\n", f'  "{name}":\n')
+    change(spec, "units.yaml", "stages: [Slide]", f'stages: ["{name}"]')
+    assert refused(spec) == [f"the stage {name}"]
+
+
+def used_by_methods() -> Iterator[str]:
+    """Yield what the methods that have fields for variables name beside them."""
+    for module in CHAPTERS:
+        for kind in MODULES[module].body:
+            if not isinstance(kind, ast.ClassDef):
+                continue
+            own = {n.target.id for n in kind.body
+                   if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)}  # fmt: skip
+            for method in kind.body:
+                if isinstance(method, ast.FunctionDef) and method.name in ("__new__", "unpack"):
+                    for node in ast.walk(method):
+                        if isinstance(node, ast.Name | ast.arg):
+                            name = node.id if isinstance(node, ast.Name) else node.arg
+                            if name not in own and re.fullmatch("[a-z][a-z0-9_]*", name):
+                                yield name
+
+
+def with_fields(spec: Path, names: list[str]) -> Path:
+    fields = ", ".join(f'"{name}": {{format: byte}}' for name in names)
+    data = "length: 0x04, fields: {sample_time: {format: word, quantity: samples}, "
+    data += "force: {format: word, quantity: pressure}}"
+    change(spec, "messages/extra.yaml", data, f"length: {len(names)}, fields: {{{fields}}}")
+    return spec
+
+
+def with_bits(spec: Path, names: list[str]) -> Path:
+    bits = "".join(f'      "{name}": {{bit: {n % 32}}}\n' for n, name in enumerate(names))
+    change(spec, "messages/core.yaml", "      at_rest: {bit: 1}\n", bits)
+    return spec
+
+
+def test_no_field_takes_a_name_that_its_methods_use(spec: Path) -> None:
+    names = sorted(set(used_by_methods()) - {"str"})  # of `str` only the annotation is used
+    assert {"cls", "draft", "raw", "check_integer", "check_text", "check_bytes"} <= set(names)
+    assert refused(with_fields(spec, names)) == [f"LAMP: the field {name}" for name in names]
+
+
+every_language = pytest.mark.parametrize(
+    "listed", [C, CPP, " ".join(keyword.kwlist)], ids=["C", "C++", "Python"]
+)
+
+
+@every_language
+def test_no_field_is_a_keyword(spec: Path, listed: str) -> None:
+    names = sorted(name for name in listed.split() if name.islower())
+    assert refused(with_fields(spec, names)) == [f"LAMP: the field {name}" for name in names]
+
+
+@every_language
+def test_no_bit_is_a_keyword(spec: Path, listed: str) -> None:
+    names = sorted(name for name in listed.split() if name.islower())
+    assert refused(with_bits(spec, names)) == [f"state_bits: the bit {name}" for name in names]

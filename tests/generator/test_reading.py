@@ -1,0 +1,106 @@
+"""How printed names, numbers and limits are read."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from stagewire_generator.lint.witness.reading import find_field, limit, number, same_name, squash
+from stagewire_generator.model import Factor, Field, Protocol
+
+BYTE, WORD = 0xFF, 0xFFFF
+
+
+@pytest.mark.parametrize(
+    ("text", "maximum", "wanted"),
+    [
+        ("0", BYTE, 0),
+        ("32,767", WORD, 32767),
+        (" 12 ", BYTE, 12),
+        ("to 12", BYTE, 12),
+        ("-32768", WORD, -32768),
+        ("0x1F", BYTE, 31),
+        ("1F", BYTE, 31),
+        ("1f", BYTE, 31),
+        ("0x10", BYTE, 16),
+        ("10", BYTE, 10),
+        ("-0x01", BYTE, 255),  # two's complement
+        ("-0x01", WORD, -1),
+        ("-1", BYTE, -1),
+        ("", BYTE, None),
+        ("-", BYTE, None),
+        ("all", BYTE, None),
+        (",1", BYTE, None),
+        ("1.5", BYTE, None),
+        ("+1", BYTE, None),
+        ("1 to 2", BYTE, None),
+    ],
+)
+def test_numbers(text: str, maximum: int, wanted: int | None) -> None:
+    assert number(text, maximum) == wanted
+
+
+def test_names_without_blanks_and_signs() -> None:
+    assert squash("Jog Mode") == squash("jog_mode") == squash("JOG-MODE:") == "jogmode"
+    assert squash("Kp 2") == "kp2"
+
+
+def field(protocol: Protocol, name: str) -> Field:
+    """Return a field of the small good spec."""
+    layouts = (layout for message in protocol.messages for layout in message.layouts)
+    return next(f for layout in layouts for f in layout.all_fields if f.name == name)
+
+
+@pytest.mark.parametrize("printed", ["Not Used", "unused", "Reserved", "Future use", "N/A"])
+def test_fillers_name_reserved_fields_only(protocol: Protocol, printed: str) -> None:
+    assert same_name(printed, field(protocol, "reserved"))
+    assert not same_name(printed, field(protocol, "velocity"))
+    assert same_name("VELOCITY", field(protocol, "velocity"))
+
+
+def test_the_field_that_is_meant(protocol: Protocol) -> None:
+    """The same name counts before its plural's singular, and before a name within another."""
+    names = ("max_velocity", "velocity", "gain", "modes")
+    fields = [replace(field(protocol, "velocity"), name=name) for name in names]
+    for printed, wanted in (
+        ("Velocity", "velocity"),
+        ("Velocitys", "velocity"),
+        ("Max Velocity", "max_velocity"),
+        ("Loop Gain", "gain"),
+        ("Mode", "modes"),
+        ("Mode 2", None),
+        ("Veloc", "max_velocity"),
+        ("Speed", None),
+    ):
+        found = find_field(fields, printed)
+        assert (found and found.name) == wanted, printed
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("100ms", 250),
+        ("10,000s", 25_000_000),
+        ("1s", 2500),
+        ("100", 100),
+        ("0x64", 100),
+        ("1m", None),
+        ("1 s", None),
+    ],
+)
+def test_limits_that_are_times(protocol: Protocol, text: str, wanted: int | None) -> None:
+    factor = Factor("ms_per_count", Fraction(2, 5), "0.4", "", None)
+    timed = field(protocol, "sample_time")
+    assert timed.quantity
+    assert timed.unit == "ms"
+    assert limit("1s", timed) is None  # no factor for all units
+    assert limit(text, replace(timed, quantity=replace(timed.quantity, factor=factor))) == wanted
+
+
+def test_limits_that_are_no_times(protocol: Protocol) -> None:
+    """In another unit, or without one, a time is not understood."""
+    assert limit("1s", field(protocol, "wait")) is None
+    assert limit("1s", field(protocol, "marker")) is None
+    assert limit("7", field(protocol, "wait")) == 7

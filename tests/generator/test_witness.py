@@ -1,0 +1,678 @@
+"""Each kind of difference between witness and registry: its place, its line, and both sides of it.
+
+The small good spec is the registry; each case prints a few lines that it contradicts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.lint.witness import Comparison, compare_witness
+from stagewire_generator.model import Protocol
+from stagewire_generator.strict_yaml import load
+
+Found = dict[str, tuple[int, str, str]]  # place -> line, printed, encoded
+
+
+def compare(protocol: Protocol, folder: Path, *texts: str) -> Comparison:
+    documents = []
+    for number, text in enumerate(texts):
+        path = folder / f"{number}.yaml"
+        path.write_text(text, encoding="utf-8")
+        diagnostics = Diagnostics()
+        document = load(path, path.name, diagnostics)
+        assert not diagnostics.found
+        assert document is not None
+        documents.append(document)
+    return compare_witness(protocol, documents)
+
+
+def found(comparison: Comparison) -> Found:
+    return {
+        place: (difference.at.line, difference.printed, difference.encoded)
+        for place, difference in comparison.differences.items()
+    }
+
+
+def chapter(message: str, section: str, heading: str = "") -> str:
+    """Return a chapter with one message: line 3 is its heading, its section begins with line 4."""
+    ids = {"POS_MOVE": "4, 0x0120", "POS_MOVED": "5, 0x0121", "POS_ECHO": "6, 0x0122"}
+    ids |= {"POS_ALIVE": "6, 0x0123", "POS_GET_MODE": "5, 0x0112", "LAMP_TEST": "7, 0x0202"}
+    ids |= {"POS_SET_VELPARAMS": "4, 0x0101", "POS_REQ_VELPARAMS": "4, 0x0102"}
+    ids |= {"LAMP_BROKEN": "7, none"}
+    page, id = ids[message].split(", ")
+    heading = heading or f'{{page: {page}, line: 1, id: "{id}"}}'
+    return f"chapter: core\nmessages: {{{message}: {{\n  heading: {heading},\n{section}}}}}\n"
+
+
+def table(message: str, *keys: str) -> str:
+    """Return a chapter with one byte table; its keys stand in lines of their own, from the fifth."""
+    return chapter(message, "  tables: [{\n" + "".join(f"    {key},\n" for key in keys) + "  }]\n")
+
+
+HEADINGS: list[tuple[str, Found]] = [
+    ('{page: 5, line: 1, id: "0x0121"}', {
+        "heading/POS_MOVE/id": (3, "0x0121", "0x0120"),
+        "heading/POS_MOVE/page": (3, "5", "4"),
+    }),
+    ("{page: 4, line: 1, id: none}", {"heading/POS_MOVE/id": (3, "none", "0x0120")}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("heading", "wanted"), HEADINGS)
+def test_headings(protocol: Protocol, tmp_path: Path, heading: str, wanted: Found) -> None:
+    assert found(compare(protocol, tmp_path, chapter("POS_MOVE", "", heading))) == wanted
+
+
+def test_a_heading_of_a_message_without_an_id(protocol: Protocol, tmp_path: Path) -> None:
+    assert found(compare(protocol, tmp_path, chapter("LAMP_BROKEN", ""))) == {}
+    heading = '{page: 7, line: 1, id: "0x0203"}'
+    assert found(compare(protocol, tmp_path, chapter("LAMP_BROKEN", "", heading))) == {
+        "heading/LAMP_BROKEN/id": (3, "0x0203", "none")
+    }
+
+
+def test_a_heading_of_no_message(protocol: Protocol, tmp_path: Path) -> None:
+    text = chapter("POS_MOVE", "").replace("POS_MOVE", "POS_MOVES")
+    comparison = compare(protocol, tmp_path, text)
+    assert found(comparison) == {}
+    assert [(place.line, name) for place, name in comparison.unknown] == [(2, "POS_MOVES")]
+    assert comparison.witnessed == set()
+
+
+MOVE = 'header: ["20", "01", "06", "00", "d|", s]'
+TABLES: dict[str, tuple[str, Found]] = {
+    "as it is": (
+        table("POS_MOVE", "structure: 12", "packet: 6", "last_offset: 11", MOVE,
+              "columns: [Chan Ident, Absolute Distance]"),
+        {},
+    ),
+    "sizes": (
+        table("POS_MOVE", "structure: 13", "packet: 7", "last_offset: 12"),
+        {
+            "table/POS_MOVE/structure": (5, "13", "12"),
+            "table/POS_MOVE/packet": (6, "7", "6"),
+            "table/POS_MOVE/last_offset": (7, "12", "11"),
+            "table/POS_MOVE/cells": (4, "0", "6"),
+        },
+    ),
+    "data header": (
+        table("POS_MOVE", "packet: 6", 'header: ["21", "02", "07", "01", d, x]'),
+        {
+            "table/POS_MOVE/id": (6, "21 02", "20 01"),
+            "table/POS_MOVE/length": (6, "07 01", "06 00"),
+            "headers/bar": (6, "d", "d|"),
+            "table/POS_MOVE/source": (6, "x", "s"),
+        },
+    ),
+    "destination": (
+        table("POS_MOVE", "packet: 6", 'header: ["20", "01", "06", "00", "x|", S]'),
+        {"headers/bar": (6, "x|", "d|"), "table/POS_MOVE/dest": (6, "x", "d")},
+    ),
+    "cells": (
+        table("POS_MOVE", "packet: 6", 'header: ["20", "01", "06", "00", "d|"]'),
+        {"table/POS_MOVE/cells": (6, "5", "6")},
+    ),
+    "one column": (
+        table("POS_MOVE", MOVE, "columns: [Absolute Distance]"),
+        {"table/POS_MOVE/columns": (6, "1", "2")},
+    ),
+    "another column": (
+        table("POS_MOVE", MOVE, "columns: [Chan Ident, Way]"),
+        {"table/POS_MOVE/columns/absolute_distance": (6, "Way", "absolute_distance")},
+    ),
+    "fillers": (
+        table("POS_MOVED", 'header: ["21", "01", "0E", "00", "d|", s]',
+              "columns: [Chan Ident, Position, Velocity, Not Used, Status Bits]"),
+        {},
+    ),
+    "no filler": (
+        table("POS_MOVED", 'header: ["21", "01", "0E", "00", "d|", s]',
+              "columns: [Chan Ident, Position, Not Used, Other, Status Bits]"),
+        {
+            "table/POS_MOVED/columns/velocity": (6, "Not Used", "velocity"),
+            "table/POS_MOVED/columns/reserved": (6, "Other", "reserved"),
+        },
+    ),
+    "header of two": (  # short, so it is the one without data
+        table("POS_MOVE", "structure: 6", "last_offset: 5",
+              'header: ["20", "01", Chan Ident, "0", d, s]'),
+        {},
+    ),
+    "data of two": (
+        table("POS_MOVE", "structure: 7"),
+        {
+            "table/POS_MOVE/structure": (5, "7", "12"),
+            "table/POS_MOVE/cells": (4, "0", "6"),
+        },
+    ),
+    "data alone": (
+        table("POS_ECHO", 'header: ["22", "01", "0F", "00", "d|", s]'),
+        {"table/POS_ECHO/length": (5, "0F 00", "10 00")},
+    ),
+    "header alone": (
+        table("POS_ALIVE", "structure: 7", 'header: ["23", "01", "00", Not Used, d, s]'),
+        {"table/POS_ALIVE/structure": (5, "7", "6")},
+    ),
+    "parameter without a meaning": (
+        table("POS_ALIVE", 'header: ["23", "01", "01", Other, d, s]'),
+        {
+            "table/POS_ALIVE/param1": (5, "01", "00"),
+            "table/POS_ALIVE/param2": (5, "Other", "00"),
+        },
+    ),
+    "named parameters": (
+        table("POS_GET_MODE", 'header: ["12", "01", Channel, Mode, d, s]'),
+        {
+            "table/POS_GET_MODE/param1": (5, "Channel", "chan_ident"),
+            "table/POS_GET_MODE/param2": (5, "Mode", "move_mode"),
+        },
+    ),
+    "constant parameter": (
+        table("POS_MOVED", 'header: ["21", "01", CHAN_IDENT, "08", d, s]'),
+        {"table/POS_MOVED/param2": (5, "08", "07")},
+    ),
+    "no layout": (
+        table("LAMP_TEST", "structure: 99", 'header: ["02", "03", "00", "00", d, s]'),
+        {"table/LAMP_TEST/id": (6, "02 03", "02 02")},
+    ),
+    "no id": (
+        table("LAMP_BROKEN", 'header: ["02", "03", "00", "00", d, s]'),
+        {},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", TABLES)
+def test_byte_tables(protocol: Protocol, tmp_path: Path, case: str) -> None:
+    text, wanted = TABLES[case]
+    assert found(compare(protocol, tmp_path, text)) == wanted
+
+
+def test_further_byte_tables(protocol: Protocol, tmp_path: Path) -> None:
+    header = 'header: ["20", "01", Chan Ident, "00", d, s]'
+    tables = f"  tables: [\n    {{{header}}},\n    {{packet: 7}},\n    {{structure: 8}}]\n"
+    comparison = compare(protocol, tmp_path, chapter("POS_MOVE", tables))
+    assert found(comparison) == {
+        "table2/POS_MOVE/packet": (6, "7", "6"),
+        "table2/POS_MOVE/cells": (6, "0", "6"),
+        "table3/POS_MOVE/structure": (7, "8", "12"),
+        "table3/POS_MOVE/cells": (7, "0", "6"),
+    }
+
+
+SECTIONS: dict[str, tuple[str, str, Found]] = {
+    # Field tables
+    "fields": ("POS_MOVE", "rows: [[Chan Ident, word], [ABSOLUTE DISTANCE, Long]]", {}),
+    "a field name": (
+        "POS_MOVE",
+        "rows: [[Channel, word], [Absolute Distance, long]]",
+        {"rows/POS_MOVE/chan_ident/name": (4, "Channel", "chan_ident")},
+    ),
+    "field formats": (
+        "POS_MOVE",
+        "rows: [[Chan Ident, null], [Absolute Distance, dword]]",
+        {
+            "rows/POS_MOVE/chan_ident/format": (4, "", "word"),
+            "rows/POS_MOVE/absolute_distance/format": (4, "dword", "long"),
+        },
+    ),
+    "a field too few": (
+        "POS_MOVE",
+        "rows: [[Absolute Distance, word]]",
+        {
+            "rows/POS_MOVE/count": (4, "Absolute Distance", "chan_ident, absolute_distance"),
+            "rows/POS_MOVE/absolute_distance/format": (4, "word", "long"),
+        },
+    ),
+    "a field too many": (
+        "POS_MOVE",
+        "rows: [[Chan Ident, word], [Way, long], [Absolute Distance, long]]",
+        {
+            "rows/POS_MOVE/count": (
+                4,
+                "Chan Ident, Way, Absolute Distance",
+                "chan_ident, absolute_distance",
+            )
+        },
+    ),
+    "fields of a header": ("POS_GET_MODE", "rows: [[Chan Ident, byte], [Move Mode, char]]", {}),
+    "a format in a header": (
+        "POS_GET_MODE",
+        "rows: [[Chan Ident, byte], [Move Mode, word]]",
+        {"rows/POS_GET_MODE/move_mode/format": (4, "word", "byte")},
+    ),
+    "fields of no layout": (
+        "LAMP_TEST",
+        "rows: [[Chan Ident, byte]]",
+        {"rows/LAMP_TEST/count": (4, "Chan Ident", "")},
+    ),
+    # Lists of values
+    "values": (
+        "POS_REQ_VELPARAMS",
+        'values: [{of: Chan Ident, rows: [["0x01", CHANNEL_1], ["2", Channel_2]]}]',
+        {},
+    ),
+    "a value too few": (
+        "POS_REQ_VELPARAMS",
+        'values: [{of: Chan Ident, rows: [["0x01", CHANNEL_1]]}]',
+        {
+            "values/POS_REQ_VELPARAMS/chanident": (
+                4,
+                "nothing beyond the registry",
+                "CHANNEL_2 beyond the document",
+            )
+        },
+    ),
+    "values too many": (
+        "POS_REQ_VELPARAMS",
+        'values: [{of: Chan Ident, rows: [["0x01", x], ["0x02", x], ["0x1F", x], [all, x]]}]',
+        {
+            "values/POS_REQ_VELPARAMS/chanident": (
+                4,
+                "0x1f, all beyond the registry",
+                "nothing beyond the document",
+            )
+        },
+    ),
+    "a value that is not readable": (
+        "POS_REQ_VELPARAMS",
+        'values: [{of: Chan Ident, rows: [["0x01", x], ["0x02", x], [all, x]]}]',
+        {
+            "values/POS_REQ_VELPARAMS/chanident": (
+                4,
+                "all beyond the registry",
+                "nothing beyond the document",
+            )
+        },
+    ),
+    "values for the future": (
+        "POS_REQ_VELPARAMS",
+        'values: [{of: Chan Ident, rows: [["0x04", For Future use], ["1", x], ["2", x]]}]',
+        {},
+    ),
+    "a run of values": (
+        "POS_REQ_VELPARAMS",
+        'values: [{of: Chan Ident, rows: [["0x01", x], ["to 0x04", x]]}]',
+        {
+            "values/POS_REQ_VELPARAMS/chanident": (
+                4,
+                "0x3, 0x4 beyond the registry",
+                "nothing beyond the document",
+            )
+        },
+    ),
+    "a symbol": (
+        "POS_REQ_VELPARAMS",
+        'values: [{of: Chan Ident, rows: [["0x01", CHANNEL_ONE], ["0x02", CHANNEL_2]]}]',
+        {"values/POS_REQ_VELPARAMS/chanident/channel_one": (4, "channel_one", "channel_1")},
+    ),
+    "bits": (
+        "POS_MOVED",
+        "values: [{of: Status Bits, rows: [\n"
+        '  ["0x00000001", "1", moving], ["0x00000002", "3", at rest], ["0x80000000", "32", x]]}]',
+        {"values/POS_MOVED/statusbits/0x2/bit": (4, "0x4", "0x2")},
+    ),
+    "bits of another unit": (
+        "POS_MOVED",
+        "values: [{of: Status Bits, table: TP9 only, rows: [\n"
+        '  ["0x00000010", "5", warm], ["0x00000020", "6", x]]}]',
+        {
+            "values/POS_MOVED/statusbits/tp9only": (
+                4,
+                "0x20 beyond the registry",
+                "nothing beyond the document",
+            )
+        },
+    ),
+    "values of no field": (
+        "POS_MOVED",
+        "values: [{of: Mood, rows: []}]",
+        {"values/POS_MOVED/mood": (4, "Mood", "no list of values")},
+    ),
+    "parts of a byte string": ("POS_ECHO", 'values: [{of: Blob, rows: [["0x01", x]]}]', {}),
+    # Ranges
+    "a range": (
+        "POS_SET_VELPARAMS",
+        'ranges: [{of: Min Velocity, from: "0", to: "1,000", default: "0x0000"}]',
+        {},
+    ),
+    "a wrong range": (
+        "POS_SET_VELPARAMS",
+        'ranges: [{of: Min Velocity, from: "-1", to: "0x1000", default: "7"}]',
+        {
+            "ranges/POS_SET_VELPARAMS/min_velocity/from": (4, "-1", "0"),
+            "ranges/POS_SET_VELPARAMS/min_velocity/to": (4, "0x1000", "1000"),
+            "ranges/POS_SET_VELPARAMS/min_velocity/default": (4, "7", "0"),
+        },
+    ),
+    "a limit that is a field": (
+        "POS_SET_VELPARAMS",
+        'ranges: [{of: Min Velocity, from: "0", to: Velocity2}]',
+        {},
+    ),
+    "a value that is always the same": (
+        "POS_SET_VELPARAMS",
+        'ranges: [{of: Marker, fixed: "0x4321"}, {of: Wait, fixed: "1"}, {of: Min Velocity, fixed: "2"}]',
+        {
+            "ranges/POS_SET_VELPARAMS/marker/fixed": (4, "0x4321", "4660"),
+            "ranges/POS_SET_VELPARAMS/min_velocity/fixed": (4, "2", "0"),
+        },
+    ),
+    "a range of another message of the set": (
+        "POS_REQ_VELPARAMS",
+        'ranges: [{of: Max Velocity, from: "1"}]',
+        {"ranges/POS_REQ_VELPARAMS/max_velocity/from": (4, "1", "0")},
+    ),
+    "a range of no field": (
+        "POS_MOVE",
+        'ranges: [{of: Mood, from: "1"}]',
+        {"ranges/POS_MOVE/mood": (4, "Mood", "no such field")},
+    ),
+    "a field by the name of its row": (
+        "POS_MOVE",
+        'rows: [[Channel, word], [Way, long]],\n  ranges: [{of: Way, to: "5"}],\n'
+        '  values: [{of: Channel, rows: [["1", x], ["2", x]]}]',
+        {
+            "rows/POS_MOVE/chan_ident/name": (4, "Channel", "chan_ident"),
+            "rows/POS_MOVE/absolute_distance/name": (4, "Way", "absolute_distance"),
+            "ranges/POS_MOVE/absolute_distance/to": (5, "5", "2147483647"),
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("case", SECTIONS)
+def test_fields_values_and_ranges(protocol: Protocol, tmp_path: Path, case: str) -> None:
+    message, section, wanted = SECTIONS[case]
+    assert found(compare(protocol, tmp_path, chapter(message, f"  {section}\n"))) == wanted
+
+
+def listing(kind: str, *sections: str) -> str:
+    """Return a chapter of lists; its sections stand in lines of their own, from the second."""
+    return f"chapter: {kind}\n" + "".join(f"{section}\n" for section in sections)
+
+
+def row(name: str, id: str, page: str = "") -> str:
+    return f'{{name: "{name}", id: "{id}"' + (f', page: "{page}"}}' if page else "}")
+
+
+GOOD = row("MSG_POS_MOVE", "0x0120", "4")
+CONTENTS: dict[str, tuple[list[str], Found]] = {
+    "as it is": ([GOOD], {}),
+    "without pages": ([row("MSG_POS_MOVE", "0x0120")], {}),
+    "id and page": (
+        [row("MSG_POS_MOVE", "0x0121", "5")],
+        {
+            "contents/POS_MOVE/id": (3, "0x0121", "0x0120"),
+            "contents/POS_MOVE/page": (3, "5", "4"),
+        },
+    ),
+    "a name without prefix": ([row("POS_MOVE", "0x0120", "4")], {}),
+    "a lost underscore": (
+        [row("MSG_POS MOVE", "0x0120", "4")],
+        {"names/blanks": (3, "MSG_POS MOVE", "MSG_POS_MOVE")},
+    ),
+    "a tabulator": (
+        [row("MSG_POS\\tMOVE", "0x0120", "4")],
+        {"names/blanks": (3, "MSG_POS MOVE", "MSG_POS_MOVE")},
+    ),
+    "a full stop": (
+        [row("MSG_POS_MOVE.", "0x0120", "4")],
+        {"names/punctuation": (3, "MSG_POS_MOVE.", "MSG_POS_MOVE")},
+    ),
+    "a name that only its id tells": (
+        [row("MSG_MOVE_NOW", "0x0120", "4")],
+        {"contents/POS_MOVE/name": (3, "MOVE_NOW", "POS_MOVE")},
+    ),
+    "a name that is nearly right": (
+        [GOOD, row("MSG_POS_SET_VELPARAM", "0x0909", "4")],
+        {
+            "contents/POS_SET_VELPARAMS/name": (4, "POS_SET_VELPARAM", "POS_SET_VELPARAMS"),
+            "contents/POS_SET_VELPARAMS/id": (4, "0x0909", "0x0101"),
+        },
+    ),
+    "id and page in one": (
+        ['{name: MSG_POS_MOVE, id: "0x0120", page: "4", run_together: true}'],
+        {"contents/run-together": (3, "id and page in one", "id, page")},
+    ),
+    "a missing row": (
+        [row("MSG_POS_MOVED", "0x0121", "5")],
+        {"contents/POS_MOVE/missing": (2, "nothing", "POS_MOVE")},
+    ),
+    "a damaged row": (
+        ['{damaged: true, line: 9, text: "P O S", names: [[MSG_POS_MOVE, "0x0120"]]}'],
+        {"contents/line-9": (3, "P O S", "one row a message")},
+    ),
+    "a damaged row with a damaged name": (
+        ['{damaged: true, line: 9, text: "P O S", names: [["MSG_POS MOVE", "0x0120"]]}'],
+        {
+            "contents/line-9": (3, "P O S", "one row a message"),
+            "names/blanks": (3, "MSG_POS MOVE", "MSG_POS_MOVE"),
+        },
+    ),
+    "a damaged row that nobody can read": (
+        ['{damaged: true, line: 9, text: "P O S"}', GOOD],
+        {"contents/line-9": (3, "P O S", "one row a message")},
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CONTENTS)
+def test_contents(protocol: Protocol, tmp_path: Path, case: str) -> None:
+    rows, wanted = CONTENTS[case]
+    text = listing("contents", "rows: [", *(f"  {row}," for row in rows), "]")
+    assert found(compare(protocol, tmp_path, text, chapter("POS_MOVE", ""))) == wanted
+
+
+def test_names_that_are_no_message_s(protocol: Protocol, tmp_path: Path) -> None:
+    rows = [f"  {row('MSG_NONSENSE', '0x0909', '4')},", f"  {GOOD},"]
+    comparison = compare(protocol, tmp_path, listing("contents", "rows: [", *rows, "]"))
+    assert found(comparison) == {}
+    assert [(place.line, name) for place, name in comparison.unknown] == [(3, "MSG_NONSENSE")]
+    assert comparison.witnessed == {"POS_MOVE"}
+
+
+def test_the_overview_and_mentions_in_prose(protocol: Protocol, tmp_path: Path) -> None:
+    text = listing(
+        "summary",
+        f"rows: [{row('MSG_POS_MOVE', '0x0121')},",
+        f"  {row('MSG_POS_ECHO', '0x0122')}, {row('NONSENSE', '')}]",
+        f"mentions: [{{name: MSG_POS_MOVED}}, {row('MSG_POS_MOVED', '0x0122')},",
+        f"  {row('MSG_HALTED', '0x0123')}, {{name: MSG_OTHER}}]",
+    )
+    comparison = compare(protocol, tmp_path, text)
+    assert found(comparison) == {
+        "summary/POS_MOVE/id": (2, "0x0121", "0x0120"),
+        "mention/POS_MOVED/id": (4, "0x0122", "0x0121"),
+        "mention/POS_ALIVE/name": (5, "HALTED", "POS_ALIVE"),
+    }
+    assert [name for _, name in comparison.unknown] == ["NONSENSE", "MSG_OTHER"]
+    assert comparison.witnessed == {"POS_MOVE", "POS_ECHO", "POS_MOVED", "POS_ALIVE"}
+
+
+MOVED, ALIVE = row("MSG_POS_MOVED", "0x0121", "5"), row("MSG_POS_ALIVE", "0x0123", "6")
+PREFIXES = "usb_prefixes: [[x, 71xxx, x, TP1], [x, 72xxx, x, TP2]]"
+ECHO: Found = {"lists/TP1/POS_ECHO/missing": (3, "nothing", "POS_ECHO")}  # it completes the list
+LISTS: dict[str, tuple[list[str], Found]] = {
+    "as it is": ([GOOD, MOVED, ALIVE], {}),
+    "id and page": (
+        [row("MSG_POS_MOVE", "0x0909", "5"), MOVED, ALIVE],
+        {
+            "lists/TP1/POS_MOVE/id": (4, "0x0909", "0x0120"),
+            "lists/TP1/POS_MOVE/page": (4, "5", "4"),
+        },
+    ),
+    "neither id nor page": ([row("MSG_POS_MOVE", ""), MOVED, ALIVE], {}),
+    "one too few": (
+        [GOOD, ALIVE],
+        {"lists/TP1/POS_MOVED/missing": (3, "nothing", "POS_MOVED")},
+    ),
+    "one too many": (
+        [GOOD, MOVED, ALIVE, row("MSG_LAMP", "0x0201")],
+        {"lists/TP1/LAMP/extra": (7, "LAMP", "not in the list")},
+    ),
+    "a name that only its id tells": (
+        [row("MSG_MOVE_NOW", "0x0120"), MOVED, ALIVE],
+        {"lists/TP1/POS_MOVE/name": (4, "MOVE_NOW", "POS_MOVE")},
+    ),
+    "the id of another message": (
+        [row("MSG_POS_MOVE", "0x0101"), MOVED, ALIVE],
+        {"lists/TP1/POS_MOVE/id": (4, "0x0101", "0x0120")},
+    ),
+    "the name of another row": (
+        [GOOD, row("MSG_POS_MOVE", "0x0121"), ALIVE],
+        {"lists/TP1/POS_MOVED/name": (5, "POS_MOVE", "POS_MOVED")},
+    ),
+    "the name of a message of other units": (
+        [GOOD, MOVED, row("MSG_LAMP", "0x0123")],
+        {"lists/TP1/POS_ALIVE/name": (6, "LAMP", "POS_ALIVE")},
+    ),
+    "a damaged row": (
+        [GOOD, '{damaged: true, line: 9, text: "P O", names: [[MSG_POS_MOVED, "0x0121"],'
+         '["MSG_POS_ALIVE", "0x0133"]]}'],
+        {
+            "lists/TP1/line-9": (5, "P O", "one row a message"),
+            "lists/TP1/POS_ALIVE/id": (5, "0x0133", "0x0123"),
+        },
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", LISTS)
+def test_lists(protocol: Protocol, tmp_path: Path, case: str) -> None:
+    rows, wanted = LISTS[case]
+    head = "lists: {TP1: {title: x, page: 9, rows: ["
+    comparison = compare(
+        protocol, tmp_path, listing("lists", PREFIXES, head, *(f"  {row}," for row in rows), "]}}")
+    )
+    assert found(comparison) == wanted | ECHO
+    assert comparison.unknown == []
+    assert {"POS_MOVE", "POS_ALIVE"} <= comparison.witnessed
+
+
+def test_lists_of_other_units_and_pages(protocol: Protocol, tmp_path: Path) -> None:
+    text = listing(
+        "lists",
+        PREFIXES,
+        f"lists: {{TP1: {{title: x, page: 8, rows: [{GOOD}, {MOVED}, {ALIVE},",
+        f"    {row('NONSENSE', '')}]}},",
+        "  TP7: {title: Of the TP7, page: 9, rows: []}}",
+    )
+    comparison = compare(protocol, tmp_path, text)
+    assert found(comparison) == ECHO | {
+        "lists/TP1/page": (3, "8", "9"),
+        "lists/TP7": (5, "Of the TP7", "no such list"),
+    }
+    assert [(place.line, name) for place, name in comparison.unknown] == [(4, "NONSENSE")]
+
+
+def test_lists_that_nothing_completes(protocol: Protocol, tmp_path: Path) -> None:
+    lists = {"TP1": {"page": 9, "messages": ["POS_MOVE"]}}
+    bare = replace(protocol, units={"lists": lists})
+    text = listing("lists", f"lists: {{TP1: {{title: x, page: 9, rows: [{GOOD}]}}}}")
+    assert found(compare(bare, tmp_path, text)) == {}
+
+
+def test_a_misprint_that_nobody_finds(protocol: Protocol, tmp_path: Path) -> None:
+    lists = {"TP1": {"page": 9, "messages": ["POS_MOVE"], "misprinted": {"POS_MOVE": "x"}}}
+    bare = replace(protocol, units={"lists": lists})
+    text = listing("lists", "lists: {TP1: {title: x, page: 9, rows: [", f"  {GOOD}]}}}}")
+    assert found(compare(bare, tmp_path, text)) == {
+        "lists/TP1/POS_MOVE/misprinted": (2, "POS_MOVE", "as printed")
+    }
+    text = text.replace("MSG_POS_MOVE", "MSG_MOVE_NOW")
+    assert found(compare(bare, tmp_path, text)) == {
+        "lists/TP1/POS_MOVE/name": (3, "MOVE_NOW", "POS_MOVE")
+    }
+
+
+def test_lists_of_a_protocol_without_units(protocol: Protocol, tmp_path: Path) -> None:
+    bare = replace(protocol, units={})
+    text = listing(
+        "lists",
+        "lists: {TP1: {title: Of the TP1, page: 9, rows: []}}",
+        "motor_controllers: [[x, TP1, x]]",
+        "usb_prefixes: [[x, 71xxx, x, TP1]]",
+    )
+    assert found(compare(bare, tmp_path, text)) == {
+        "lists/TP1": (2, "Of the TP1", "no such list"),
+        "units/TP1": (3, "TP1", "no such unit"),
+        "prefixes/71/TP1": (4, "False", "True"),
+    }
+
+
+TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
+    "units": (
+        "motor_controllers: [[x, TP1, x], [x, TP9, x]]\npiezo_controllers: [[x, TP2, x]]",
+        {},
+    ),
+    "other units": (
+        "motor_controllers: [[x, TP1, x],\n[x, TP5, x]]\npiezo_controllers: [[x, TP6, x]]",
+        {
+            "units/TP5": (4, "TP5", "no such unit"),
+            "units/TP6": (5, "TP6", "no such unit"),
+        },
+    ),
+    "prefixes": ("usb_prefixes: [[x, 71xxx, x, TP1], [x, 72xxx, x, TP2]]", {}),
+    "other prefixes": (
+        "usb_prefixes: [[x, 71xxx, x, TP1/TP2],\n[x, 79xxx, x, TP8]]",
+        {
+            "prefixes/71/TP2": (3, "False", "True"),
+            "prefixes/79/TP8": (4, "False", "True"),
+            "prefixes/72/missing": (3, "nothing", "72"),
+        },
+    ),
+    "a prefix that is no number": (
+        "usb_prefixes: [[7, none, x, TP1], [8, 71xxx, x, TP1],\n[9, 72xxx, x, TP2]]",
+        {"prefixes/line-7": (3, "none", "two digits in front")},
+    ),
+    "addresses": (
+        'addresses: [[x, "0x01", x], [x, "0x11", x], [x, "0x21", x], [x, "0x50", x]]',
+        {},
+    ),
+    "other addresses": (
+        'addresses: [[x, "0x01", x],\n[x, "0x01", x],\n[x, "0x77", x]]',
+        {
+            "addresses/0x01/twice": (4, "0x01", "once"),
+            "addresses/0x77": (5, "False", "True"),
+            "addresses/missing": (3, "0x01, 0x77", "0x11, 0x21, 0x50"),
+        },
+    ),
+    "formats": ('formats: [[x, word, 2 bytes], [x, char, 1 byte], [x, "char[N]", N bytes]]', {}),
+    "other formats": (
+        "formats: [[x, word, 4 bytes],\n[x, quad, 8 bytes]]",
+        {
+            "formats/word": (3, "4 byte", "2 byte"),
+            "formats/quad": (4, "8 byte", "no such format"),
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("case", TABLES_OF_UNITS)
+def test_units_prefixes_addresses_and_formats(
+    protocol: Protocol, tmp_path: Path, case: str
+) -> None:
+    section, wanted = TABLES_OF_UNITS[case]
+    if "usb_prefixes" not in section:  # each unit has its prefix, and its row
+        section += f"\n{PREFIXES}"
+    assert found(compare(protocol, tmp_path, listing("lists", "lists: {}", section))) == wanted
+
+
+def test_lists_are_compared_when_the_chapters_are_known(protocol: Protocol, tmp_path: Path) -> None:
+    """Whichever file comes first, the contents lack what has a heading; the first difference stays."""
+    contents = listing("contents", "rows: []")
+    for texts in ((contents, chapter("POS_MOVE", "")), (chapter("POS_MOVE", ""), contents)):
+        comparison = compare(protocol, tmp_path, *texts)
+        assert found(comparison) == {"contents/POS_MOVE/missing": (2, "nothing", "POS_MOVE")}
+
+
+def test_how_many_places_are_compared(protocol: Protocol, tmp_path: Path) -> None:
+    """Whether they differ or not; ``stagewire check`` tells the number."""
+    for name, number in (("as it is", 11), ("sizes", 6), ("another column", 9)):
+        assert compare(protocol, tmp_path, TABLES[name][0]).compared == number, name

@@ -1,0 +1,117 @@
+"""One payload in one place: it is refused with plain diagnostics, or what is generated is harmless.
+
+A fair part of all pairs by default; STAGEWIRE_HOSTILE=full tries all of them, and a number so many payloads
+in each place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from outputs import blanked, faults, ruff, run_packages, write_tree
+from payloads import EVERYWHERE, FULL, WANTED
+from places import Files, Place, changed, write
+
+from stagewire_generator import check, render
+from stagewire_generator.diagnostics import CODES, SpecError
+
+A_PLACE = len(EVERYWHERE) if FULL else int(WANTED)
+STEP = 31  # has no divisor in common with the number of payloads
+
+
+@dataclass
+class Outcome:
+    """What became of all pairs."""
+
+    refused: int = 0
+    same: int = 0  # the code is the same but for its strings
+    other: dict[str, dict[str, str]] = field(default_factory=dict)  # files by pair
+    wrong: list[str] = field(default_factory=list)
+
+    @property
+    def tried(self) -> int:
+        return self.refused + self.same + len(self.other)
+
+
+def pairs(places: list[Place]) -> Iterator[tuple[Place, str]]:
+    for index, place in enumerate(places):
+        for n in range(A_PLACE):
+            yield place, EVERYWHERE[(index + n * STEP) % len(EVERYWHERE)]
+
+
+@pytest.fixture(scope="module")
+def outcome(
+    quick_reading: None,
+    files: Files,
+    places: list[Place],
+    rendered: dict[str, str],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Outcome:
+    """Try all pairs."""
+    plain = {path: blanked(text) for path, text in rendered.items() if path.endswith(".py")}
+    spec = write(files, tmp_path_factory.mktemp("each") / "spec")
+    found = Outcome()
+    for place, text in pairs(places):
+        raw = text if text.isprintable() else ""
+        write({place.file: changed(files, place, text)[place.file]}, spec, raw=raw)
+        pair = f"{place} = {text[:60]!a}"
+        try:
+            made = render(check(spec))
+        except SpecError as error:
+            found.refused += 1
+            found.wrong += [f"{pair}: {fault}" for fault in bad_refusal(error, files)]
+        except Exception as error:
+            found.wrong.append(f"{pair}: {error!r}")
+        else:
+            found.wrong += [f"{pair}: {fault}" for fault in faults(made, rendered)]
+            if made.keys() == rendered.keys() and all(
+                made[path] == rendered[path] or blanked(made[path]) == syntax
+                for path, syntax in plain.items()
+            ):
+                found.same += 1
+            else:
+                found.other[pair] = made
+        write({place.file: files[place.file]}, spec)
+    return found
+
+
+def bad_refusal(error: SpecError, files: Files) -> Iterator[str]:
+    for diagnostic in error.diagnostics:
+        said = str(diagnostic)
+        if diagnostic.place.file not in files and diagnostic.place.file != "printed":
+            yield f"{diagnostic.place.file} is no file of the spec"
+        if diagnostic.code not in CODES or len(said) > 2000:
+            yield f"no plain diagnostic: {said[:200]}"
+        if not all(line.isprintable() for line in said.split("\n")) or said.count("\n") != 1:
+            yield f"a diagnostic that could steer a terminal: {said!a}"
+
+
+def test_every_place_was_tried(outcome: Outcome, places: list[Place]) -> None:
+    print(
+        f"{len(places)} places, {len(EVERYWHERE)} payloads, {outcome.tried} pairs: {outcome.refused} "
+        f"refused, {outcome.same} the same code, {len(outcome.other)} other code"
+    )
+    assert outcome.tried == A_PLACE * len(places)
+    assert min(outcome.refused, outcome.same) > 0
+
+
+def test_refused_plainly_or_harmless(outcome: Outcome) -> None:
+    assert outcome.wrong == []
+
+
+def test_formatting_is_final(outcome: Outcome, tmp_path: Path) -> None:
+    for number, files in enumerate(outcome.other.values()):
+        write_tree(files, tmp_path / str(number))
+    assert ruff("format", "--diff", str(tmp_path)) == ""
+    assert ruff("check", "--select", "F,E9", str(tmp_path)) == ""
+
+
+def test_packages_work(outcome: Outcome, tmp_path: Path) -> None:
+    folders = {}
+    for number, (pair, files) in enumerate(outcome.other.items()):
+        folders[str(write_tree(files, tmp_path / str(number)) / "python")] = pair
+    wrong = run_packages([Path(folder).parent for folder in folders], tmp_path / "workplace")
+    assert {folders[folder]: fault for folder, fault in wrong.items()} == {}

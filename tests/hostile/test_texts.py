@@ -1,0 +1,152 @@
+"""Texts stay texts: all of them at once are hostile, and the code is the same but for its strings."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from outputs import blanked, faults, ruff, run_packages, strings, write_tree
+from payloads import FULL, HIDDEN, TEXTS
+from places import Files, Place, changed, places, write
+
+from stagewire_generator import check, render
+from stagewire_generator.diagnostics import SpecError
+
+STEPS = range(len(TEXTS)) if FULL else range(0, len(TEXTS), 8)
+Trees = dict[int, dict[str, str]]
+
+
+@pytest.fixture(scope="session")
+def free(files: Files) -> list[Place]:
+    """The texts that nothing reads: not those of the witness, nor the bytes of examples."""
+    return [
+        p for p in places(files) if p.free and "/printed/" not in p.file and "fields" not in p.path
+    ]
+
+
+def filled(files: Files, free: list[Place], texts: list[str]) -> Files:
+    """Return the files with a text in every free place, as long as it may be."""
+    for place, text in zip(free, texts, strict=True):
+        files = changed(files, place, text[: place.longest])
+    return files
+
+
+def at_step(free: list[Place], step: int) -> list[str]:
+    """Return one text for each place; over all steps every text stands in every place."""
+    return [TEXTS[(step + index) % len(TEXTS)] for index in range(len(free))]
+
+
+@pytest.fixture(scope="module")
+def trees(files: Files, free: list[Place], tmp_path_factory: pytest.TempPathFactory) -> Trees:
+    """What is rendered at each step."""
+    folder = tmp_path_factory.mktemp("texts")
+    found = {}
+    for step in STEPS:
+        spec = filled(files, free, at_step(free, step))
+        raw = "".join(filter(str.isprintable, "".join(TEXTS)))
+        found[step] = render(check(write(spec, folder / str(step), raw=raw)))
+    return found
+
+
+def test_there_are_enough(free: list[Place]) -> None:
+    assert len(free) > 100
+    assert len(TEXTS) > 100
+
+
+def test_the_code_is_the_same_but_for_its_strings(trees: Trees, rendered: dict[str, str]) -> None:
+    plain = {path: blanked(text) for path, text in rendered.items() if path.endswith(".py")}
+    for step, files in trees.items():
+        assert files.keys() == rendered.keys()
+        for path, syntax in plain.items():
+            assert blanked(files[path]) == syntax, f"step {step}: {path}"
+
+
+def test_nothing_harmful_is_rendered(trees: Trees, rendered: dict[str, str]) -> None:
+    for step, files in trees.items():
+        assert list(faults(files, rendered)) == [], step
+
+
+def test_formatting_is_final(trees: Trees, tmp_path: Path) -> None:
+    for step, files in trees.items():
+        write_tree(files, tmp_path / str(step))
+    assert ruff("format", "--diff", str(tmp_path)) == ""
+
+
+def test_packages_have_no_side_effects(trees: Trees, tmp_path: Path) -> None:
+    folders = [write_tree(files, tmp_path / str(step)) for step, files in trees.items()]
+    assert run_packages(folders, tmp_path / "workplace") == {}
+
+
+def test_texts_arrive_unchanged(
+    files: Files, free: list[Place], trees: Trees, tmp_path: Path
+) -> None:
+    """Wherever the JSON shows the text of a place, it shows every other text of this place, too."""
+    marks = [f"=mark={index:03}" for index in range(len(free))]
+    marked = render(check(write(filled(files, free, marks), tmp_path)))
+    arrived = set()
+    for path in ("registry/tiny.json", "vectors/tiny.json", "python/stagewire_tiny/registry.json"):
+        at = {
+            where: int(text[6:])
+            for where, text in strings(json.loads(marked[path]))
+            if text.startswith("=mark=")
+        }
+        arrived |= set(at.values())
+        for step, rendered in trees.items():
+            texts = at_step(free, step)
+            shown = dict(strings(json.loads(rendered[path])))
+            for where, index in at.items():
+                assert shown[where] == texts[index][: free[index].longest], (step, free[index])
+    # What is missing is for the readers of the spec alone
+    missing = {
+        str(free[index]).partition(":")[2] for index in range(len(free)) if index not in arrived
+    }
+    assert missing == {
+        "contexts.status.summary", "controllers.TPx.note", "formats.dword.note",
+        "python.title", "stages.Slide.note", "summary",
+    }  # fmt: skip
+
+
+def test_texts_arrive_in_docstrings(trees: Trees, free: list[Place]) -> None:
+    """A text is in the docstrings as it is, but for blanks and what a backslash would do."""
+    import ast
+
+    wanted = {
+        ("tiny/messages/core.yaml", ("messages", "POS_MOVE", "note")): "messages/core.py",
+        ("tiny/protocol.yaml", ("title",)): "__init__.py",
+        ("tiny/protocol.yaml", ("python", "title")): "stages.py",
+    }
+    found = 0
+    for step, files in trees.items():
+        for place, text in zip(free, at_step(free, step), strict=True):
+            module = wanted.get((place.file, place.path))
+            if module is None:
+                continue
+            tree = ast.parse(files[f"python/stagewire_tiny/{module}"])
+            held = " ".join(
+                node.value
+                for node in ast.walk(tree)
+                if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            )
+            # A note begins with a capital
+            assert " ".join(text[: place.longest].split())[1:] in " ".join(held.split()), place
+            found += 1
+    assert found == len(wanted) * len(trees)
+
+
+@pytest.mark.parametrize("escaped", [False, True], ids=["raw", "escaped"])
+@pytest.mark.parametrize("name", HIDDEN)
+def test_what_cannot_be_seen_is_refused(
+    files: Files, free: list[Place], tmp_path: Path, name: str, escaped: bool
+) -> None:
+    """In every text, and every text is named; a file with such a character in it is not read on."""
+    text = HIDDEN[name]
+    spec = write(filled(files, free, [text] * len(free)), tmp_path, raw="" if escaped else text)
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert {d.code for d in caught.value.diagnostics} <= {"SW007", "SW010"}
+    assert {d.place.file for d in caught.value.diagnostics} == {place.file for place in free}
+    assert all(line.isprintable() for d in caught.value.diagnostics for line in str(d).split("\n"))
+    if escaped:
+        refused = {d.place for d in caught.value.diagnostics}
+        assert len(refused) >= len(free)
