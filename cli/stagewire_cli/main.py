@@ -7,6 +7,7 @@ never gives a traceback.
 from __future__ import annotations
 
 import contextlib
+import gc
 import io
 import os
 import sys
@@ -66,6 +67,9 @@ def _options(
 
 def run() -> None:
     """Run the command with the arguments of this process, and end the process."""
+    # A command lives for a moment, and what it makes stays to the end: looking through all of it for
+    # garbage again and again takes a tenth of the time.
+    gc.set_threshold(100_000)
     code = main(sys.argv[1:])
     try:
         sys.stdout.flush()

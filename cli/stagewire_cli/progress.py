@@ -6,10 +6,12 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-
-from rich.status import Status
+from typing import TYPE_CHECKING
 
 from stagewire_cli.terminal import console
+
+if TYPE_CHECKING:
+    from rich.status import Status
 
 __all__ = ["Progress", "progress"]
 

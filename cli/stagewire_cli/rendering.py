@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
-
-from rich.table import Table
+from typing import TYPE_CHECKING, Any
 
 from stagewire.frame import Frame
 from stagewire.protocol import Protocol
 from stagewire_cli.terminal import printable, table
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.scales import factor
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 __all__ = ["event_line", "frame_line", "frame_table", "frame_title"]
 

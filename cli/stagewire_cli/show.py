@@ -5,16 +5,18 @@ from __future__ import annotations
 import difflib
 import json
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 
 from stagewire.protocol import available_protocols
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.protocols import choose
 from stagewire_cli.terminal import console, table
 from stagewire_conformance.registry import Registry, registry_of
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 __all__ = ["EXAMPLE", "show"]
 

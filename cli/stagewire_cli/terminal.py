@@ -1,13 +1,16 @@
-"""Output for people: a console that never cuts columns in a pipe, and text that cannot steer a terminal."""
+"""Output for people: a console that never cuts columns in a pipe, and text that cannot steer a terminal.
+
+Rich is imported on use: most commands print plain lines, and would wait for it for nothing.
+"""
 
 from __future__ import annotations
 
 import sys
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
-from rich import box
-from rich.console import Console
-from rich.table import Table
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
 
 __all__ = ["console", "printable", "table"]
 
@@ -19,6 +22,8 @@ def console(*, error: bool = False, file: TextIO | None = None) -> Console:
 
     ``file`` is where to write instead.
     """
+    from rich.console import Console
+
     stream = file or (sys.stderr if error else sys.stdout)
     width = None if stream.isatty() else _PIPE_WIDTH
     return Console(file=stream, width=width, markup=False, highlight=False, emoji=False)
@@ -26,6 +31,9 @@ def console(*, error: bool = False, file: TextIO | None = None) -> Console:
 
 def table(*columns: str, right: tuple[str, ...] = ()) -> Table:
     """Return an empty table; the columns named in ``right`` are aligned to the right."""
+    from rich import box
+    from rich.table import Table
+
     made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for name in columns:
         made.add_column(name, justify="right" if name in right else "left", overflow="fold")

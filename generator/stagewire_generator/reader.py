@@ -133,17 +133,30 @@ def _short(text: str) -> str:
 def _validator(kind: str) -> Any:
     path = _schema_folder() / f"{kind}.schema.json"
     schema = json.loads(path.read_text(encoding="utf-8"))
+    _inline(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+def _inline(schema: Any) -> None:
+    """Put the definitions of a schema where they are referred to.
+
+    A spec meets tens of thousands of references, and each costs a validator of its own. What a
+    reference restricts further stays one: both have to hold.
+    """
     definitions = {f"#/$defs/{name}": part for name, part in schema.get("$defs", {}).items()}
-
-    def reference(
-        validator: Any, target: str, instance: Any, _: Any
-    ) -> Iterator[jsonschema.ValidationError]:
-        # Our schemas refer to nothing but their own definitions, tens of thousands of times a
-        # spec; jsonschema would resolve each reference as a URI.
-        yield from validator.descend(instance, definitions[target])
-
-    extend: Any = jsonschema.validators.extend
-    return extend(jsonschema.Draft202012Validator, {"$ref": reference})(schema)
+    parts, seen = [schema], set()
+    while parts:
+        part = parts.pop()
+        if id(part) in seen or not isinstance(part, (dict, list)):
+            continue
+        seen.add(id(part))
+        if isinstance(part, dict):
+            while (meant := definitions.get(str(part.get("$ref")))) is not None:
+                if part.keys() & meant.keys() - {"title", "description"}:
+                    break
+                del part["$ref"]
+                part.update(meant)
+        parts.extend(part.values() if isinstance(part, dict) else part)
 
 
 def _schema_folder() -> Path:

@@ -6,7 +6,7 @@ carries messages (:mod:`stagewire.message`, :mod:`stagewire.frame`), finds proto
 wrong (:mod:`stagewire.errors`).
 """
 
-from typing import TYPE_CHECKING, Any
+from __future__ import annotations
 
 from stagewire.errors import StagewireError
 from stagewire.flags import Bit, Flags
@@ -15,7 +15,10 @@ from stagewire.framing import End, Framer
 from stagewire.message import Message
 from stagewire.protocol import Protocol, available_protocols, load_protocol
 
+TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
+    from typing import Any
+
     from stagewire.quantities import Scale, Stage, UnknownScale
 
 __all__ = [

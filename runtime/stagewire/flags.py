@@ -7,9 +7,12 @@ an integer. An enumeration names values, and a value without a name stays an int
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import ClassVar, Self, overload
 
 from stagewire.errors import UnknownFieldError
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import ClassVar, Self, overload
 
 __all__ = ["Bit", "Enumeration", "Flags"]
 
@@ -23,11 +26,13 @@ class Bit:
         self.mask = mask
         self.note = note
 
-    @overload
-    def __get__(self, value: None, owner: type) -> int: ...
+    if TYPE_CHECKING:
 
-    @overload
-    def __get__(self, value: Flags, owner: type) -> bool: ...
+        @overload
+        def __get__(self, value: None, owner: type) -> int: ...
+
+        @overload
+        def __get__(self, value: Flags, owner: type) -> bool: ...
 
     def __get__(self, value: Flags | None, owner: type) -> int | bool:
         """Return the mask, or whether the bit is set."""

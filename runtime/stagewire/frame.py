@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
-
 from stagewire.errors import BadValueError, OutOfRangeError
 from stagewire.header import HEADER_SIZE, MAXIMUM_PACKET
 from stagewire.message import Message, check_addresses
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
 __all__ = ["Frame"]
 

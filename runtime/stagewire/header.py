@@ -6,7 +6,9 @@ and 5 the source.
 
 from __future__ import annotations
 
-from typing import Final
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Final
 
 __all__ = ["DATA_FLAG", "HEADER_SIZE", "MAXIMUM_PACKET"]
 

@@ -13,11 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from struct import Struct
-from typing import Any, ClassVar, NoReturn, Self
 
 from stagewire.direction import Direction
 from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError, UnsupportedError
 from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Any, ClassVar, NoReturn, Self
 
 __all__ = [
     "Layout",
@@ -115,9 +118,10 @@ class Message:
 
     __slots__ = ()
 
-    __match_args__: ClassVar[tuple[str, ...]]
-    layout: ClassVar[Layout]
-    _draft: ClassVar[type[Any]]
+    if TYPE_CHECKING:
+        __match_args__: ClassVar[tuple[str, ...]]
+        layout: ClassVar[Layout]
+        _draft: ClassVar[type[Any]]
 
     def __init_subclass__(cls, *, abstract: bool = False, draft: bool = False) -> None:
         if abstract or draft:
@@ -206,7 +210,8 @@ class UndecidedMessage(Message, abstract=True):
 
     __slots__ = ("data",)
     data: bytes
-    shared: ClassVar[tuple[str, ...]] = ()
+    if TYPE_CHECKING:
+        shared: ClassVar[tuple[str, ...]]
 
     def __new__(cls, data: bytes) -> Self:
         """Make the message from its whole payload.

@@ -88,6 +88,7 @@ class Nothing(UndecidedMessage):
 
     __slots__ = ()
     layout = Layout("NOTHING", 0x0777, Direction.TO_HOST, "data:undecided", ("data",), 4)
+    shared = ()
 
 
 def test_an_undecided_message_that_shares_no_field() -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Final
 
 from stagewire.errors import UnsupportedError
 from stagewire.frame import Frame
 from stagewire.header import DATA_FLAG, HEADER_SIZE
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Final
 
 __all__ = [
     "BadLength",

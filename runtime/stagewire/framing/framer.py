@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Final
 
 from stagewire.errors import BadValueError
 from stagewire.frame import Frame
@@ -20,6 +19,10 @@ from stagewire.framing.events import (
 from stagewire.framing.rule import Rule, TooLong
 from stagewire.framing.table import End, FramingTable
 from stagewire.header import HEADER_SIZE
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Final
 
 __all__ = ["Framer"]
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from struct import Struct
-from typing import Final
 
 from stagewire.framing.events import (
     BadLength,
@@ -17,6 +15,11 @@ from stagewire.framing.events import (
 )
 from stagewire.framing.table import Direction, End, Forms, FramingTable
 from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from re import Pattern
+    from typing import Final
 
 __all__ = ["Rule", "TooLong"]
 
@@ -86,8 +89,10 @@ class Rule:
                 self.not_ours.add(id)
         self._sieve = self._make_sieve()
 
-    def _make_sieve(self) -> re.Pattern[bytes]:
+    def _make_sieve(self) -> Pattern[bytes]:
         """Return a pattern that all headers accepted out of step match, and little else does."""
+        import re  # only who frames a stream needs it
+
         destinations = {pair >> 8 for pair in self.tolerated}
         destinations |= {destination | DATA_FLAG for destination in destinations}
         sources = {pair & 0xFF for pair in self.tolerated}

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
-from typing import Final
 
 from stagewire.direction import Direction
 from stagewire.header import DATA_FLAG, MAXIMUM_PACKET
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Final
 
 __all__ = ["Direction", "End", "Forms", "FramingTable"]
 

@@ -7,8 +7,9 @@ bytes as on the wire. Making a message raises :class:`~stagewire.errors.OutOfRan
 of range and :class:`~stagewire.errors.BadValueError` for one of the wrong kind.
 """
 
+from __future__ import annotations
+
 from struct import Struct
-from typing import ClassVar, Self
 
 from stagewire.direction import Direction
 from stagewire.message import (
@@ -21,6 +22,10 @@ from stagewire.message import (
     check_text,
 )
 from stagewire_apt.flags import RackDigitalOutputs, RackStatusBits
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Self
 
 __all__ = [
     "HubGetBayUsed",
@@ -58,7 +63,7 @@ class HwDisconnect(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "HW_DISCONNECT",
         id=0x0002,
         direction=Direction.BOTH,
@@ -119,7 +124,7 @@ class HwReqInfo(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "HW_REQ_INFO",
         id=0x0005,
         direction=Direction.TO_CONTROLLER,
@@ -188,7 +193,7 @@ class HwGetInfo(Message):
     """
 
     __slots__ = ("model_number", "nchs", "notes", "serial_number", "software_version", "type")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "HW_GET_INFO",
         id=0x0006,
         direction=Direction.TO_HOST,
@@ -292,7 +297,7 @@ class HwStartUpdateMsgs(Message):
     """
 
     __slots__ = ("param2", "update_rate")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "HW_START_UPDATEMSGS",
         id=0x0011,
         direction=Direction.TO_CONTROLLER,
@@ -350,7 +355,7 @@ class HwStopUpdateMsgs(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "HW_STOP_UPDATEMSGS",
         id=0x0012,
         direction=Direction.TO_CONTROLLER,
@@ -413,7 +418,7 @@ class RackReqBayUsed(Message):
     """
 
     __slots__ = ("bay_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "RACK_REQ_BAYUSED",
         id=0x0060,
         direction=Direction.TO_CONTROLLER,
@@ -477,7 +482,7 @@ class RackGetBayUsed(Message):
     """
 
     __slots__ = ("bay_ident", "bay_state")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "RACK_GET_BAYUSED",
         id=0x0061,
         direction=Direction.TO_HOST,
@@ -532,7 +537,7 @@ class HubReqBayUsed(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "HUB_REQ_BAYUSED",
         id=0x0065,
         direction=Direction.TO_CONTROLLER,
@@ -591,7 +596,7 @@ class HubGetBayUsed(Message):
     """
 
     __slots__ = ("bay_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "HUB_GET_BAYUSED",
         id=0x0066,
         direction=Direction.TO_HOST,
@@ -646,7 +651,7 @@ class HwResponse(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "HW_RESPONSE",
         id=0x0080,
         direction=Direction.TO_HOST,
@@ -701,7 +706,7 @@ class HwRichResponse(UndocumentedMessage):
     """
 
     __slots__ = ()
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "HW_RICHRESPONSE",
         id=0x0081,
         direction=Direction.TO_HOST,
@@ -725,7 +730,7 @@ class ModSetChanEnableState(Message):
     """
 
     __slots__ = ("chan_ident", "enable_state")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOD_SET_CHANENABLESTATE",
         id=0x0210,
         direction=Direction.TO_CONTROLLER,
@@ -788,7 +793,7 @@ class ModReqChanEnableState(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOD_REQ_CHANENABLESTATE",
         id=0x0211,
         direction=Direction.TO_CONTROLLER,
@@ -846,7 +851,7 @@ class ModGetChanEnableState(Message):
     """
 
     __slots__ = ("chan_ident", "enable_state")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOD_GET_CHANENABLESTATE",
         id=0x0212,
         direction=Direction.TO_HOST,
@@ -909,7 +914,7 @@ class ModIdentify(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOD_IDENTIFY",
         id=0x0223,
         direction=Direction.TO_CONTROLLER,
@@ -972,7 +977,7 @@ class RackReqStatusBits(Message):
     """
 
     __slots__ = ("param2", "status_bits")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "RACK_REQ_STATUSBITS",
         id=0x0226,
         direction=Direction.TO_CONTROLLER,
@@ -1037,7 +1042,7 @@ class RackGetStatusBits(Message):
     """
 
     __slots__ = ("status_bits",)
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "RACK_GET_STATUSBITS",
         id=0x0227,
         direction=Direction.TO_HOST,
@@ -1101,7 +1106,7 @@ class RackSetDigOutputs(Message):
     """
 
     __slots__ = ("dig_op", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "RACK_SET_DIGOUTPUTS",
         id=0x0228,
         direction=Direction.TO_CONTROLLER,
@@ -1167,7 +1172,7 @@ class RackReqDigOutputs(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "RACK_REQ_DIGOUTPUTS",
         id=0x0229,
         direction=Direction.TO_CONTROLLER,
@@ -1229,7 +1234,7 @@ class RackGetDigOutputs(Message):
     """
 
     __slots__ = ("dig_op", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "RACK_GET_DIGOUTPUTS",
         id=0x0230,
         direction=Direction.TO_HOST,

@@ -7,8 +7,9 @@ bytes as on the wire. Making a message raises :class:`~stagewire.errors.OutOfRan
 of range and :class:`~stagewire.errors.BadValueError` for one of the wrong kind.
 """
 
+from __future__ import annotations
+
 from struct import Struct
-from typing import ClassVar, Self
 
 from stagewire.direction import Direction
 from stagewire.message import (
@@ -20,6 +21,10 @@ from stagewire.message import (
     check_text,
 )
 from stagewire_apt.flags import DcStatusBits, LedMode, StepperStatusBits
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Self
 
 __all__ = [
     "MotAckDcStatusUpdate",
@@ -128,7 +133,7 @@ class MotSetEncCounter(Message):
     """
 
     __slots__ = ("chan_ident", "encoder_count")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_ENCCOUNTER",
         id=0x0409,
         direction=Direction.TO_CONTROLLER,
@@ -201,7 +206,7 @@ class MotReqEncCounter(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_ENCCOUNTER",
         id=0x040A,
         direction=Direction.TO_CONTROLLER,
@@ -260,7 +265,7 @@ class MotGetEncCounter(Message):
     """
 
     __slots__ = ("chan_ident", "encoder_count")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_ENCCOUNTER",
         id=0x040B,
         direction=Direction.TO_HOST,
@@ -332,7 +337,7 @@ class MotSetPosCounter(Message):
     """
 
     __slots__ = ("chan_ident", "position")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_POSCOUNTER",
         id=0x0410,
         direction=Direction.TO_CONTROLLER,
@@ -397,7 +402,7 @@ class MotReqPosCounter(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_POSCOUNTER",
         id=0x0411,
         direction=Direction.TO_CONTROLLER,
@@ -456,7 +461,7 @@ class MotGetPosCounter(Message):
     """
 
     __slots__ = ("chan_ident", "position")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_POSCOUNTER",
         id=0x0412,
         direction=Direction.TO_HOST,
@@ -533,7 +538,7 @@ class MotSetVelParams(Message):
     """
 
     __slots__ = ("acceleration", "chan_ident", "max_velocity", "min_velocity")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_VELPARAMS",
         id=0x0413,
         direction=Direction.TO_CONTROLLER,
@@ -625,7 +630,7 @@ class MotReqVelParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_VELPARAMS",
         id=0x0414,
         direction=Direction.TO_CONTROLLER,
@@ -687,7 +692,7 @@ class MotGetVelParams(Message):
     """
 
     __slots__ = ("acceleration", "chan_ident", "max_velocity", "min_velocity")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_VELPARAMS",
         id=0x0415,
         direction=Direction.TO_HOST,
@@ -800,7 +805,7 @@ class MotSetJogParams(Message):
         "jog_step_size",
         "jog_stop_mode",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_JOGPARAMS",
         id=0x0416,
         direction=Direction.TO_CONTROLLER,
@@ -947,7 +952,7 @@ class MotReqJogParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_JOGPARAMS",
         id=0x0417,
         direction=Direction.TO_CONTROLLER,
@@ -1021,7 +1026,7 @@ class MotGetJogParams(Message):
         "jog_step_size",
         "jog_stop_mode",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_JOGPARAMS",
         id=0x0418,
         direction=Direction.TO_HOST,
@@ -1192,7 +1197,7 @@ class MotSetLimSwitchParams(Message):
         "cw_soft_limit",
         "software_limit_mode",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_LIMSWITCHPARAMS",
         id=0x0423,
         direction=Direction.TO_CONTROLLER,
@@ -1313,7 +1318,7 @@ class MotReqLimSwitchParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_LIMSWITCHPARAMS",
         id=0x0424,
         direction=Direction.TO_CONTROLLER,
@@ -1393,7 +1398,7 @@ class MotGetLimSwitchParams(Message):
         "cw_soft_limit",
         "software_limit_mode",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_LIMSWITCHPARAMS",
         id=0x0425,
         direction=Direction.TO_HOST,
@@ -1511,7 +1516,7 @@ class MotReqStatusBits(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_STATUSBITS",
         id=0x0429,
         direction=Direction.TO_CONTROLLER,
@@ -1570,7 +1575,7 @@ class MotGetStatusBits(Message):
     """
 
     __slots__ = ("chan_ident", "status_bits")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_STATUSBITS",
         id=0x042A,
         direction=Direction.TO_HOST,
@@ -1639,7 +1644,7 @@ class MotSetGenMoveParams(Message):
     """
 
     __slots__ = ("backlash_distance", "chan_ident")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_GENMOVEPARAMS",
         id=0x043A,
         direction=Direction.TO_CONTROLLER,
@@ -1712,7 +1717,7 @@ class MotReqGenMoveParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_GENMOVEPARAMS",
         id=0x043B,
         direction=Direction.TO_CONTROLLER,
@@ -1771,7 +1776,7 @@ class MotGetGenMoveParams(Message):
     """
 
     __slots__ = ("backlash_distance", "chan_ident")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_GENMOVEPARAMS",
         id=0x043C,
         direction=Direction.TO_HOST,
@@ -1856,7 +1861,7 @@ class MotSetHomeParams(Message):
     """
 
     __slots__ = ("chan_ident", "home_direction", "home_velocity", "limit_switch", "offset_distance")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_HOMEPARAMS",
         id=0x0440,
         direction=Direction.TO_CONTROLLER,
@@ -1955,7 +1960,7 @@ class MotReqHomeParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_HOMEPARAMS",
         id=0x0441,
         direction=Direction.TO_CONTROLLER,
@@ -2020,7 +2025,7 @@ class MotGetHomeParams(Message):
     """
 
     __slots__ = ("chan_ident", "home_direction", "home_velocity", "limit_switch", "offset_distance")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_HOMEPARAMS",
         id=0x0442,
         direction=Direction.TO_HOST,
@@ -2118,7 +2123,7 @@ class MotMoveHome(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_HOME",
         id=0x0443,
         direction=Direction.TO_CONTROLLER,
@@ -2175,7 +2180,7 @@ class MotMoveHomed(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_HOMED",
         id=0x0444,
         direction=Direction.TO_HOST,
@@ -2234,7 +2239,7 @@ class MotSetMoveRelParams(Message):
     """
 
     __slots__ = ("chan_ident", "relative_distance")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_MOVERELPARAMS",
         id=0x0445,
         direction=Direction.TO_CONTROLLER,
@@ -2308,7 +2313,7 @@ class MotReqMoveRelParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_MOVERELPARAMS",
         id=0x0446,
         direction=Direction.TO_CONTROLLER,
@@ -2367,7 +2372,7 @@ class MotGetMoveRelParams(Message):
     """
 
     __slots__ = ("chan_ident", "relative_distance")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_MOVERELPARAMS",
         id=0x0447,
         direction=Direction.TO_HOST,
@@ -2443,7 +2448,7 @@ class MotMoveRelativeHeader(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_RELATIVE",
         id=0x0448,
         direction=Direction.TO_CONTROLLER,
@@ -2504,7 +2509,7 @@ class MotMoveRelative(Message):
     """
 
     __slots__ = ("chan_ident", "relative_distance")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_RELATIVE",
         id=0x0448,
         direction=Direction.TO_CONTROLLER,
@@ -2577,7 +2582,7 @@ class MotSetMoveAbsParams(Message):
     """
 
     __slots__ = ("absolute_position", "chan_ident")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_MOVEABSPARAMS",
         id=0x0450,
         direction=Direction.TO_CONTROLLER,
@@ -2651,7 +2656,7 @@ class MotReqMoveAbsParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_MOVEABSPARAMS",
         id=0x0451,
         direction=Direction.TO_CONTROLLER,
@@ -2710,7 +2715,7 @@ class MotGetMoveAbsParams(Message):
     """
 
     __slots__ = ("absolute_position", "chan_ident")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_MOVEABSPARAMS",
         id=0x0452,
         direction=Direction.TO_HOST,
@@ -2786,7 +2791,7 @@ class MotMoveAbsoluteHeader(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_ABSOLUTE",
         id=0x0453,
         direction=Direction.TO_CONTROLLER,
@@ -2848,7 +2853,7 @@ class MotMoveAbsolute(Message):
     """
 
     __slots__ = ("absolute_distance", "chan_ident")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_ABSOLUTE",
         id=0x0453,
         direction=Direction.TO_CONTROLLER,
@@ -2930,7 +2935,7 @@ class MotMoveVelocity(Message):
     """
 
     __slots__ = ("chan_ident", "direction")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_VELOCITY",
         id=0x0457,
         direction=Direction.TO_CONTROLLER,
@@ -2995,7 +3000,7 @@ class MotMoveCompletedHeader(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_COMPLETED",
         id=0x0464,
         direction=Direction.TO_HOST,
@@ -3068,7 +3073,7 @@ class MotMoveCompletedDc(Message):
     """
 
     __slots__ = ("chan_ident", "position", "reserved", "status_bits", "velocity")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_COMPLETED",
         id=0x0464,
         direction=Direction.TO_HOST,
@@ -3181,7 +3186,7 @@ class MotMoveCompletedStepper(Message):
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_COMPLETED",
         id=0x0464,
         direction=Direction.TO_HOST,
@@ -3256,7 +3261,7 @@ class MotMoveCompletedUndecided(UndecidedMessage):
     """
 
     __slots__ = ()
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_COMPLETED",
         id=0x0464,
         direction=Direction.TO_HOST,
@@ -3264,7 +3269,7 @@ class MotMoveCompletedUndecided(UndecidedMessage):
         fields=("data",),
         length=14,
     )
-    shared: ClassVar[tuple[str, ...]] = ("chan_ident", "position", "status_bits")
+    shared = ("chan_ident", "position", "status_bits")
 
     @property
     def chan_ident(self) -> int:
@@ -3306,7 +3311,7 @@ class MotMoveStop(Message):
     """
 
     __slots__ = ("chan_ident", "stop_mode")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_STOP",
         id=0x0465,
         direction=Direction.TO_CONTROLLER,
@@ -3371,7 +3376,7 @@ class MotMoveStoppedHeader(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_STOPPED",
         id=0x0466,
         direction=Direction.TO_HOST,
@@ -3444,7 +3449,7 @@ class MotMoveStoppedDc(Message):
     """
 
     __slots__ = ("chan_ident", "position", "reserved", "status_bits", "velocity")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_STOPPED",
         id=0x0466,
         direction=Direction.TO_HOST,
@@ -3557,7 +3562,7 @@ class MotMoveStoppedStepper(Message):
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_STOPPED",
         id=0x0466,
         direction=Direction.TO_HOST,
@@ -3632,7 +3637,7 @@ class MotMoveStoppedUndecided(UndecidedMessage):
     """
 
     __slots__ = ()
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_STOPPED",
         id=0x0466,
         direction=Direction.TO_HOST,
@@ -3640,7 +3645,7 @@ class MotMoveStoppedUndecided(UndecidedMessage):
         fields=("data",),
         length=14,
     )
-    shared: ClassVar[tuple[str, ...]] = ("chan_ident", "position", "status_bits")
+    shared = ("chan_ident", "position", "status_bits")
 
     @property
     def chan_ident(self) -> int:
@@ -3680,7 +3685,7 @@ class MotMoveJog(Message):
     """
 
     __slots__ = ("chan_ident", "direction")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_MOVE_JOG",
         id=0x046A,
         direction=Direction.TO_CONTROLLER,
@@ -3734,7 +3739,7 @@ class MotSuspendEndOfMoveMsgs(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SUSPEND_ENDOFMOVEMSGS",
         id=0x046B,
         direction=Direction.TO_CONTROLLER,
@@ -3792,7 +3797,7 @@ class MotResumeEndOfMoveMsgs(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_RESUME_ENDOFMOVEMSGS",
         id=0x046C,
         direction=Direction.TO_CONTROLLER,
@@ -3853,7 +3858,7 @@ class MotReqStatusUpdate(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_STATUSUPDATE",
         id=0x0480,
         direction=Direction.TO_CONTROLLER,
@@ -3918,7 +3923,7 @@ class MotGetStatusUpdate(Message):
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_STATUSUPDATE",
         id=0x0481,
         direction=Direction.TO_HOST,
@@ -3997,7 +4002,7 @@ class MotReqDcStatusUpdate(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_DCSTATUSUPDATE",
         id=0x0490,
         direction=Direction.TO_CONTROLLER,
@@ -4068,7 +4073,7 @@ class MotGetDcStatusUpdate(Message):
     """
 
     __slots__ = ("chan_ident", "position", "reserved", "status_bits", "velocity")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_DCSTATUSUPDATE",
         id=0x0491,
         direction=Direction.TO_HOST,
@@ -4168,7 +4173,7 @@ class MotAckDcStatusUpdate(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_ACK_DCSTATUSUPDATE",
         id=0x0492,
         direction=Direction.TO_CONTROLLER,
@@ -4243,7 +4248,7 @@ class MotSetDcPidParams(Message):
         "integral_limit",
         "proportional",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_DCPIDPARAMS",
         id=0x04A0,
         direction=Direction.TO_CONTROLLER,
@@ -4352,7 +4357,7 @@ class MotReqDcPidParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_DCPIDPARAMS",
         id=0x04A1,
         direction=Direction.TO_CONTROLLER,
@@ -4425,7 +4430,7 @@ class MotGetDcPidParams(Message):
         "integral_limit",
         "proportional",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_DCPIDPARAMS",
         id=0x04A2,
         direction=Direction.TO_HOST,
@@ -4549,7 +4554,7 @@ class MotSetPotParams(Message):
     """
 
     __slots__ = ("chan_ident", "vel1", "vel2", "vel3", "vel4", "wnd1", "wnd2", "wnd3", "zero_wnd")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_POTPARAMS",
         id=0x04B0,
         direction=Direction.TO_CONTROLLER,
@@ -4673,7 +4678,7 @@ class MotReqPotParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_POTPARAMS",
         id=0x04B1,
         direction=Direction.TO_CONTROLLER,
@@ -4746,7 +4751,7 @@ class MotGetPotParams(Message):
     """
 
     __slots__ = ("chan_ident", "vel1", "vel2", "vel3", "vel4", "wnd1", "wnd2", "wnd3", "zero_wnd")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_POTPARAMS",
         id=0x04B2,
         direction=Direction.TO_HOST,
@@ -4867,7 +4872,7 @@ class MotSetAvModes(Message):
     """
 
     __slots__ = ("chan_ident", "mode_bits")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_AVMODES",
         id=0x04B3,
         direction=Direction.TO_CONTROLLER,
@@ -4938,7 +4943,7 @@ class MotReqAvModes(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_AVMODES",
         id=0x04B4,
         direction=Direction.TO_CONTROLLER,
@@ -4996,7 +5001,7 @@ class MotGetAvModes(Message):
     """
 
     __slots__ = ("chan_ident", "mode_bits")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_AVMODES",
         id=0x04B5,
         direction=Direction.TO_HOST,
@@ -5079,7 +5084,7 @@ class MotSetButtonParams(Message):
     """
 
     __slots__ = ("chan_ident", "mode", "not_used_1", "position1", "position2", "time_out")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_BUTTONPARAMS",
         id=0x04B6,
         direction=Direction.TO_CONTROLLER,
@@ -5182,7 +5187,7 @@ class MotReqButtonParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_BUTTONPARAMS",
         id=0x04B7,
         direction=Direction.TO_CONTROLLER,
@@ -5251,7 +5256,7 @@ class MotGetButtonParams(Message):
     """
 
     __slots__ = ("chan_ident", "mode", "not_used_1", "position1", "position2", "time_out")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_BUTTONPARAMS",
         id=0x04B8,
         direction=Direction.TO_HOST,
@@ -5351,7 +5356,7 @@ class MotSetEepromParams(Message):
     """
 
     __slots__ = ("chan_ident", "msg_id")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_EEPROMPARAMS",
         id=0x04B9,
         direction=Direction.TO_CONTROLLER,
@@ -5431,7 +5436,7 @@ class MotSetPmdCurrentLoopParams(Message):
         "not_used_2",
         "phase",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_PMDCURRENTLOOPPARAMS",
         id=0x04D4,
         direction=Direction.TO_CONTROLLER,
@@ -5565,7 +5570,7 @@ class MotReqPmdCurrentLoopParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_PMDCURRENTLOOPPARAMS",
         id=0x04D5,
         direction=Direction.TO_CONTROLLER,
@@ -5646,7 +5651,7 @@ class MotGetPmdCurrentLoopParams(Message):
         "not_used_2",
         "phase",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_PMDCURRENTLOOPPARAMS",
         id=0x04D6,
         direction=Direction.TO_HOST,
@@ -5808,7 +5813,7 @@ class MotSetPmdPositionLoopParams(Message):
         "pos_err_lim",
         "proportional",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_PMDPOSITIONLOOPPARAMS",
         id=0x04D7,
         direction=Direction.TO_CONTROLLER,
@@ -5970,7 +5975,7 @@ class MotReqPmdPositionLoopParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_PMDPOSITIONLOOPPARAMS",
         id=0x04D8,
         direction=Direction.TO_CONTROLLER,
@@ -6061,7 +6066,7 @@ class MotGetPmdPositionLoopParams(Message):
         "pos_err_lim",
         "proportional",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_PMDPOSITIONLOOPPARAMS",
         id=0x04D9,
         direction=Direction.TO_HOST,
@@ -6246,7 +6251,7 @@ class MotSetPmdMotorOutputParams(Message):
         "not_used_1",
         "not_used_2",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_PMDMOTOROUTPUTPARAMS",
         id=0x04DA,
         direction=Direction.TO_CONTROLLER,
@@ -6368,7 +6373,7 @@ class MotReqPmdMotorOutputParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_PMDMOTOROUTPUTPARAMS",
         id=0x04DB,
         direction=Direction.TO_CONTROLLER,
@@ -6451,7 +6456,7 @@ class MotGetPmdMotorOutputParams(Message):
         "not_used_1",
         "not_used_2",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_PMDMOTOROUTPUTPARAMS",
         id=0x04DC,
         direction=Direction.TO_HOST,
@@ -6585,7 +6590,7 @@ class MotSetPmdTrackSettleParams(Message):
     """
 
     __slots__ = ("chan_ident", "not_used_1", "not_used_2", "settle_window", "time", "track_window")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_PMDTRACKSETTLEPARAMS",
         id=0x04E0,
         direction=Direction.TO_CONTROLLER,
@@ -6688,7 +6693,7 @@ class MotReqPmdTrackSettleParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_PMDTRACKSETTLEPARAMS",
         id=0x04E1,
         direction=Direction.TO_CONTROLLER,
@@ -6763,7 +6768,7 @@ class MotGetPmdTrackSettleParams(Message):
     """
 
     __slots__ = ("chan_ident", "not_used_1", "not_used_2", "settle_window", "time", "track_window")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_PMDTRACKSETTLEPARAMS",
         id=0x04E2,
         direction=Direction.TO_HOST,
@@ -6869,7 +6874,7 @@ class MotSetPmdProfileModeParams(Message):
     """
 
     __slots__ = ("chan_ident", "jerk", "mode", "not_used_1", "not_used_2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_PMDPROFILEMODEPARAMS",
         id=0x04E3,
         direction=Direction.TO_CONTROLLER,
@@ -6963,7 +6968,7 @@ class MotReqPmdProfileModeParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_PMDPROFILEMODEPARAMS",
         id=0x04E4,
         direction=Direction.TO_CONTROLLER,
@@ -7031,7 +7036,7 @@ class MotGetPmdProfileModeParams(Message):
     """
 
     __slots__ = ("chan_ident", "jerk", "mode", "not_used_1", "not_used_2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_PMDPROFILEMODEPARAMS",
         id=0x04E5,
         direction=Direction.TO_HOST,
@@ -7142,7 +7147,7 @@ class MotSetPmdSettledCurrentLoopParams(Message):
         "not_used_2",
         "phase",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS",
         id=0x04E9,
         direction=Direction.TO_CONTROLLER,
@@ -7283,7 +7288,7 @@ class MotReqPmdSettledCurrentLoopParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS",
         id=0x04EA,
         direction=Direction.TO_CONTROLLER,
@@ -7365,7 +7370,7 @@ class MotGetPmdSettledCurrentLoopParams(Message):
         "not_used_2",
         "phase",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS",
         id=0x04EB,
         direction=Direction.TO_HOST,
@@ -7546,7 +7551,7 @@ class MotSetPmdStageAxisParams(Message):
         "serial_num",
         "stage_id",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_PMDSTAGEAXISPARAMS",
         id=0x04F0,
         direction=Direction.TO_CONTROLLER,
@@ -7768,7 +7773,7 @@ class MotReqPmdStageAxisParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_PMDSTAGEAXISPARAMS",
         id=0x04F1,
         direction=Direction.TO_CONTROLLER,
@@ -7885,7 +7890,7 @@ class MotGetPmdStageAxisParams(Message):
         "serial_num",
         "stage_id",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_PMDSTAGEAXISPARAMS",
         id=0x04F2,
         direction=Direction.TO_HOST,

@@ -8,12 +8,17 @@ bytes as on the wire. Making a message raises :class:`~stagewire.errors.OutOfRan
 of range and :class:`~stagewire.errors.BadValueError` for one of the wrong kind.
 """
 
+from __future__ import annotations
+
 from struct import Struct
-from typing import ClassVar, Self
 
 from stagewire.direction import Direction
 from stagewire.message import Layout, Message, check_addresses, check_integer
 from stagewire_apt.flags import BpcStatusBits, InputVoltsSource, LutOutputMode, OutputMaxVoltsFlags
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Self
 
 __all__ = [
     "MotSetPzStageParamDefaults",
@@ -85,7 +90,7 @@ class PzSetPosControlMode(Message):
     """
 
     __slots__ = ("chan_ident", "mode")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_POSCONTROLMODE",
         id=0x0640,
         direction=Direction.TO_CONTROLLER,
@@ -142,7 +147,7 @@ class PzReqPosControlMode(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_POSCONTROLMODE",
         id=0x0641,
         direction=Direction.TO_CONTROLLER,
@@ -200,7 +205,7 @@ class PzGetPosControlMode(Message):
     """
 
     __slots__ = ("chan_ident", "mode")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_POSCONTROLMODE",
         id=0x0642,
         direction=Direction.TO_HOST,
@@ -260,7 +265,7 @@ class PzSetOutputVolts(Message):
     """
 
     __slots__ = ("chan_ident", "voltage")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_OUTPUTVOLTS",
         id=0x0643,
         direction=Direction.TO_CONTROLLER,
@@ -324,7 +329,7 @@ class PzReqOutputVolts(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_OUTPUTVOLTS",
         id=0x0644,
         direction=Direction.TO_CONTROLLER,
@@ -383,7 +388,7 @@ class PzGetOutputVolts(Message):
     """
 
     __slots__ = ("chan_ident", "voltage")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_OUTPUTVOLTS",
         id=0x0645,
         direction=Direction.TO_HOST,
@@ -450,7 +455,7 @@ class PzSetOutputPos(Message):
     """
 
     __slots__ = ("chan_ident", "position_sw")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_OUTPUTPOS",
         id=0x0646,
         direction=Direction.TO_CONTROLLER,
@@ -515,7 +520,7 @@ class PzReqOutputPos(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_OUTPUTPOS",
         id=0x0647,
         direction=Direction.TO_CONTROLLER,
@@ -575,7 +580,7 @@ class PzGetOutputPos(Message):
     """
 
     __slots__ = ("chan_ident", "position_sw")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_OUTPUTPOS",
         id=0x0648,
         direction=Direction.TO_HOST,
@@ -642,7 +647,7 @@ class PzReqMaxTravel(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_MAXTRAVEL",
         id=0x0650,
         direction=Direction.TO_CONTROLLER,
@@ -708,7 +713,7 @@ class PzGetMaxTravel(Message):
     """
 
     __slots__ = ("chan_ident", "travel")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_MAXTRAVEL",
         id=0x0651,
         direction=Direction.TO_HOST,
@@ -772,7 +777,7 @@ class PzSetInputVoltsSrc(Message):
     """
 
     __slots__ = ("chan_ident", "volt_src")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_INPUTVOLTSSRC",
         id=0x0652,
         direction=Direction.TO_CONTROLLER,
@@ -841,7 +846,7 @@ class PzReqInputVoltsSrc(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_INPUTVOLTSSRC",
         id=0x0653,
         direction=Direction.TO_CONTROLLER,
@@ -900,7 +905,7 @@ class PzGetInputVoltsSrc(Message):
     """
 
     __slots__ = ("chan_ident", "volt_src")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_INPUTVOLTSSRC",
         id=0x0654,
         direction=Direction.TO_HOST,
@@ -969,7 +974,7 @@ class PzSetPiConsts(Message):
     """
 
     __slots__ = ("chan_ident", "int_const", "prop_const")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_PICONSTS",
         id=0x0655,
         direction=Direction.TO_CONTROLLER,
@@ -1038,7 +1043,7 @@ class PzReqPiConsts(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_PICONSTS",
         id=0x0656,
         direction=Direction.TO_CONTROLLER,
@@ -1097,7 +1102,7 @@ class PzGetPiConsts(Message):
     """
 
     __slots__ = ("chan_ident", "int_const", "prop_const")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_PICONSTS",
         id=0x0657,
         direction=Direction.TO_HOST,
@@ -1165,7 +1170,7 @@ class PzSetZero(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_ZERO",
         id=0x0658,
         direction=Direction.TO_CONTROLLER,
@@ -1229,7 +1234,7 @@ class PzReqPzStatusBits(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_PZSTATUSBITS",
         id=0x065B,
         direction=Direction.TO_CONTROLLER,
@@ -1296,7 +1301,7 @@ class PzGetPzStatusBits(Message):
     """
 
     __slots__ = ("chan_ident", "status_bits")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_PZSTATUSBITS",
         id=0x065C,
         direction=Direction.TO_HOST,
@@ -1381,7 +1386,7 @@ class PzGetPzStatusUpdate(Message):
     """
 
     __slots__ = ("chan_ident", "op_voltage", "position", "status_bits")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_PZSTATUSUPDATE",
         id=0x0661,
         direction=Direction.TO_HOST,
@@ -1464,7 +1469,7 @@ class PzAckPzStatusUpdate(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_ACK_PZSTATUSUPDATE",
         id=0x0662,
         direction=Direction.TO_CONTROLLER,
@@ -1539,7 +1544,7 @@ class PzSetIoSettings(Message):
         "chan_ident",
         "feedback_sig",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_IOSETTINGS",
         id=0x0670,
         direction=Direction.TO_CONTROLLER,
@@ -1651,7 +1656,7 @@ class PzReqIoSettings(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_IOSETTINGS",
         id=0x0671,
         direction=Direction.TO_CONTROLLER,
@@ -1722,7 +1727,7 @@ class PzGetIoSettings(Message):
         "chan_ident",
         "feedback_sig",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_IOSETTINGS",
         id=0x0672,
         direction=Direction.TO_HOST,
@@ -1842,7 +1847,7 @@ class PzSetOutputMaxVolts(Message):
     """
 
     __slots__ = ("chan_ident", "flags", "voltage")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_OUTPUTMAXVOLTS",
         id=0x0680,
         direction=Direction.TO_CONTROLLER,
@@ -1919,7 +1924,7 @@ class PzReqOutputMaxVolts(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_OUTPUTMAXVOLTS",
         id=0x0681,
         direction=Direction.TO_CONTROLLER,
@@ -1988,7 +1993,7 @@ class PzGetOutputMaxVolts(Message):
     """
 
     __slots__ = ("chan_ident", "flags", "voltage")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_OUTPUTMAXVOLTS",
         id=0x0682,
         direction=Direction.TO_HOST,
@@ -2071,7 +2076,7 @@ class PzSetTpzSlewRates(Message):
     """
 
     __slots__ = ("chan_ident", "slew_closed", "slew_open")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_TPZ_SLEWRATES",
         id=0x0683,
         direction=Direction.TO_CONTROLLER,
@@ -2143,7 +2148,7 @@ class PzReqTpzSlewRates(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_TPZ_SLEWRATES",
         id=0x0684,
         direction=Direction.TO_CONTROLLER,
@@ -2205,7 +2210,7 @@ class PzGetTpzSlewRates(Message):
     """
 
     __slots__ = ("chan_ident", "slew_closed", "slew_open")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_TPZ_SLEWRATES",
         id=0x0685,
         direction=Direction.TO_HOST,
@@ -2274,7 +2279,7 @@ class MotSetPzStageParamDefaults(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_PZSTAGEPARAMDEFAULTS",
         id=0x0686,
         direction=Direction.TO_CONTROLLER,
@@ -2349,7 +2354,7 @@ class PzSetOutputLut(Message):
     """
 
     __slots__ = ("chan_ident", "index", "output")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_OUTPUTLUT",
         id=0x0700,
         direction=Direction.TO_CONTROLLER,
@@ -2420,7 +2425,7 @@ class PzReqOutputLut(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_OUTPUTLUT",
         id=0x0701,
         direction=Direction.TO_CONTROLLER,
@@ -2482,7 +2487,7 @@ class PzGetOutputLut(Message):
     """
 
     __slots__ = ("chan_ident", "index", "output")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_OUTPUTLUT",
         id=0x0702,
         direction=Direction.TO_HOST,
@@ -2594,7 +2599,7 @@ class PzSetOutputLutParams(Message):
         "pre_cycle_rest",
         "trig_repeat_cycle",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_OUTPUTLUTPARAMS",
         id=0x0703,
         direction=Direction.TO_CONTROLLER,
@@ -2761,7 +2766,7 @@ class PzReqOutputLutParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_OUTPUTLUTPARAMS",
         id=0x0704,
         direction=Direction.TO_CONTROLLER,
@@ -2849,7 +2854,7 @@ class PzGetOutputLutParams(Message):
         "pre_cycle_rest",
         "trig_repeat_cycle",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_OUTPUTLUTPARAMS",
         id=0x0705,
         direction=Direction.TO_HOST,
@@ -3015,7 +3020,7 @@ class PzStartLutOutput(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_START_LUTOUTPUT",
         id=0x0706,
         direction=Direction.TO_CONTROLLER,
@@ -3072,7 +3077,7 @@ class PzStopLutOutput(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_STOP_LUTOUTPUT",
         id=0x0707,
         direction=Direction.TO_CONTROLLER,
@@ -3133,7 +3138,7 @@ class PzSetLutValueType(Message):
     """
 
     __slots__ = ("lut_type", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_LUTVALUETYPE",
         id=0x0708,
         direction=Direction.TO_CONTROLLER,
@@ -3191,7 +3196,7 @@ class PzSetEepromParams(Message):
     """
 
     __slots__ = ("chan_ident", "msg_id")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_EEPROMPARAMS",
         id=0x07D0,
         direction=Direction.TO_CONTROLLER,
@@ -3260,7 +3265,7 @@ class PzSetTpzDispSettings(Message):
     """
 
     __slots__ = ("disp_intensity",)
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_TPZ_DISPSETTINGS",
         id=0x07D1,
         direction=Direction.TO_CONTROLLER,
@@ -3319,7 +3324,7 @@ class PzReqTpzDispSettings(Message):
     """
 
     __slots__ = ("param1", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_TPZ_DISPSETTINGS",
         id=0x07D2,
         direction=Direction.TO_CONTROLLER,
@@ -3378,7 +3383,7 @@ class PzGetTpzDispSettings(Message):
     """
 
     __slots__ = ("disp_intensity",)
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_TPZ_DISPSETTINGS",
         id=0x07D3,
         direction=Direction.TO_HOST,
@@ -3446,7 +3451,7 @@ class PzSetTpzIoSettings(Message):
     """
 
     __slots__ = ("chan_ident", "future_use_1", "future_use_2", "hub_analog_input", "voltage_limit")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_TPZ_IOSETTINGS",
         id=0x07D4,
         direction=Direction.TO_CONTROLLER,
@@ -3548,7 +3553,7 @@ class PzReqTpzIoSettings(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_TPZ_IOSETTINGS",
         id=0x07D5,
         direction=Direction.TO_CONTROLLER,
@@ -3613,7 +3618,7 @@ class PzGetTpzIoSettings(Message):
     """
 
     __slots__ = ("chan_ident", "future_use_1", "future_use_2", "hub_analog_input", "voltage_limit")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_TPZ_IOSETTINGS",
         id=0x07D6,
         direction=Direction.TO_HOST,
@@ -3733,7 +3738,7 @@ class PzSetTsgIoSettings(Message):
         "future_use_2",
         "hub_analogue_output",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_SET_TSG_IOSETTINGS",
         id=0x07DA,
         direction=Direction.TO_CONTROLLER,
@@ -3849,7 +3854,7 @@ class PzReqTsgIoSettings(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_TSG_IOSETTINGS",
         id=0x07DB,
         direction=Direction.TO_CONTROLLER,
@@ -3925,7 +3930,7 @@ class PzGetTsgIoSettings(Message):
         "future_use_2",
         "hub_analogue_output",
     )
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_TSG_IOSETTINGS",
         id=0x07DC,
         direction=Direction.TO_HOST,
@@ -4040,7 +4045,7 @@ class PzReqTsgReading(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_REQ_TSG_READING",
         id=0x07DD,
         direction=Direction.TO_CONTROLLER,
@@ -4109,7 +4114,7 @@ class PzGetTsgReading(Message):
     """
 
     __slots__ = ("chan_ident", "reading", "smoothed")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "PZ_GET_TSG_READING",
         id=0x07DE,
         direction=Direction.TO_HOST,

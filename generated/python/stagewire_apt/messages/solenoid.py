@@ -7,11 +7,16 @@ bytes as on the wire. Making a message raises :class:`~stagewire.errors.OutOfRan
 of range and :class:`~stagewire.errors.BadValueError` for one of the wrong kind.
 """
 
+from __future__ import annotations
+
 from struct import Struct
-from typing import ClassVar, Self
 
 from stagewire.direction import Direction
 from stagewire.message import Layout, Message, check_addresses, check_integer
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Self
 
 __all__ = [
     "MotGetSolCycleParams",
@@ -44,7 +49,7 @@ class MotSetSolOperatingMode(Message):
     """
 
     __slots__ = ("chan_ident", "operating_mode")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_SOL_OPERATINGMODE",
         id=0x04C0,
         direction=Direction.TO_CONTROLLER,
@@ -107,7 +112,7 @@ class MotReqSolOperatingMode(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_SOL_OPERATINGMODE",
         id=0x04C1,
         direction=Direction.TO_CONTROLLER,
@@ -165,7 +170,7 @@ class MotGetSolOperatingMode(Message):
     """
 
     __slots__ = ("chan_ident", "operating_mode")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_SOL_OPERATINGMODE",
         id=0x04C2,
         direction=Direction.TO_HOST,
@@ -235,7 +240,7 @@ class MotSetSolCycleParams(Message):
     """
 
     __slots__ = ("chan_ident", "num_cycles", "off_time", "on_time")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_SOL_CYCLEPARAMS",
         id=0x04C3,
         direction=Direction.TO_CONTROLLER,
@@ -309,7 +314,7 @@ class MotReqSolCycleParams(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_SOL_CYCLEPARAMS",
         id=0x04C4,
         direction=Direction.TO_CONTROLLER,
@@ -372,7 +377,7 @@ class MotGetSolCycleParams(Message):
     """
 
     __slots__ = ("chan_ident", "num_cycles", "off_time", "on_time")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_SOL_CYCLEPARAMS",
         id=0x04C5,
         direction=Direction.TO_HOST,
@@ -447,7 +452,7 @@ class MotSetSolInterlockMode(Message):
     """
 
     __slots__ = ("chan_ident", "interlock_mode")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_SOL_INTERLOCKMODE",
         id=0x04C6,
         direction=Direction.TO_CONTROLLER,
@@ -510,7 +515,7 @@ class MotReqSolInterlockMode(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_SOL_INTERLOCKMODE",
         id=0x04C7,
         direction=Direction.TO_CONTROLLER,
@@ -568,7 +573,7 @@ class MotGetSolInterlockMode(Message):
     """
 
     __slots__ = ("chan_ident", "interlock_mode")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_SOL_INTERLOCKMODE",
         id=0x04C8,
         direction=Direction.TO_HOST,
@@ -632,7 +637,7 @@ class MotSetSolState(Message):
     """
 
     __slots__ = ("chan_ident", "state")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_SET_SOL_STATE",
         id=0x04CB,
         direction=Direction.TO_CONTROLLER,
@@ -689,7 +694,7 @@ class MotReqSolState(Message):
     """
 
     __slots__ = ("chan_ident", "param2")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_REQ_SOL_STATE",
         id=0x04CC,
         direction=Direction.TO_CONTROLLER,
@@ -747,7 +752,7 @@ class MotGetSolState(Message):
     """
 
     __slots__ = ("chan_ident", "state")
-    layout: ClassVar[Layout] = Layout(
+    layout = Layout(
         "MOT_GET_SOL_STATE",
         id=0x04CD,
         direction=Direction.TO_HOST,

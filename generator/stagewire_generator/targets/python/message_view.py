@@ -243,7 +243,7 @@ def _layout(message: Message, layout: Layout, slots: list[Field | str]) -> str:
         arguments.append(bracketed("constants={", pairs, "}", 8, WIDTH - 1))
     if layout.only_zero:
         arguments.append("only_zero=True")
-    return call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0)
+    return call("layout = Layout", arguments, "", 4, 0)
 
 
 def _undocumented(protocol: Protocol, message: Message) -> ClassView:
@@ -262,7 +262,7 @@ def _undocumented(protocol: Protocol, message: Message) -> ClassView:
         kind="undocumented",
         doc=_doc(protocol, message, None),
         slots="__slots__ = ()",
-        layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0),
+        layout=call("layout = Layout", arguments, "", 4, 0),
     )
 
 
@@ -314,9 +314,9 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
         kind="undecided",
         doc=docstring(text),
         slots="__slots__ = ()",
-        layout=call("layout: ClassVar[Layout] = Layout", arguments, "", 4, 0),
+        layout=call("layout = Layout", arguments, "", 4, 0),
         shared=views,
-        shared_names=_names("shared: ClassVar[tuple[str, ...]] = ", [view.name for view in views]),
+        shared_names=_names("shared = ", [view.name for view in views]),
     )
 
 
