@@ -1,7 +1,6 @@
 """``stagewire decode`` needs no more memory for 100 MB than for 10 MB, whatever it writes.
 
-The captures are mixed: nine frames of ten are DC status updates, the rest are the other messages to the
-host, 6 to 90 bytes long. The command runs as a process of its own; its processor time and peak memory are
+The captures are mixed (``stream.py``). The command runs as a process of its own; its processor time and peak memory are
 printed for each format. The exit is 1 when the large capture takes a few MiB more than the small one.
 
     python benchmarks/capture_memory.py
@@ -10,22 +9,18 @@ printed for each format. The exit is 1 when the large capture takes a few MiB mo
 from __future__ import annotations
 
 import os
-import random
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-from stagewire.direction import Direction
-from stagewire.message import UndocumentedMessage
-from stagewire_apt import PROTOCOL
+from stream import frames
+
 from stagewire_apt import messages as m
 
 SMALL, LARGE = 10_000_000, 100_000_000
-SLACK = (
-    6.0  # MiB: allocators differ by a few from run to run; Parquet keeps an index of its row groups
-)
-SEED = 3
+SLACK = 6.0
+"""MiB: allocators differ by a few from run to run; Parquet keeps an index of its row groups."""
 
 COMMAND = "from stagewire_cli.main import run; run()"
 STATUS = m.MotGetDcStatusUpdate.layout.message
@@ -39,38 +34,17 @@ FORMATS = {
 }
 
 
-def others(rng: random.Random) -> list[bytes]:
-    """Return a frame of every other message that a controller sends, with random values."""
-    frames = []
-    for cls in PROTOCOL.messages:
-        layout = cls.layout
-        if Direction.TO_HOST not in layout.direction or issubclass(cls, UndocumentedMessage):
-            continue
-        head = layout.id.to_bytes(2, "little")
-        if layout.length:
-            frames.append(
-                head + bytes((layout.length, 0, 0x81, 0x50)) + rng.randbytes(layout.length)
-            )
-        else:
-            frames.append(head + bytes((0 if layout.only_zero else 1, 0, 0x01, 0x50)))
-    return frames
-
-
 def write_capture(path: Path, size: int) -> int:
     """Write a capture piece by piece, and return the number of its frames.
 
     This process has to stay small: the peak of a child begins with what its parent had.
     """
-    rng = random.Random(SEED)
-    rest = others(rng)
-    written = frames = 0
+    written = 0
     with path.open("wb") as file:
-        while written < size:
-            status = m.MotGetDcStatusUpdate(1, rng.randrange(1 << 30), 10, 0x80000400)
-            raw = status.pack(0x01, 0x50) if rng.random() < 0.9 else rng.choice(rest)
-            written += file.write(raw)
-            frames += 1
-    return frames
+        for frame in frames(size):
+            file.write(frame)
+            written += 1
+    return written
 
 
 def run(arguments: list[str]) -> tuple[float, float]:
@@ -91,8 +65,8 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         captures = [Path(folder) / "small.bin", Path(folder) / "large.bin"]
         sizes = (SMALL, LARGE)
-        frames = [write_capture(path, size) for path, size in zip(captures, sizes, strict=True)]
-        print(f"{frames[0]:,} and {frames[1]:,} frames")
+        counts = [write_capture(path, size) for path, size in zip(captures, sizes, strict=True)]
+        print(f"{counts[0]:,} and {counts[1]:,} frames")
         run([m.ModIdentify().pack(0x50, 0x01).hex()])  # compiling modules takes memory, once
         head = "".join(f"{size // 10**6:>7} MB: s{'MiB':>8}" for size in sizes)
         print(f"{'format':24}{head}{'us/frame':>10}{'grows':>8}")
@@ -100,7 +74,7 @@ def main() -> int:
             target = ["--output", str(Path(folder) / "decoded")]
             measured = [run([str(path), "--end", "host", *options, *target]) for path in captures]
             cells = "".join(f"{seconds:>13.1f}{peak:>8.1f}" for seconds, peak in measured)
-            each = measured[1][0] / frames[1] * 1e6
+            each = measured[1][0] / counts[1] * 1e6
             grows = measured[1][1] - measured[0][1]
             over |= grows > SLACK
             print(

@@ -1,7 +1,6 @@
 """The framer against bare slicing, and against a peer.
 
-The stream is 20 MB: nine messages of ten are DC status updates, the rest are the other messages to
-the host, 6 to 90 bytes long. The limit is what Python needs to slice and unpack a stream that holds
+The stream is 20 MB of mixed messages (``stream.py``). The limit is what Python needs to slice and unpack a stream that holds
 nothing but status updates, at a fixed stride and without looking at a header.
 
     python benchmarks/framing_speed.py
@@ -9,58 +8,26 @@ nothing but status updates, at a fixed stride and without looking at a header.
 
 from __future__ import annotations
 
-import random
 import sys
 import time
 from struct import Struct
 
 from measure import Bound, Runner, interleave, report
+from stream import frames as make_frames
 from thorlabs_apt_protocol import Unpacker
 from thorlabs_apt_protocol.parsing import id_to_func
 
 from stagewire import End
-from stagewire.direction import Direction
 from stagewire.framing import Received
-from stagewire.message import Message, UndocumentedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 
 SIZE = 20_000_000
-SEED = 3
 SMALL, LARGE = 4096, 2 << 20
 FOR_THE_PEER = 4_000  # messages; it needs a thousand times as long
 ROUNDS = 9
 
 STATUS = m.MotGetDcStatusUpdate(1, 200_000, 10, 0x80000400).pack(0x01, 0x50)
-
-
-def others(rng: random.Random) -> list[bytes]:
-    """Return a frame of every other message that a controller sends, with random values."""
-    frames = []
-    for cls in PROTOCOL.messages:
-        layout = cls.layout
-        if Direction.TO_HOST not in layout.direction or issubclass(cls, UndocumentedMessage):
-            continue
-        frame = bytearray(layout.id.to_bytes(2, "little"))
-        if layout.length:
-            frame += bytes((layout.length, 0, 0x81, 0x50)) + rng.randbytes(layout.length)
-        else:
-            frame += bytes((0 if layout.only_zero else 1, 0, 0x01, 0x50))
-        message: Message = PROTOCOL.decode(bytes(frame)).message
-        assert len(message.pack(0x01, 0x50)) == len(frame)
-        frames.append(bytes(frame))
-    return frames
-
-
-def make_frames() -> list[bytes]:
-    """Return the frames of the stream."""
-    rng = random.Random(SEED)
-    rest = others(rng)
-    frames, size = [], 0
-    while size < SIZE:
-        frames.append(STATUS if rng.random() < 0.9 else rng.choice(rest))
-        size += len(frames[-1])
-    return frames
 
 
 def peer_reads(frame: bytes) -> bool:
@@ -130,7 +97,7 @@ def peer(frames: list[bytes]) -> Runner:
 
 def main() -> int:
     """Measure; return 1 when a bound is not kept."""
-    frames = make_frames()
+    frames = list(make_frames(SIZE))
     stream, count = b"".join(frames), len(frames)
     unpacker = peer(frames)
     frames.clear()  # a list of a million would slow down the collection of garbage for all

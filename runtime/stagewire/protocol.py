@@ -151,10 +151,11 @@ class Protocol:
         """
         try:
             unpack, size, dest, source = self._headers[raw[:HEADER_SIZE]]
-            if len(raw) == size:
-                return make_frame(unpack(raw), dest, source)
         except (KeyError, TypeError):
             pass  # not seen before, or no bytes at all
+        else:
+            if len(raw) == size:
+                return make_frame(unpack(raw), dest, source)
         return self._decode(_as_bytes(raw), context)
 
     def _decode(self, raw: bytes, context: Mapping[str, str] | None) -> Frame:
@@ -277,8 +278,12 @@ class Protocol:
         allowed = set(layout.fields)
         if issubclass(cls, UndecidedMessage):
             allowed |= set(cls.shared)
+        if whole and "data" in fields:
+            raise UnknownFieldError(
+                f"{message} ({layout.form}): data is the packet and no field; give it as data=…"
+            )
         for name in fields:
-            if name not in allowed or (whole and name == "data"):
+            if name not in allowed:
                 known = ", ".join(layout.fields) or "no fields"
                 raise UnknownFieldError(f"{message} ({layout.form}) has no field {name}: {known}")
         if issubclass(cls, UndecidedMessage):

@@ -309,7 +309,7 @@ def test_what_a_refusal_says(
 )
 def test_data_is_given_beside_the_fields_and_not_among_them(message: str, form: str | None) -> None:
     data = bytes(14)
-    with pytest.raises(UnknownFieldError, match=f"{message} .* has no field data"):
+    with pytest.raises(UnknownFieldError, match=f"{message} .*: data is the packet and no field"):
         build(message, {"data": data}, form, data)
     assert build(message, {}, form, data).data == data
 
