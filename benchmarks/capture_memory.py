@@ -1,7 +1,8 @@
 """``stagewire decode`` needs no more memory for 100 MB than for 10 MB, whatever it writes.
 
-The captures are mixed (``stream.py``). The command runs as a process of its own; its processor time and peak memory are
-printed for each format. The exit is 1 when the large capture takes a few MiB more than the small one.
+The captures are mixed (``stream.py``). The command runs as a process of its own; its processor time
+and peak memory are printed for each format. The exit is 1 when the large capture takes a few MiB more
+than the small one.
 
     python benchmarks/capture_memory.py
 """

@@ -51,20 +51,27 @@ def encoding() -> bool:
         "pack": Struct("<HHBBHl").pack,
         "MoveAbsolute": m.MotMoveAbsolute,
         "peer": thorlabs_apt_protocol.mot_move_absolute,
+        # the values come from variables for all, as in a program
+        "id": 0x0453,
+        "length": 6,
+        "dest": 0x50,
+        "flagged": 0xD0,
+        "source": 0x01,
+        "channel": 1,
+        "position": 200_000,
+        "made": m.MotMoveAbsolute(1, 200_000),
     }
-    ours = m.MotMoveAbsolute(1, 200_000).pack(0x50, 1)
-    assert ours == names["pack"](0x0453, 6, 0xD0, 1, 1, 200_000)
-    assert ours == names["peer"](source=1, dest=0x50, chan_ident=1, position=200_000)
+    limit = "pack(id, length, flagged, source, channel, position)"
+    ours = "MoveAbsolute(channel, position).pack(dest, source)"
+    theirs = "peer(source=source, dest=dest, chan_ident=channel, position=position)"
+    assert eval(limit, names) == eval(ours, names) == eval(theirs, names)
     contenders = {
-        "Struct.pack": statement("pack(0x0453, 6, 0xD0, 1, 1, 200_000)", names, NUMBER),
-        "checked message, packed": statement(
-            "MoveAbsolute(1, 200_000).pack(0x50, 1)", names, NUMBER
-        ),
-        "thorlabs-apt-protocol": statement(
-            "peer(source=1, dest=0x50, chan_ident=1, position=200_000)", names, NUMBER
-        ),
+        "Struct.pack": statement(limit, names, NUMBER),
+        "message made, checked and packed": statement(ours, names, NUMBER),
+        "message packed": statement("made.pack(dest, source)", names, NUMBER),
+        "thorlabs-apt-protocol": statement(theirs, names, NUMBER),
     }
-    bounds = [Bound("checked message, packed", "Struct.pack", at_most=6)]
+    bounds = [Bound("message made, checked and packed", "Struct.pack", at_most=6)]
     return report("Encode a move to a position", interleave(contenders), bounds)
 
 

@@ -1,7 +1,7 @@
 """The framer against bare slicing, and against a peer.
 
-The stream is 20 MB of mixed messages (``stream.py``). The limit is what Python needs to slice and unpack a stream that holds
-nothing but status updates, at a fixed stride and without looking at a header.
+The stream is 20 MB of mixed messages (``stream.py``). The limit is what Python needs to slice and unpack
+a stream that holds nothing but status updates, at a fixed stride and without looking at a header.
 
     python benchmarks/framing_speed.py
 """
