@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 from collections.abc import Iterable
 from typing import Any, Final
 
@@ -40,12 +41,38 @@ _HELD: Final = 4 * 1024 * 1024
 _TYPES: Final = {Kind.TEXT: "string", Kind.BYTES: "binary"}
 
 
-class GeneralWriter(EventWriter):
-    """Writes a row for each frame or event, whatever it is."""
+class _RowWriter(Writer):
+    """Gathers rows and hands them to a table, a batch at a time."""
 
     def __init__(self, task: Task, sink: Sink) -> None:
         super().__init__(task)
         self._sink = sink
+
+    @abc.abstractmethod
+    def _write(self) -> None:
+        """Hand the rows that were gathered to the table."""
+
+    def flush(self) -> None:
+        """Hand on what has been written so far, where the format can."""
+        if self._sink.live:
+            self._write()
+            self._sink.flush()
+
+    def close(self) -> None:
+        """Write the last rows."""
+        self._write()
+        self._sink.close()
+
+    def abandon(self) -> None:
+        """Let go of the table; its file is thrown away."""
+        self._sink.abandon()
+
+
+class GeneralWriter(_RowWriter, EventWriter):
+    """Writes a row for each frame or event, whatever it is."""
+
+    def __init__(self, task: Task, sink: Sink) -> None:
+        super().__init__(task, sink)
         self._rows: list[tuple[Any, ...]] = []
         self._held = 0
         self._fields = FieldsText(AS_JSON)
@@ -90,21 +117,6 @@ class GeneralWriter(EventWriter):
             self._rows.clear()
             self._held = 0
 
-    def flush(self) -> None:
-        """Hand on what has been written so far, where the format can."""
-        if self._sink.live:
-            self._write()
-            self._sink.flush()
-
-    def close(self) -> None:
-        """Write the last rows."""
-        self._write()
-        self._sink.close()
-
-    def abandon(self) -> None:
-        """Let go of the table; its file is thrown away."""
-        self._sink.abandon()
-
 
 def typed_columns(message: type[Message]) -> list[Column]:
     """Return the columns for one message: a typed one for each field, and bytes beyond the layout.
@@ -122,15 +134,14 @@ def _type(place: Place) -> str:
     return f"{'u' * (place.kind is Kind.UNSIGNED)}int{place.width * 8}"
 
 
-class TypedWriter(Writer):
+class TypedWriter(_RowWriter):
     """Writes a row for each frame of one message, through columns.
 
     What is no such frame has no place in these columns: a refusal is said on standard error.
     """
 
     def __init__(self, task: Task, only: type[Message], sink: Sink) -> None:
-        super().__init__(task)
-        self._sink = sink
+        super().__init__(task, sink)
         self._sorter = Sorter(task.protocol, task.context, only=[only])
         self._frames = self._sorter.frames.setdefault(only, Frames(only))
 
@@ -166,18 +177,3 @@ class TypedWriter(Writer):
             extra[number] = following
         self._sink.write([frames.offsets, *columns.values(), extra])
         frames.clear()
-
-    def flush(self) -> None:
-        """Hand on what has been written so far, where the format can."""
-        if self._sink.live:
-            self._write()
-            self._sink.flush()
-
-    def close(self) -> None:
-        """Write the last rows."""
-        self._write()
-        self._sink.close()
-
-    def abandon(self) -> None:
-        """Let go of the table; its file is thrown away."""
-        self._sink.abandon()

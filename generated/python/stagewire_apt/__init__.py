@@ -15,7 +15,7 @@ from __future__ import annotations
 from stagewire_apt import flags, messages
 from stagewire_apt.messages import PROTOCOL, decode
 
-TYPE_CHECKING = False
+TYPE_CHECKING = False  # type checkers know the name; typing takes long to import
 if TYPE_CHECKING:
     from types import ModuleType
 

@@ -23,7 +23,7 @@ from stagewire.message import (
 )
 from stagewire_apt.flags import RackDigitalOutputs, RackStatusBits
 
-TYPE_CHECKING = False
+TYPE_CHECKING = False  # type checkers know the name; typing takes long to import
 if TYPE_CHECKING:
     from typing import Self
 

@@ -16,7 +16,7 @@ from stagewire.direction import Direction
 from stagewire.message import Layout, Message, check_addresses, check_integer
 from stagewire_apt.flags import BpcStatusBits, InputVoltsSource, LutOutputMode, OutputMaxVoltsFlags
 
-TYPE_CHECKING = False
+TYPE_CHECKING = False  # type checkers know the name; typing takes long to import
 if TYPE_CHECKING:
     from typing import Self
 

@@ -14,7 +14,7 @@ from struct import Struct
 from stagewire.direction import Direction
 from stagewire.message import Layout, Message, check_addresses, check_integer
 
-TYPE_CHECKING = False
+TYPE_CHECKING = False  # type checkers know the name; typing takes long to import
 if TYPE_CHECKING:
     from typing import Self
 
