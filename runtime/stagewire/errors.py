@@ -93,7 +93,7 @@ class BadValueError(EncodeError, TypeError):
 
 
 class UnsupportedError(CodecError):
-    """Something that the registry names but that cannot be encoded without guessing."""
+    """What cannot be done without guessing, such as encoding an id without a layout, or without NumPy."""
 
     code = "unsupported"
 
