@@ -219,6 +219,11 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
         "MOT_MOVE_ABSOLUTE has several forms; give one of header, data",
     ),
     (
+        lambda: build("MOT_MOVE_STOPPED", {}),
+        BadLengthError,
+        "MOT_MOVE_STOPPED has several forms; give one of header, data:dc, data:stepper",
+    ),
+    (
         lambda: build("MOT_MOVE_ABSOLUTE", {}, "data:dc"),
         BadLengthError,
         "MOT_MOVE_ABSOLUTE has no form data:dc (it has header, data)",
