@@ -38,6 +38,7 @@ _KINDS = {
 }
 _LONG_PATTERN = 60  # characters; the description of a longer one says more
 _LONGEST = 160  # characters of a place or a message
+_BESIDE_A_REFERENCE = {"$ref", "title", "description", "maxLength"}
 _BESIDE = {"examples": "examples/{}.yaml", "captures": "captures/{}.yaml"}
 
 
@@ -140,8 +141,8 @@ def _validator(kind: str) -> Any:
 def _inline(schema: Any) -> None:
     """Put the definitions of a schema where they are referred to.
 
-    A spec meets tens of thousands of references, and each costs a validator of its own. What a
-    reference restricts further stays one: both have to hold.
+    A spec meets tens of thousands of references, and each costs a validator of its own. Where more
+    than a length stands beside a reference it stays one: some keywords look at their neighbours.
     """
     definitions = {f"#/$defs/{name}": part for name, part in schema.get("$defs", {}).items()}
     parts, seen = [schema], set()
@@ -152,7 +153,7 @@ def _inline(schema: Any) -> None:
         seen.add(id(part))
         if isinstance(part, dict):
             while (meant := definitions.get(str(part.get("$ref")))) is not None:
-                if part.keys() & meant.keys() - {"title", "description"}:
+                if part.keys() - _BESIDE_A_REFERENCE or "maxLength" in part.keys() & meant.keys():
                     break
                 del part["$ref"]
                 part.update(meant)

@@ -18,7 +18,7 @@ from stagewire_generator.model import (
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.canonical import canonical
 
-__all__ = ["registry_json", "registry_text", "render"]
+__all__ = ["registry_text", "render"]
 
 SCHEMA_VERSION = 1
 _TABLES_OF_UNITS = ("families", "lists", "addresses", "hardware_types")
@@ -32,10 +32,10 @@ def render(protocol: Protocol) -> dict[str, str]:
 @lru_cache(maxsize=1)
 def registry_text(protocol: Protocol) -> str:
     """Return the resolved registry as canonical JSON; the Python package carries it, too."""
-    return canonical(registry_json(protocol))
+    return canonical(_registry_json(protocol))
 
 
-def registry_json(protocol: Protocol) -> Json:
+def _registry_json(protocol: Protocol) -> Json:
     """Return the resolved registry as the architecture describes it."""
     units = protocol.units
     return {

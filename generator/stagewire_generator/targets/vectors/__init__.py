@@ -8,7 +8,7 @@ from typing import Any
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.canonical import canonical
 
-__all__ = ["render", "vectors_json", "vectors_text"]
+__all__ = ["render", "vectors_text"]
 
 
 def render(protocol: Protocol) -> dict[str, str]:
@@ -19,7 +19,7 @@ def render(protocol: Protocol) -> dict[str, str]:
 @lru_cache(maxsize=1)
 def vectors_text(protocol: Protocol) -> str:
     """Return the vectors as canonical JSON; the Python package carries them, too."""
-    return canonical(vectors_json(protocol))
+    return canonical(_vectors_json(protocol))
 
 
 def _verdict(entry: dict[str, Any]) -> str:
@@ -27,7 +27,7 @@ def _verdict(entry: dict[str, Any]) -> str:
     return "erratum" if entry.get("errata") else "reproduced"
 
 
-def vectors_json(protocol: Protocol) -> dict[str, Any]:
+def _vectors_json(protocol: Protocol) -> dict[str, Any]:
     """Return the examples and captures as lists, in the order of the document."""
     examples = protocol.examples.get("examples", {})
     captures = protocol.captures.get("captures", {})
