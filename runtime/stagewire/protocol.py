@@ -149,14 +149,16 @@ class Protocol:
         :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`,
         and :class:`~stagewire.errors.BadValueError` for what is not bytes, such as hex text.
         """
+        if raw.__class__ is not bytes:
+            raw = _as_bytes(raw)
         try:
             unpack, size, dest, source = self._headers[raw[:HEADER_SIZE]]
-        except (KeyError, TypeError):
-            pass  # not seen before, or no bytes at all
+        except KeyError:
+            pass  # not seen before
         else:
             if len(raw) == size:
                 return make_frame(unpack(raw), dest, source)
-        return self._decode(_as_bytes(raw), context)
+        return self._decode(raw, context)
 
     def _decode(self, raw: bytes, context: Mapping[str, str] | None) -> Frame:
         size = len(raw)
@@ -324,9 +326,7 @@ class Protocol:
 
 
 def _as_bytes(raw: object) -> bytes:
-    if isinstance(raw, bytes):
-        return raw
-    if isinstance(raw, (bytearray, memoryview)):
+    if isinstance(raw, (bytes, bytearray, memoryview)):
         return bytes(raw)
     hint = "; bytes.fromhex makes bytes of hex text" if isinstance(raw, str) else ""
     raise BadValueError(f"decode takes bytes, not {type(raw).__name__}{hint}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import inspect
 import pickle
+from collections.abc import Callable
 
 import pytest
 
@@ -34,6 +35,28 @@ def test_the_architecture_s_example_decodes() -> None:
     assert repr(frame) == (
         "Frame(MotMoveAbsolute(chan_ident=1, absolute_distance=200000), dest=0x50, source=0x01)"
     )
+
+
+@pytest.mark.parametrize(
+    "buffer",
+    [
+        bytearray,
+        memoryview,
+        lambda raw: memoryview(bytearray(raw)),
+        lambda raw: memoryview(raw).cast("H"),
+        type("Own", (bytes,), {}),
+    ],
+)
+@pytest.mark.parametrize("before", [False, True])
+def test_any_buffer_decodes_whether_its_header_was_seen_before_or_not(
+    buffer: Callable[[bytes], bytes], before: bool
+) -> None:
+    protocol = Protocol("own", "Own", "own", [m.MotMoveAbsolute], 1, frozenset({0x50}), {})
+    if before:
+        protocol.decode(MOVE)
+    assert protocol.decode(buffer(MOVE)) == m.decode(MOVE)
+    with pytest.raises(TrailingBytesError):
+        protocol.decode(buffer(MOVE + bytes(2)))
 
 
 def test_a_message_cannot_be_changed() -> None:
