@@ -1,9 +1,9 @@
 """Stagewire: what generated protocol packages stand on.
 
 The runtime knows no message of any protocol. It cuts streams into frames (:mod:`stagewire.framing`),
-carries messages (:mod:`stagewire.message`, :mod:`stagewire.frame`), finds protocols
-(:mod:`stagewire.protocol`), converts units exactly (:mod:`stagewire.quantities`) and says what went
-wrong (:mod:`stagewire.errors`).
+carries messages (:mod:`stagewire.message`, :mod:`stagewire.frame`), reads commands that have no
+header (:mod:`stagewire.commands`), finds protocols (:mod:`stagewire.protocol`), converts units
+exactly (:mod:`stagewire.quantities`) and says what went wrong (:mod:`stagewire.errors`).
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from __future__ import annotations
 from stagewire.errors import StagewireError
 from stagewire.flags import Bit, Flags
 from stagewire.frame import Frame
+from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Framer
-from stagewire.message import Message
+from stagewire.message import FramedMessage, Message
 from stagewire.protocol import Protocol, available_protocols, load_protocol
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
@@ -26,6 +27,8 @@ __all__ = [
     "End",
     "Flags",
     "Frame",
+    "FramedMessage",
+    "FramedProtocol",
     "Framer",
     "Message",
     "Protocol",

@@ -15,6 +15,7 @@ __all__ = [
     "EncodeError",
     "MissingFieldError",
     "OutOfRangeError",
+    "OutstandingReplyError",
     "StagewireError",
     "TrailingBytesError",
     "TruncatedError",
@@ -96,6 +97,10 @@ class UnsupportedError(CodecError):
     """What cannot be done without guessing, such as encoding an id without a layout, or without NumPy."""
 
     code = "unsupported"
+
+
+class OutstandingReplyError(StagewireError):
+    """A request has to wait: what comes next on the line may be the reply to another one."""
 
 
 class UnknownProtocolError(StagewireError):

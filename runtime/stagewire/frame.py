@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from stagewire.errors import BadValueError, OutOfRangeError
+from stagewire.frozen import Frozen
 from stagewire.header import HEADER_SIZE, MAXIMUM_PACKET
-from stagewire.message import Message, check_addresses
+from stagewire.message import FramedMessage, check_addresses
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
-    from typing import Any, NoReturn
+    from typing import Any
 
 __all__ = ["Frame"]
 
 
-class Frame:
+class Frame(Frozen):
     """A message on its way between two addresses; immutable.
 
     :param message: what is said.
@@ -24,19 +25,19 @@ class Frame:
 
     __slots__ = ("dest", "extra", "message", "source")
     __match_args__ = ("message", "dest", "source", "extra")
-    message: Message
+    message: FramedMessage
     dest: int
     source: int
     extra: bytes
 
-    def __new__(cls, message: Message, dest: int, source: int, extra: bytes = b"") -> Frame:
+    def __new__(cls, message: FramedMessage, dest: int, source: int, extra: bytes = b"") -> Frame:
         """Put a message on its way.
 
         Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none, and
         :class:`~stagewire.errors.BadValueError` for a part of the wrong kind and for extra bytes
         where there is no layout that they could follow.
         """
-        if not isinstance(message, Message):
+        if not isinstance(message, FramedMessage):
             raise BadValueError(f"a frame carries a message, not {message!r}")
         check_addresses(dest, source)
         if extra.__class__ is not bytes:
@@ -60,21 +61,7 @@ class Frame:
             raise OutOfRangeError(f"a packet has at most {MAXIMUM_PACKET} bytes, not {length}")
         return raw[:2] + length.to_bytes(2, "little") + raw[4:] + self.extra
 
-    def __setattr__(self, name: str, value: object) -> NoReturn:
-        raise AttributeError(f"a frame is immutable; make a new one to change {name}")
-
-    def __delattr__(self, name: str) -> NoReturn:
-        raise AttributeError(f"a frame is immutable; {name} cannot be deleted")
-
-    def __eq__(self, other: object) -> bool:
-        if other.__class__ is not self.__class__:
-            return NotImplemented
-        return isinstance(other, Frame) and self._key() == other._key()
-
-    def __hash__(self) -> int:
-        return hash(self._key())
-
-    def _key(self) -> tuple[Message, int, int, bytes]:
+    def _key(self) -> tuple[FramedMessage, int, int, bytes]:
         return self.message, self.dest, self.source, self.extra
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -85,17 +72,19 @@ class Frame:
         return f"Frame({self.message!r}, dest={self.dest:#04x}, source={self.source:#04x}{extra})"
 
 
-class _Draft:
-    """A frame that is still being filled; see :mod:`stagewire.message` for why."""
+class _Draft(Frozen):
+    """A frame that is still being filled; see :mod:`stagewire.frozen` for why."""
 
     __slots__ = Frame.__slots__
-    message: Message
+    __setattr__ = object.__setattr__
+    __delattr__ = object.__delattr__
+    message: FramedMessage
     dest: int
     source: int
     extra: bytes
 
 
-def make_frame(message: Message, dest: int, source: int, extra: bytes = b"") -> Frame:
+def make_frame(message: FramedMessage, dest: int, source: int, extra: bytes = b"") -> Frame:
     """Make a frame from parts that are known to be right."""
     draft: Any = _Draft()
     draft.message = message

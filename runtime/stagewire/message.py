@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from typing import Any, ClassVar, NoReturn, Self
 
 __all__ = [
+    "FramedMessage",
     "Layout",
     "Message",
     "UndecidedMessage",
@@ -41,9 +42,9 @@ class Layout:
     """What the runtime has to know of one layout of a message, made by the generator.
 
     :param message: name in the registry, such as ``MOT_MOVE_ABSOLUTE``.
-    :param id: the message id.
+    :param id: the message id, or the byte of a command.
     :param direction: which way the message travels.
-    :param form: ``header``, ``data`` or ``data:dc``.
+    :param form: ``header``, ``data`` or ``data:dc``; of a command ``request`` or ``reply``.
     :param fields: the names of the fields in wire order, reserved ones included.
     :param length: bytes of payload; 0 for a header form.
     :param optional: fields that may be left out when encoding: reserved and constant ones.
@@ -51,11 +52,15 @@ class Layout:
     :param when: the context that decides for this layout, such as ``{"status": "dc"}``.
     :param constants: reserved fields that are sent as something other than zero.
     :param only_zero: a stream must not take a header with other parameters than zero for it.
+    :param signed: integers with a sign of a size that :mod:`struct` has no code for, three bytes.
+    :param kind: ``message``; of a protocol of commands ``command`` or ``setup``.
+    :param size: of a command, the number that is sent in its size slot; None: the slot is left out.
+    :param dummy: the document says that it does nothing and is not to be used.
     """
 
     __slots__ = (
-        "constants", "direction", "fields", "form", "id", "length", "message", "only_zero",
-        "optional", "unnamed", "when",
+        "constants", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
+        "only_zero", "optional", "signed", "size", "unnamed", "when",
     )  # fmt: skip
 
     def __init__(
@@ -71,6 +76,10 @@ class Layout:
         when: Mapping[str, str] | None = None,
         constants: Mapping[str, int] | None = None,
         only_zero: bool = False,
+        signed: tuple[str, ...] = (),
+        kind: str = "message",
+        size: int | None = None,
+        dummy: bool = False,
     ) -> None:
         self.message = message
         self.id = id
@@ -83,6 +92,10 @@ class Layout:
         self.when = dict(when or {})
         self.constants = dict(constants or {})
         self.only_zero = only_zero
+        self.signed = signed
+        self.kind = kind
+        self.size = size
+        self.dummy = dummy
 
     def __repr__(self) -> str:
         return f"<Layout {self.message} {self.form}>"
@@ -139,20 +152,6 @@ class Message:
     def __delattr__(self, name: str) -> NoReturn:
         raise AttributeError(f"{type(self).__name__} is immutable; {name} cannot be deleted")
 
-    @classmethod
-    def unpack(cls, raw: bytes) -> Self:
-        """Make the message from the bytes of a whole frame, without any check."""
-        raise NotImplementedError
-
-    def pack(self, dest: int, source: int) -> bytes:
-        """Return the bytes of a whole frame that carries this message.
-
-        ``dest`` is the address without the top bit. Raises
-        :class:`~stagewire.errors.OutOfRangeError` for an address that is none and
-        :class:`~stagewire.errors.BadValueError` for one that is no integer.
-        """
-        raise NotImplementedError
-
     def values(self) -> dict[str, Any]:
         """Return the fields by name, in wire order, reserved ones included."""
         return {name: getattr(self, name) for name in self.layout.fields}
@@ -201,7 +200,27 @@ class Message:
         return _restore, (type(self), tuple(self.values().values()))
 
 
-class UndecidedMessage(Message, abstract=True):
+class FramedMessage(Message, abstract=True):
+    """Base of messages that a header with two addresses carries."""
+
+    __slots__ = ()
+
+    @classmethod
+    def unpack(cls, raw: bytes) -> Self:
+        """Make the message from the bytes of a whole frame, without any check."""
+        raise NotImplementedError
+
+    def pack(self, dest: int, source: int) -> bytes:
+        """Return the bytes of a whole frame that carries this message.
+
+        ``dest`` is the address without the top bit. Raises
+        :class:`~stagewire.errors.OutOfRangeError` for an address that is none and
+        :class:`~stagewire.errors.BadValueError` for one that is no integer.
+        """
+        raise NotImplementedError
+
+
+class UndecidedMessage(FramedMessage, abstract=True):
     """A payload that several layouts of one message fit, and no context said which.
 
     The fields that all candidates share are read from ``data``; nothing else is guessed. It encodes
@@ -236,7 +255,7 @@ class UndecidedMessage(Message, abstract=True):
         return _DATA_HEADER.pack(layout.id, layout.length, dest | DATA_FLAG, source) + self.data
 
 
-class UndocumentedMessage(Message, abstract=True):
+class UndocumentedMessage(FramedMessage, abstract=True):
     """A message that the document names with an id and without a layout.
 
     What came is kept: the packet of a data frame (``data``) or the parameter bytes of a header

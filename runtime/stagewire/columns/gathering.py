@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.columns.reading import Buffer, Column, bytes_of, columns, numpy_columns
 from stagewire.columns.shape import shape_of
+from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Event, Garbage, Received
 from stagewire.header import DATA_FLAG
 from stagewire.message import Message
-from stagewire.protocol import Protocol
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -81,7 +81,7 @@ class Sorter:
 
     def __init__(
         self,
-        protocol: Protocol,
+        protocol: FramedProtocol,
         context: Mapping[str, str] | None = None,
         only: Collection[type[Message]] | None = None,
     ) -> None:
@@ -139,7 +139,7 @@ class Gatherer(Sorter):
 
     def __init__(
         self,
-        protocol: Protocol,
+        protocol: FramedProtocol,
         end: End = End.NONE,
         context: Mapping[str, str] | None = None,
         only: Collection[type[Message]] | None = None,
@@ -167,7 +167,7 @@ class Gatherer(Sorter):
 
 
 def gather(
-    protocol: Protocol,
+    protocol: FramedProtocol,
     chunks: Iterable[Buffer],
     end: End = End.NONE,
     context: Mapping[str, str] | None = None,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from stagewire.errors import BadValueError, UnsupportedError
 from stagewire.header import HEADER_SIZE
-from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire.message import FramedMessage, Message, UndecidedMessage, UndocumentedMessage
 
 __all__ = ["Kind", "Place", "Shape", "shape_of"]
 
@@ -73,6 +73,10 @@ def shape_of(message: type[Message]) -> Shape:
     """
     if not (isinstance(message, type) and issubclass(message, Message)):
         raise BadValueError(f"columns are made of a message class, not of {message!r}")
+    if not issubclass(message, FramedMessage):
+        raise UnsupportedError(
+            f"{message.__name__} has no header, so that nothing tells its bytes from others"
+        )
     if issubclass(message, UndocumentedMessage):
         raise UnsupportedError(f"{message.layout.message} has no documented layout, so no columns")
     layout = message.layout
@@ -116,5 +120,8 @@ def _places(message: type[Message]) -> tuple[Place, ...]:
 
 
 def _kind_of_string(message: type[Message], name: str) -> Kind:
-    """Return what a run of bytes is by the type that the class gives the field."""
-    return Kind.TEXT if message.__annotations__.get(name) in (str, "str") else Kind.BYTES
+    """Return what a run of bytes is: by the type that the class gives the field, and by its sign."""
+    kind = message.__annotations__.get(name)
+    if kind in (int, "int"):  # a Struct has no code for integers of three bytes
+        return Kind.SIGNED if name in message.layout.signed else Kind.UNSIGNED
+    return Kind.TEXT if kind in (str, "str") else Kind.BYTES

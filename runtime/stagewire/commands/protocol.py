@@ -1,0 +1,221 @@
+"""A protocol of commands: how bytes find their command, and how its stream is read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+from stagewire.commands.command import Command, Reply, SetupCommand
+from stagewire.commands.events import BadCommandLength, CommandReceived, UnknownCommand
+from stagewire.commands.frame import CommandFrame, make_command_frame
+from stagewire.commands.framer import CommandFramer
+from stagewire.commands.marks import Marks
+from stagewire.commands.replies import ReplyDecoder, decode_reply
+from stagewire.commands.rule import MAXIMUM_COMMAND, MORE, SLOTS, Request, Rule
+from stagewire.errors import (
+    BadLengthError,
+    BadValueError,
+    DecodeError,
+    TrailingBytesError,
+    TruncatedError,
+    UnknownMessageError,
+)
+from stagewire.framing.events import Event
+from stagewire.message import Message
+from stagewire.protocol import Protocol, as_bytes
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import TypeVar
+
+    _Kind = TypeVar("_Kind", Command, SetupCommand)
+
+__all__ = ["CommandProtocol"]
+
+Unpack = Callable[[bytes], Command]
+
+
+class CommandProtocol(Protocol):
+    """A protocol of commands without a header and of replies without a frame.
+
+    A class belongs to the one protocol that lists it, which tells it the marks.
+
+    :param name: name in the registry.
+    :param title: for people.
+    :param package: the generated package; it holds ``registry.json`` and ``vectors.json``.
+    :param messages: every class of a command, a setup command and a reply.
+    :param prefix: the byte that begins a setup command.
+    :param terminator: the byte that ends a command.
+    :param axes: the documented identifiers of axes by name; others are accepted, too.
+
+    Raises :class:`ValueError` for commands that a stream cannot carry or tell apart.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        title: str,
+        package: str,
+        messages: Iterable[type[Message]],
+        prefix: int,
+        terminator: int,
+        axes: Mapping[str, int],
+    ) -> None:
+        super().__init__(name, title, package, messages, nameless={})
+        self.axes = dict(axes)
+        self._commands: dict[int, type[Command]] = {}
+        self._setup: dict[int, type[SetupCommand]] = {}
+        for cls in self.messages:
+            if issubclass(cls, Command):
+                _add(self._commands, cls)
+                other = _other_form(cls)
+                if other is not None:
+                    self._by_name[cls.layout.message][other] = cls
+            elif issubclass(cls, SetupCommand):
+                _add(self._setup, cls)
+        setup = {byte: cls.layout.message for byte, cls in self._setup.items()}
+        self.marks = Marks(prefix, terminator, setup)
+        self.rule = Rule(self.marks, {byte: _request(cls) for byte, cls in self._commands.items()})
+        classes: tuple[type[Command | SetupCommand], ...]
+        classes = (*self._commands.values(), *self._setup.values())
+        for command in classes:
+            command.marks = self.marks
+        # Command byte and size slot -> unpack, bytes when nothing ignored follows, size slot there.
+        self._usual: dict[bytes, tuple[Unpack, int, bool]] = {
+            slots: (self._commands[slots[0]].unpack, size, slots[1] != terminator)
+            for slots, size in self.rule.usual.items()
+        }
+
+    # Decoding
+
+    def decode(self, raw: bytes) -> CommandFrame:
+        """Decode the bytes of exactly one command or setup command.
+
+        Raises :class:`~stagewire.errors.TruncatedError`, :class:`~stagewire.errors.TrailingBytesError`,
+        :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`,
+        and :class:`~stagewire.errors.BadValueError` for what is not bytes, such as hex text.
+        """
+        if raw.__class__ is not bytes:
+            raw = as_bytes(raw)
+        usual = self._usual.get(raw[1:3])
+        if usual is not None:
+            unpack, size, sized = usual
+            marks = self.marks
+            axis, end = raw[0], marks.terminator
+            if len(raw) == size and raw[-1] == end and axis != end and axis != marks.prefix:
+                return make_command_frame(unpack(raw), axis, b"", sized)
+        return self._decode(raw)
+
+    def _decode(self, raw: bytes) -> CommandFrame:
+        kind, end = self.rule.begins(raw, 0)
+        if kind is not CommandReceived or end == MORE:
+            raise self._refusal(raw, kind)
+        if end < len(raw):
+            raise TrailingBytesError(
+                f"{self._name(raw)} ends before byte {end}; {len(raw) - end} more follow"
+            )
+        if raw[0] == self.marks.prefix:
+            return make_command_frame(self._setup[raw[1]].unpack(raw), None, b"", False)
+        cls = self._commands[raw[1]]
+        extra = raw[SLOTS + cls.layout.length : -1]  # without them it would have been a usual one
+        return make_command_frame(cls.unpack(raw), raw[0], extra, True)
+
+    def _name(self, raw: bytes) -> str:
+        """Return the name of the command that is known to begin ``raw``."""
+        kinds: Mapping[int, type[Message]] = self._commands
+        if raw[0] == self.marks.prefix:
+            kinds = self._setup
+        return kinds[raw[1]].layout.message
+
+    def _refusal(self, raw: bytes, kind: type[Event]) -> DecodeError | UnknownMessageError:
+        """Return what is wrong with bytes that the rule does not take for a whole command."""
+        marks = self.marks
+        end = f"{marks.terminator:#04x}"
+        if kind is Event:
+            return TruncatedError(
+                f"a command has at least its axis, its byte and {end} at its end, and a setup "
+                f"command two bytes; here are {len(raw)}"
+            )
+        if raw[0] == marks.prefix:
+            return UnknownMessageError(
+                f"byte 1: no setup command of {self.title} has the byte {raw[1]:#04x}"
+            )
+        if marks.terminator in raw[:2]:
+            at = raw.index(marks.terminator)
+            due = ("the axis", "the byte of the command")[at]
+            return TruncatedError(f"byte {at}: {end} ends the command where {due} is due")
+        if kind is UnknownCommand:
+            return UnknownMessageError(
+                f"byte 1: no command of {self.title} has the byte {raw[1]:#04x}"
+            )
+        name = self._name(raw)
+        request = self.rule.requests[raw[1]]
+        if kind is BadCommandLength:
+            left_out = "" if request.length else f" or {end}, which leaves it out"
+            came = f"{end}, which leaves it out" if raw[2] == marks.terminator else raw[2]
+            return BadLengthError(
+                f"{name}: byte 2 is the number of data bytes, {request.size}{left_out}; not {came}"
+            )
+        if kind is CommandReceived:
+            here = len(raw) - SLOTS
+            if here < request.length:
+                text = f"{request.length} bytes of data follow the size, here are {here}"
+            else:
+                text = f"{end}, which ends a command, does not come"
+            return TruncatedError(f"{name}: {text}")
+        return BadLengthError(
+            f"{name}: {end} has to come within {MAXIMUM_COMMAND} bytes; here are {len(raw)}"
+        )
+
+    def decode_reply(
+        self, raw: bytes, command: str | type[Message] | Message | CommandFrame
+    ) -> Reply:
+        """Decode all the bytes of the reply to ``command``, given by its name or itself.
+
+        Raises :class:`~stagewire.errors.TruncatedError` or
+        :class:`~stagewire.errors.TrailingBytesError` for another number of bytes,
+        :class:`~stagewire.errors.BadLengthError` for a command that has no reply,
+        :class:`~stagewire.errors.UnknownMessageError` for a name that no command has, and
+        :class:`~stagewire.errors.BadValueError` for what is not bytes or no command.
+        """
+        if isinstance(command, str):
+            cls = self.message_class(command)
+        elif isinstance(command, type):
+            cls = command
+        else:
+            cls = type(command.message if isinstance(command, CommandFrame) else command)
+        if not issubclass(cls, (Command, SetupCommand)):
+            raise BadValueError(f"a reply is decoded by its command, not by {command!r}")
+        return decode_reply(as_bytes(raw), cls)
+
+    # Streams
+
+    def framer(self) -> CommandFramer:
+        """Return a new framer of what a host sends."""
+        return CommandFramer(self.rule, self.decode)
+
+    def replies(self) -> ReplyDecoder:
+        """Return a new decoder of what a controller sends."""
+        return ReplyDecoder()
+
+    def _certain(self, forms: Iterable[str]) -> list[str]:
+        return ["request"]
+
+
+def _add(known: dict[int, type[_Kind]], cls: type[_Kind]) -> None:
+    layout = cls.layout
+    if layout.id in known:
+        other = known[layout.id].layout.message
+        raise ValueError(f"{layout.message} and {other} have the same byte {layout.id:#04x}")
+    known[layout.id] = cls
+
+
+def _request(cls: type[Command]) -> Request:
+    layout = cls.layout
+    return Request(layout.message, layout.length, layout.size or 0)
+
+
+def _other_form(cls: type[Command]) -> str | None:
+    """Return the form that the document does not print, None when there is no other."""
+    if cls.layout.length:
+        return None
+    return "request:with_size" if cls.layout.size is None else "request:without_size"
