@@ -57,6 +57,11 @@ CODES: dict[str, Code] = {
     "SW035": Code("an exchange that does not fit", "a REQ is answered by a message to the host"),
     "SW036": Code("a message without id or layout and without an erratum", "say so in an erratum"),
     "SW037": Code("a scale that is not an exact positive rational", "write it as N or N/D"),
+    "SW038": Code(
+        "what the framing of the protocol has no place for",
+        "header framing has messages, slots have commands; or correct the byte that is named",
+    ),
+    "SW039": Code("a page that the document has not", "correct the page, or the number of pages"),
     # The witness, the errata, the examples
     "SW040": Code(
         "the document prints something else than the registry says",

@@ -20,6 +20,7 @@ __all__ = [
     "Erratum",
     "Factor",
     "Field",
+    "Firmware",
     "FlagBit",
     "FlagTable",
     "Format",
@@ -45,6 +46,11 @@ class Format:
     kind: str  # integer | text | bytes
 
     @property
+    def is_odd(self) -> bool:
+        """Whether it is an integer of a size that machines have no integer for, such as 24 bits."""
+        return self.kind == "integer" and self.size not in (1, 2, 4, 8)
+
+    @property
     def minimum(self) -> int:
         """The least integer that the format holds."""
         return -(1 << (8 * self.size - 1)) if self.signed else 0
@@ -62,6 +68,8 @@ class EnumValue:
     name: str
     value: int
     note: str
+    keyboard: str = ""  # what is typed for it
+    reserved: bool = False  # for future use
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +191,7 @@ class Field:
 class Layout:
     """One way in which a message stands on the wire."""
 
-    form: str  # header | data | data:dc
+    form: str  # header | data | data:dc; of a command request | reply
     when: Mapping[str, str]
     param1: Field | None
     param2: Field | None
@@ -200,8 +208,17 @@ class Layout:
 
 
 @dataclass(frozen=True, slots=True)
+class Firmware:
+    """What holds for a version of the firmware."""
+
+    version: str
+    note: str
+    page: int | None
+
+
+@dataclass(frozen=True, slots=True)
 class Message:
-    """A message of the protocol."""
+    """A message of the protocol; a command and its reply, as two layouts, are one."""
 
     name: str
     id: int | None
@@ -216,6 +233,12 @@ class Message:
     layouts: tuple[Layout, ...]
     errata: tuple[str, ...]
     place: Place
+    kind: str = "message"  # message | command | setup
+    title: str = ""  # of a command, the heading as printed
+    keyboard: str = ""  # what is typed for the byte of a command
+    size: int | None = None  # what a command sends in its size slot; None: the slot is left out
+    dummy: bool = False  # does nothing, and is not to be used
+    firmware: tuple[Firmware, ...] = ()
 
     @property
     def documented(self) -> bool:
@@ -275,6 +298,7 @@ class Protocol:
     title: str
     summary: str
     document: Json
+    firmware: tuple[Firmware, ...]
     package: str
     python_title: str
     name_prefix: str

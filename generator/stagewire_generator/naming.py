@@ -47,11 +47,11 @@ def camel(name: str) -> str:
 def message_classes(message: Message) -> dict[str, str]:
     """Return form -> class name of a message.
 
-    The layout with the plain form ``data``, or the only layout, takes the plain name; the others
-    append their form.
+    The layout with the plain form ``data`` or ``request``, or the only layout, takes the plain name;
+    the others append their form.
     """
     forms = [layout.form for layout in message.layouts]
-    plain = forms[0] if len(forms) == 1 else "data"
+    plain = forms[0] if len(forms) == 1 else "request" if "request" in forms else "data"
     names = {}
     for form in forms:
         suffix = "" if form == plain else form.removeprefix("data:").capitalize()

@@ -8,7 +8,13 @@ from pathlib import Path
 
 from stagewire_generator import manifest
 from stagewire_generator.diagnostics import Diagnostics, Place, SpecError
-from stagewire_generator.lint import check_errata, check_layouts, check_names
+from stagewire_generator.lint import (
+    check_errata,
+    check_framing,
+    check_layouts,
+    check_names,
+    check_pages,
+)
 from stagewire_generator.model import Protocol
 from stagewire_generator.reader import protocol_folders, read
 from stagewire_generator.resolver import resolve
@@ -63,6 +69,8 @@ def check(
         say(f"{protocol.name}: names and layouts")
         check_names(protocol, next(iter(files.get("units", [])), None), diagnostics)
         check_layouts(protocol, diagnostics)
+        check_framing(protocol, files["protocol"][0], diagnostics)
+        check_pages(protocol, files, diagnostics)
         say(f"{protocol.name}: witness and errata")
         comparison = check_errata(protocol, files, diagnostics)
         for other in protocols:

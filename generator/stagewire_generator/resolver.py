@@ -69,6 +69,7 @@ class _Resolver:
             title=head["title"],
             summary=head["summary"],
             document=head["document"],
+            firmware=_firmware(head),
             package=head["python"]["package"],
             python_title=head["python"].get("title", head["title"]),
             name_prefix=head.get("name_prefix", ""),
@@ -212,7 +213,13 @@ class _Resolver:
                 self.diagnostics.add(document.place("chapter"), "SW020", what)
         for _, name, entry, place in self.entries("messages", "enumerations", self.enumerations):
             values = tuple(
-                model.EnumValue(key, value["value"], value.get("note", ""))
+                model.EnumValue(
+                    key,
+                    value["value"],
+                    value.get("note", ""),
+                    value.get("keyboard", ""),
+                    value.get("reserved", False),
+                )
                 for key, value in entry["values"].items()
             )
             summary = entry.get("summary", "")
@@ -235,6 +242,10 @@ class _Resolver:
             self.parameter_set(document, name, entry)
         for name, entry in document.data.get("messages", {}).items():
             self.single(document, name, entry)
+        for name, entry in document.data.get("commands", {}).items():
+            self.command(document, "commands", name, entry)
+        for name, entry in document.data.get("setup_commands", {}).items():
+            self.command(document, "setup_commands", name, entry)
 
     def words(
         self, group: str, verb: str, spelling: str, name: str, place: Place
@@ -296,6 +307,38 @@ class _Resolver:
             direction=entry["direction"],
             set=None,
         )  # fmt: skip
+
+    def command(self, document: Document, section: str, name: str, entry: Json) -> None:
+        path = (section, name)
+        layouts = []
+        for form in ("request", "reply"):
+            if form in entry or form == "request":
+                at = (*path, form) if form in entry else path
+                layouts.append(self.part(document, at, entry.get(form, {}), form, entry["page"]))
+        size = entry.get("size", "none")
+        self.message(
+            document, path, name, entry, tuple(layouts), dict(entry.get("exchange", {})),
+            id=entry["byte"],
+            words=tuple(name.lower().split("_")),
+            pages=(entry["page"],),
+            direction="to_controller",
+            set=None,
+            kind="command" if section == "commands" else "setup",
+            title=entry["title"],
+            keyboard=entry.get("keyboard", ""),
+            size=None if size == "none" else size,
+            dummy=entry.get("dummy", False),
+            firmware=_firmware(entry),
+        )  # fmt: skip
+
+    def part(
+        self, document: Document, path: KeyPath, entry: Json, form: str, page: int
+    ) -> model.Layout:
+        """Return the request or the reply of a command; its length is the sum of its fields."""
+        fields, _ = self.fields(document, (*path, "fields"), entry.get("fields", {}), page)
+        length = sum(field.format.size for field in fields)
+        note, place = entry.get("note", ""), document.place(*path)
+        return model.Layout(form, {}, None, None, length, fields, note, place)
 
     def message(
         self,
@@ -391,20 +434,26 @@ class _Resolver:
                 fields_path = (*fields_path, "fields")
                 entries, page = shared["fields"], shared.get("page", page)
                 length = length if length is not None else shared["length"]
-        fields = []
-        offset = 0
-        for name, spelled in (entries or {}).items():
-            field = self.field(document, (*fields_path, name), name, spelled, offset, page)
-            if field is None:
-                whole = False
-            else:
-                fields.append(field)
-                offset += field.format.size
-        if whole and offset != length:
+        fields, all_made = self.fields(document, fields_path, entries or {}, page)
+        taken = sum(field.format.size for field in fields)
+        if whole and all_made and taken != length:
             self.diagnostics.add(
-                place, "SW031", f"{message}: the fields take {offset} bytes, the length is {length}"
+                place, "SW031", f"{message}: the fields take {taken} bytes, the length is {length}"
             )
-        return model.Layout(form, when, None, None, length or 0, tuple(fields), note, place)
+        return model.Layout(form, when, None, None, length or 0, fields, note, place)
+
+    def fields(
+        self, document: Document, path: KeyPath, entries: Json, page: int
+    ) -> tuple[tuple[model.Field, ...], bool]:
+        """Return the fields, one after the other, and whether all could be made."""
+        made: list[model.Field] = []
+        offset = 0
+        for name, spelled in entries.items():
+            field = self.field(document, (*path, name), name, spelled, offset, page)
+            if field is not None:
+                made.append(field)
+                offset += field.format.size
+        return tuple(made), len(made) == len(entries)
 
     def field(
         self,
@@ -465,6 +514,13 @@ class _Resolver:
             param2=layout.param2 and marked(layout.param2),
             fields=tuple(marked(field) for field in layout.fields),
         )
+
+
+def _firmware(entry: Json) -> tuple[model.Firmware, ...]:
+    return tuple(
+        model.Firmware(fact["version"], fact["note"], fact.get("page"))
+        for fact in entry.get("firmware", ())
+    )
 
 
 def _erratum(id: str, entry: Json, place: Place) -> model.Erratum:

@@ -61,7 +61,13 @@ _PLACE = Ignored("where it stands in the files")
 _FROM_ERRATA = Ignored("follows from the errata, which name their messages and fields")
 
 _DOCUMENT = Data(
-    {"title": "document", "issue": "document", "date": "document", "pages": "document"}
+    {
+        "title": "document",
+        "issue": "document",
+        "date": "document",
+        "pages": "document",
+        "sections": "document",
+    }
 )
 _FORMATS = Data(
     {
@@ -74,12 +80,16 @@ _FORMATS = Data(
 )
 _FRAMING = Data(
     {
+        "kind": "framing",
         "page": "page",
         "header_length": "framing",
         "data_flag": "framing",
         "maximum_length": "framing",
         "host": "framing",
         "devices": "framing",
+        "prefix": "framing",
+        "terminator": "framing",
+        "axes": Names("framing", "enumeration"),
     }
 )
 _CONTEXTS = Data(
@@ -121,6 +131,8 @@ _UNITS = Data(
         "units/*/status": "unit-status",
         "units/*/stages": Names("unit-stages", "stage"),
         "units/*/update_rate_hz": "unit-rate",
+        "units/*/baud_rates/values": "unit-baud-rates",
+        "units/*/baud_rates/source": "text",
         "units/*/keep_alive": Names("unit-keep-alive", "message"),
         "families/*": Entries("family", "family-added", "family-removed"),
         "families/*/title": "text",
@@ -174,6 +186,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "title": "text",
         "summary": "text",
         "document": _DOCUMENT,
+        "firmware": Elsewhere("messages"),
         "package": "package",
         "python_title": "text",
         "name_prefix": "name-prefix",
@@ -214,6 +227,17 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "layouts": Elsewhere("layouts"),
         "errata": _FROM_ERRATA,
         "place": _PLACE,
+        "kind": "message-kind",
+        "title": "text",
+        "keyboard": "keyboard",
+        "size": "command-size",
+        "dummy": "command-dummy",
+        "firmware": Elsewhere("messages"),
+    },
+    model.Firmware: {
+        "version": Elsewhere("messages"),
+        "note": Elsewhere("messages"),
+        "page": Elsewhere("messages"),
     },
     model.Layout: {
         "form": _PAIRED,
@@ -265,7 +289,13 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "values": Elsewhere("tables"),
         "place": _PLACE,
     },
-    model.EnumValue: {"name": _PAIRED, "value": "value-number", "note": "text"},
+    model.EnumValue: {
+        "name": _PAIRED,
+        "value": "value-number",
+        "note": "text",
+        "keyboard": "keyboard",
+        "reserved": "value-reserved",
+    },
     model.FlagTable: {
         "name": _PAIRED,
         "page": "page",

@@ -7,7 +7,12 @@ from collections.abc import Sequence
 from stagewire_generator.change.change import Change
 from stagewire_generator.change.comparison import NOWHERE, Comparison, change
 from stagewire_generator.change.matching import match
-from stagewire_generator.change.messages import compare_chapters, compare_messages, compare_sets
+from stagewire_generator.change.messages import (
+    compare_chapters,
+    compare_firmware,
+    compare_messages,
+    compare_sets,
+)
 from stagewire_generator.change.pairing import pair
 from stagewire_generator.change.proofs import compare_proofs
 from stagewire_generator.change.scales import compare_scales
@@ -40,6 +45,7 @@ def _messages(protocol: Protocol) -> frozenset[tuple[str, int | None]]:
 def _protocol(old: Protocol, new: Protocol) -> list[Change]:
     comparison = Comparison(new.name, match(old, new))
     comparison.attributes(NOWHERE, old, new)
+    compare_firmware(comparison, NOWHERE, old.firmware, new.firmware)
     compare_chapters(comparison, old, new)
     compare_messages(comparison, old, new)
     compare_sets(comparison)

@@ -26,6 +26,9 @@ _WIRE = {
     "message-removed": "its frames are no longer known",
     "message-id": "the message has other header bytes",
     "message-direction": "its frames are taken from another side, or from one side only",
+    "message-kind": "other bytes begin it: it was another kind of message or command",
+    "command-size": "another number is sent in the size slot, or the slot is left out",
+    "command-dummy": "commands that were sent are refused as a dummy, or the other way round",
     "exchange": "other messages are sent or waited for, or at another time",
     "layout-added": "packets that were refused, or read otherwise, are now read by this layout",
     "layout-removed": "packets of this layout are refused, or read by another one",
@@ -53,6 +56,7 @@ _WIRE = {
     "unit-status": "the status of the unit is read by another layout",
     "unit-keep-alive": "another message keeps the unit awake",
     "unit-rate": "the unit sends its status at another rate",
+    "unit-baud-rates": "the serial line of the unit has other rates",
     "unclassified": "the kind of this fact is not known, so that it counts as the gravest",
 }
 _SOURCE = {
@@ -138,6 +142,9 @@ _DOC = {
     "field-open": "whether the list of values or bits is complete",
     "flags-format": "the format for which the bits are listed; fields are reported by themselves",
     "scale-note": "how the scale is printed, where it is from, or why it is unknown",
+    "keyboard": "what is typed for a byte",
+    "value-reserved": "whether the document reserves the value for future use",
+    "firmware": "what depends on the firmware of the controller",
     "hardware-type": "what a hardware type stands for",
     "erratum-added": "a new erratum",
     "erratum-removed": "the erratum is gone",

@@ -101,13 +101,13 @@ def _message(message: model.Message) -> Hashable | None:
     if message.id is None:
         return None
     layouts = frozenset((_layout(x), frozenset(x.when.items())) for x in message.layouts)
-    return message.id, layouts
+    return message.kind, message.id, message.size, layouts
 
 
 def _layout(layout: model.Layout) -> Hashable:
     params = (layout.param1, layout.param2)
     return (
-        layout.form == "header",
+        layout.form.partition(":")[0],  # header, data, request or reply
         layout.length,
         layout.only_zero,
         tuple(p and (p.role, p.constant) for p in params),

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from stagewire_generator.change.comparison import Comparison
-from stagewire_generator.change.layouts import compare_layouts
-from stagewire_generator.model import Message, Protocol
+from collections.abc import Sequence
 
-__all__ = ["compare_chapters", "compare_messages", "compare_sets"]
+from stagewire_generator.change.comparison import Comparison, Where
+from stagewire_generator.change.layouts import compare_layouts
+from stagewire_generator.model import Firmware, Message, Protocol
+
+__all__ = ["compare_chapters", "compare_firmware", "compare_messages", "compare_sets"]
 
 
 def compare_messages(comparison: Comparison, old: Protocol, new: Protocol) -> None:
     """Compare all messages."""
     pairs = comparison.matches.message
-    ids = {message.id: message for message in old.messages if message.id is not None}
+    ids = {(m.kind, m.id): m.name for m in old.messages}
     for message in pairs.removed:
         kind = "mention-removed" if message.id is None else "message-removed"
         comparison.add(kind, {"message": message.name}, message.name, None)
     for message in pairs.added:
         text = ""
-        if message.id in ids:
-            owner = ids[message.id].name
+        owner = ids.get((message.kind, message.id))
+        if owner and message.id is not None:
             text = f"new names; frames with this id were {owner} and are now read as this message"
         kind = "mention-added" if message.id is None else "message-added"
         comparison.add(kind, {"message": message.name}, None, message.name, text)
@@ -44,11 +46,27 @@ def _message(comparison: Comparison, old: Message, new: Message) -> None:
         )
         comparison.add("message-id", where, old.id, new.id, text)
     comparison.attributes(where, old, new)
+    compare_firmware(comparison, where, old.firmware, new.firmware)
     belonged = (comparison.renamed("set", old.set[0]), old.set[1]) if old.set else None
     if belonged != new.set:
         before, after = (m.set and " ".join(m.set) for m in (old, new))
         comparison.add("message-set", where, before, after)
     compare_layouts(comparison, where, old, new)
+
+
+def compare_firmware(
+    comparison: Comparison, where: Where, old: Sequence[Firmware], new: Sequence[Firmware]
+) -> None:
+    """Compare what depends on the firmware of the controller."""
+    if old != new:
+        before, after = (
+            [
+                f"{fact.version}{f' (page {fact.page})' if fact.page else ''}: {fact.note}"
+                for fact in facts
+            ]
+            for facts in (old, new)
+        )
+        comparison.add("firmware", where, before, after)
 
 
 def _class_names(old: Message, new: Message) -> str:

@@ -9,7 +9,7 @@ from stagewire_generator.model import Field, Layout, Message, Protocol
 
 __all__ = ["check_layouts"]
 
-_SIZES = (1, 2, 4, 8)
+_SIZES = (1, 2, 3, 4, 8)
 
 
 def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
@@ -17,7 +17,8 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
     _ids(protocol, diagnostics)
     for message in protocol.messages:
         _undocumented(message, diagnostics)
-        _distinguishable(message, protocol, diagnostics)
+        if message.kind == "message":  # of a command, one layout is sent and the other comes back
+            _distinguishable(message, protocol, diagnostics)
         for layout in message.layouts:
             longest = protocol.framing["maximum_length"]
             if layout.length > longest:
@@ -52,15 +53,16 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
 
 
 def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    seen: dict[int, str] = {}
+    seen: dict[tuple[str, int], str] = {}  # setup commands have bytes of their own
     for message in protocol.messages:
         if message.id is None:
             continue
-        if message.id in seen:
+        key = message.kind, message.id
+        if key in seen:
             diagnostics.add(
-                message.place, "SW030", f"{message.name} and {seen[message.id]}: {message.id:#06x}"
+                message.place, "SW030", f"{message.name} and {seen[key]}: {message.id:#06x}"
             )
-        seen[message.id] = message.name
+        seen[key] = message.name
 
 
 def _undocumented(message: Message, diagnostics: Diagnostics) -> None:

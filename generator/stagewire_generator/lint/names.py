@@ -30,15 +30,17 @@ _CPP_KEYWORDS = frozenset({  # C++20, beyond those of C
 })  # fmt: skip
 _MEMBERS = frozenset({
     "layout", "unpack", "pack", "values", "replace", "keep", "shared", "mro", "data", "param1",
-    "param2"
+    "param2", "reply", "marks"
 })  # fmt: skip
 # What the modules of a generated package import, beside what Python keeps.
 _KEPT = frozenset({"False", "None", "True"})
 _IN_CHAPTERS = _KEPT | frozenset({
-    "ClassVar", "Direction", "Layout", "Message", "Self", "Struct", "UndecidedMessage",
-    "UndocumentedMessage"
+    "Command", "Direction", "FramedMessage", "Layout", "Reply", "Self", "SetupCommand", "Struct",
+    "UndecidedMessage", "UndocumentedMessage"
 })  # fmt: skip
-_IN_MESSAGES = _IN_CHAPTERS | frozenset({"Protocol"})
+_IN_MESSAGES = _IN_CHAPTERS | frozenset({
+    "CommandProtocol", "FramedProtocol", "MESSAGES", "Message", "PROTOCOL"
+})  # fmt: skip
 _IN_FLAGS = _IN_CHAPTERS | frozenset({"Bit", "Flags"})
 _IN_ENUMERATIONS = _KEPT | frozenset({"Enumeration"})
 _IN_STAGES = _KEPT | frozenset({"Scale", "Stage", "UnknownScale"})
@@ -192,7 +194,7 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
     messages = {message.name for message in protocol.messages}
     stages = {stage.name for stage in protocol.stages}
     data = protocol.units
-    lists = data["lists"]
+    lists = data.get("lists", {})
     families = data["families"]
 
     def known(names: Iterable[str], table: Iterable[str], kind: str, *path: str) -> None:
@@ -203,7 +205,8 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
                 diagnostics.add(place, "SW021", what)
 
     for section in ("units", "lists"):
-        _apart([(name, document.place(section, name)) for name in data[section]], diagnostics)
+        names = data.get(section, {})
+        _apart([(name, document.place(section, name)) for name in names], diagnostics)
     for key, entry in lists.items():
         for part in ("messages", "completes", "misprinted"):
             known(entry.get(part, ()), messages, "message", "lists", key, part)

@@ -13,8 +13,8 @@ from struct import Struct
 
 from stagewire.direction import Direction
 from stagewire.message import (
+    FramedMessage,
     Layout,
-    Message,
     UndocumentedMessage,
     check_addresses,
     check_bytes,
@@ -54,7 +54,7 @@ __all__ = [
 _HW_DISCONNECT = Struct("<HBBBB")
 
 
-class HwDisconnect(Message):
+class HwDisconnect(FramedMessage):
     """``HW_DISCONNECT`` (0x0002), either way, header only; page 19.
 
     Either side says that it is about to leave the USB or Ethernet bus.
@@ -112,7 +112,7 @@ class HwDisconnect(Message):
 _HW_REQ_INFO = Struct("<HBBBB")
 
 
-class HwReqInfo(Message):
+class HwReqInfo(FramedMessage):
     """``HW_REQ_INFO`` (0x0005), to the controller, header only; page 21.
 
     Request: what the unit is; serial number, model, type, firmware version and number of channels.
@@ -172,7 +172,7 @@ class HwReqInfo(Message):
 _HW_GET_INFO = Struct("<LBBl8sH4s64sH")
 
 
-class HwGetInfo(Message):
+class HwGetInfo(FramedMessage):
     """``HW_GET_INFO`` (0x0006), to the host, 84 bytes of data; page 21.
 
     Report: what the unit is; serial number, model, type, firmware version and number of channels.
@@ -286,7 +286,7 @@ class HwGetInfo(Message):
 _HW_START_UPDATE_MSGS = Struct("<HBBBB")
 
 
-class HwStartUpdateMsgs(Message):
+class HwStartUpdateMsgs(FramedMessage):
     """``HW_START_UPDATEMSGS`` (0x0011), to the controller, header only; page 20.
 
     Starts the periodic status messages; they come, typically every 100 ms (page 11), until
@@ -345,7 +345,7 @@ class HwStartUpdateMsgs(Message):
 _HW_STOP_UPDATE_MSGS = Struct("<HBBBB")
 
 
-class HwStopUpdateMsgs(Message):
+class HwStopUpdateMsgs(FramedMessage):
     """``HW_STOP_UPDATEMSGS`` (0x0012), to the controller, header only; page 20.
 
     Stops the periodic status messages; to be sent before a client ends so that the buffers of the
@@ -403,7 +403,7 @@ class HwStopUpdateMsgs(Message):
 _RACK_REQ_BAY_USED = Struct("<HBBBB")
 
 
-class RackReqBayUsed(Message):
+class RackReqBayUsed(FramedMessage):
     """``RACK_REQ_BAYUSED`` (0x0060), to the controller, header only; page 23.
 
     Request: whether a bay of the rack holds a module; asked of the motherboard.
@@ -466,7 +466,7 @@ class RackReqBayUsed(Message):
 _RACK_GET_BAY_USED = Struct("<HBBBB")
 
 
-class RackGetBayUsed(Message):
+class RackGetBayUsed(FramedMessage):
     """``RACK_GET_BAYUSED`` (0x0061), to the host, header only; page 23.
 
     Report: whether a bay of the rack holds a module; asked of the motherboard.
@@ -528,7 +528,7 @@ class RackGetBayUsed(Message):
 _HUB_REQ_BAY_USED = Struct("<HBBBB")
 
 
-class HubReqBayUsed(Message):
+class HubReqBayUsed(FramedMessage):
     """``HUB_REQ_BAYUSED`` (0x0065), to the controller, header only; page 24.
 
     Request: which bay of the hub the addressed T-Cube is fitted in.
@@ -585,7 +585,7 @@ class HubReqBayUsed(Message):
 _HUB_GET_BAY_USED = Struct("<HBBBB")
 
 
-class HubGetBayUsed(Message):
+class HubGetBayUsed(FramedMessage):
     """``HUB_GET_BAYUSED`` (0x0066), to the host, header only; page 24.
 
     Report: which bay of the hub the addressed T-Cube is fitted in.
@@ -644,7 +644,7 @@ class HubGetBayUsed(Message):
 _HW_RESPONSE = Struct("<HBBBB")
 
 
-class HwResponse(Message):
+class HwResponse(FramedMessage):
     """``HW_RESPONSE`` (0x0080), to the host, header only; page 19.
 
     Short error message about a fault, failure or warning; it does not come in normal operation.
@@ -720,7 +720,7 @@ class HwRichResponse(UndocumentedMessage):
 _MOD_SET_CHAN_ENABLE_STATE = Struct("<HBBBB")
 
 
-class ModSetChanEnableState(Message):
+class ModSetChanEnableState(FramedMessage):
     """``MOD_SET_CHANENABLESTATE`` (0x0210), to the controller, header only; page 17.
 
     Set: enables or disables a drive channel.
@@ -782,7 +782,7 @@ class ModSetChanEnableState(Message):
 _MOD_REQ_CHAN_ENABLE_STATE = Struct("<HBBBB")
 
 
-class ModReqChanEnableState(Message):
+class ModReqChanEnableState(FramedMessage):
     """``MOD_REQ_CHANENABLESTATE`` (0x0211), to the controller, header only; page 17.
 
     Request: enables or disables a drive channel.
@@ -841,7 +841,7 @@ class ModReqChanEnableState(Message):
 _MOD_GET_CHAN_ENABLE_STATE = Struct("<HBBBB")
 
 
-class ModGetChanEnableState(Message):
+class ModGetChanEnableState(FramedMessage):
     """``MOD_GET_CHANENABLESTATE`` (0x0212), to the host, header only; pages 17, 18.
 
     Report: enables or disables a drive channel.
@@ -903,7 +903,7 @@ class ModGetChanEnableState(Message):
 _MOD_IDENTIFY = Struct("<HBBBB")
 
 
-class ModIdentify(Message):
+class ModIdentify(FramedMessage):
     """``MOD_IDENTIFY`` (0x0223), to the controller, header only; page 16.
 
     The unit flashes its front panel LEDs so that it can be found.
@@ -962,7 +962,7 @@ class ModIdentify(Message):
 _RACK_REQ_STATUS_BITS = Struct("<HBBBB")
 
 
-class RackReqStatusBits(Message):
+class RackReqStatusBits(FramedMessage):
     """``RACK_REQ_STATUSBITS`` (0x0226), to the controller, header only; page 25.
 
     Request: digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and
@@ -1025,7 +1025,7 @@ class RackReqStatusBits(Message):
 _RACK_GET_STATUS_BITS = Struct("<LBBL")
 
 
-class RackGetStatusBits(Message):
+class RackGetStatusBits(FramedMessage):
     """``RACK_GET_STATUSBITS`` (0x0227), to the host, 4 bytes of data; page 25.
 
     Report: digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and for
@@ -1090,7 +1090,7 @@ class RackGetStatusBits(Message):
 _RACK_SET_DIG_OUTPUTS = Struct("<HBBBB")
 
 
-class RackSetDigOutputs(Message):
+class RackSetDigOutputs(FramedMessage):
     """``RACK_SET_DIGOUTPUTS`` (0x0228), to the controller, header only; page 26.
 
     Set: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
@@ -1159,7 +1159,7 @@ class RackSetDigOutputs(Message):
 _RACK_REQ_DIG_OUTPUTS = Struct("<HBBBB")
 
 
-class RackReqDigOutputs(Message):
+class RackReqDigOutputs(FramedMessage):
     """``RACK_REQ_DIGOUTPUTS`` (0x0229), to the controller, header only; page 26.
 
     Request: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules
@@ -1220,7 +1220,7 @@ class RackReqDigOutputs(Message):
 _RACK_GET_DIG_OUTPUTS = Struct("<HBBBB")
 
 
-class RackGetDigOutputs(Message):
+class RackGetDigOutputs(FramedMessage):
     """``RACK_GET_DIGOUTPUTS`` (0x0230), to the host, header only; page 26.
 
     Report: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules

@@ -13,8 +13,8 @@ from struct import Struct
 
 from stagewire.direction import Direction
 from stagewire.message import (
+    FramedMessage,
     Layout,
-    Message,
     UndecidedMessage,
     check_addresses,
     check_integer,
@@ -120,7 +120,7 @@ __all__ = [
 _MOT_SET_ENC_COUNTER = Struct("<LBBHl")
 
 
-class MotSetEncCounter(Message):
+class MotSetEncCounter(FramedMessage):
     """``MOT_SET_ENCCOUNTER`` (0x0409), to the controller, 6 bytes of data; page 29.
 
     Set: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes
@@ -192,7 +192,7 @@ class MotSetEncCounter(Message):
 _MOT_REQ_ENC_COUNTER = Struct("<HBBBB")
 
 
-class MotReqEncCounter(Message):
+class MotReqEncCounter(FramedMessage):
     """``MOT_REQ_ENCCOUNTER`` (0x040A), to the controller, header only; page 29.
 
     Request: encoder count. Rarely set on brushless DC controllers, where homing after power-up
@@ -254,7 +254,7 @@ class MotReqEncCounter(Message):
 _MOT_GET_ENC_COUNTER = Struct("<LBBHl")
 
 
-class MotGetEncCounter(Message):
+class MotGetEncCounter(FramedMessage):
     """``MOT_GET_ENCCOUNTER`` (0x040B), to the host, 6 bytes of data; page 29.
 
     Report: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes
@@ -324,7 +324,7 @@ class MotGetEncCounter(Message):
 _MOT_SET_POS_COUNTER = Struct("<LBBHl")
 
 
-class MotSetPosCounter(Message):
+class MotSetPosCounter(FramedMessage):
     """``MOT_SET_POSCOUNTER`` (0x0410), to the controller, 6 bytes of data; page 28.
 
     Set: live position count. Rarely set on brushless DC controllers, where homing after power-up
@@ -390,7 +390,7 @@ class MotSetPosCounter(Message):
 _MOT_REQ_POS_COUNTER = Struct("<HBBBB")
 
 
-class MotReqPosCounter(Message):
+class MotReqPosCounter(FramedMessage):
     """``MOT_REQ_POSCOUNTER`` (0x0411), to the controller, header only; page 28.
 
     Request: live position count. Rarely set on brushless DC controllers, where homing after
@@ -450,7 +450,7 @@ class MotReqPosCounter(Message):
 _MOT_GET_POS_COUNTER = Struct("<LBBHl")
 
 
-class MotGetPosCounter(Message):
+class MotGetPosCounter(FramedMessage):
     """``MOT_GET_POSCOUNTER`` (0x0412), to the host, 6 bytes of data; page 28.
 
     Report: live position count. Rarely set on brushless DC controllers, where homing after power-up
@@ -514,7 +514,7 @@ class MotGetPosCounter(Message):
 _MOT_SET_VEL_PARAMS = Struct("<LBBHlLL")
 
 
-class MotSetVelParams(Message):
+class MotSetVelParams(FramedMessage):
     """``MOT_SET_VELPARAMS`` (0x0413), to the controller, 14 bytes of data; page 30.
 
     Set: trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
@@ -618,7 +618,7 @@ class MotSetVelParams(Message):
 _MOT_REQ_VEL_PARAMS = Struct("<HBBBB")
 
 
-class MotReqVelParams(Message):
+class MotReqVelParams(FramedMessage):
     """``MOT_REQ_VELPARAMS`` (0x0414), to the controller, header only; pages 30, 31.
 
     Request: trapezoidal velocity profile of one channel; micro-steps on stepper controllers,
@@ -678,7 +678,7 @@ class MotReqVelParams(Message):
 _MOT_GET_VEL_PARAMS = Struct("<LBBHlLL")
 
 
-class MotGetVelParams(Message):
+class MotGetVelParams(FramedMessage):
     """``MOT_GET_VELPARAMS`` (0x0415), to the host, 14 bytes of data; pages 30, 31.
 
     Report: trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
@@ -772,7 +772,7 @@ class MotGetVelParams(Message):
 _MOT_SET_JOG_PARAMS = Struct("<LBBHHllllH")
 
 
-class MotSetJogParams(Message):
+class MotSetJogParams(FramedMessage):
     """``MOT_SET_JOGPARAMS`` (0x0416), to the controller, 22 bytes of data; page 32.
 
     Set: what MOT_MOVE_JOG, the jog buttons and an external jog signal do.
@@ -941,7 +941,7 @@ class MotSetJogParams(Message):
 _MOT_REQ_JOG_PARAMS = Struct("<HBBBB")
 
 
-class MotReqJogParams(Message):
+class MotReqJogParams(FramedMessage):
     """``MOT_REQ_JOGPARAMS`` (0x0417), to the controller, header only; pages 32, 33.
 
     Request: what MOT_MOVE_JOG, the jog buttons and an external jog signal do.
@@ -1000,7 +1000,7 @@ class MotReqJogParams(Message):
 _MOT_GET_JOG_PARAMS = Struct("<LBBHHllllH")
 
 
-class MotGetJogParams(Message):
+class MotGetJogParams(FramedMessage):
     """``MOT_GET_JOGPARAMS`` (0x0418), to the host, 22 bytes of data; pages 32, 33.
 
     Report: what MOT_MOVE_JOG, the jog buttons and an external jog signal do.
@@ -1162,7 +1162,7 @@ class MotGetJogParams(Message):
 _MOT_SET_LIM_SWITCH_PARAMS = Struct("<LBBHHHLlH")
 
 
-class MotSetLimSwitchParams(Message):
+class MotSetLimSwitchParams(FramedMessage):
     """``MOT_SET_LIMSWITCHPARAMS`` (0x0423), to the controller, 16 bytes of data; page 39.
 
     Set: hardware and software limits of a channel. Not for BBD10x units.
@@ -1304,7 +1304,7 @@ class MotSetLimSwitchParams(Message):
 _MOT_REQ_LIM_SWITCH_PARAMS = Struct("<HBBBB")
 
 
-class MotReqLimSwitchParams(Message):
+class MotReqLimSwitchParams(FramedMessage):
     """``MOT_REQ_LIMSWITCHPARAMS`` (0x0424), to the controller, header only; pages 39, 40.
 
     Request: hardware and software limits of a channel. Not for BBD10x units.
@@ -1366,7 +1366,7 @@ class MotReqLimSwitchParams(Message):
 _MOT_GET_LIM_SWITCH_PARAMS = Struct("<LBBHHHLlH")
 
 
-class MotGetLimSwitchParams(Message):
+class MotGetLimSwitchParams(FramedMessage):
     """``MOT_GET_LIMSWITCHPARAMS`` (0x0425), to the host, 16 bytes of data; pages 39, 40.
 
     Report: hardware and software limits of a channel. Not for BBD10x units.
@@ -1505,7 +1505,7 @@ class MotGetLimSwitchParams(Message):
 _MOT_REQ_STATUS_BITS = Struct("<HBBBB")
 
 
-class MotReqStatusBits(Message):
+class MotReqStatusBits(FramedMessage):
     """``MOT_REQ_STATUSBITS`` (0x0429), to the controller, header only; page 81.
 
     Request: status bits alone, without position and velocity.
@@ -1564,7 +1564,7 @@ class MotReqStatusBits(Message):
 _MOT_GET_STATUS_BITS = Struct("<LBBHL")
 
 
-class MotGetStatusBits(Message):
+class MotGetStatusBits(FramedMessage):
     """``MOT_GET_STATUSBITS`` (0x042A), to the host, 6 bytes of data; page 81.
 
     Report: status bits alone, without position and velocity.
@@ -1633,7 +1633,7 @@ class MotGetStatusBits(Message):
 _MOT_SET_GEN_MOVE_PARAMS = Struct("<LBBHl")
 
 
-class MotSetGenMoveParams(Message):
+class MotSetGenMoveParams(FramedMessage):
     """``MOT_SET_GENMOVEPARAMS`` (0x043A), to the controller, 6 bytes of data; page 34.
 
     Set: general move settings; at present only the backlash distance.
@@ -1706,7 +1706,7 @@ class MotSetGenMoveParams(Message):
 _MOT_REQ_GEN_MOVE_PARAMS = Struct("<HBBBB")
 
 
-class MotReqGenMoveParams(Message):
+class MotReqGenMoveParams(FramedMessage):
     """``MOT_REQ_GENMOVEPARAMS`` (0x043B), to the controller, header only; page 34.
 
     Request: general move settings; at present only the backlash distance.
@@ -1765,7 +1765,7 @@ class MotReqGenMoveParams(Message):
 _MOT_GET_GEN_MOVE_PARAMS = Struct("<LBBHl")
 
 
-class MotGetGenMoveParams(Message):
+class MotGetGenMoveParams(FramedMessage):
     """``MOT_GET_GENMOVEPARAMS`` (0x043C), to the host, 6 bytes of data; page 34.
 
     Report: general move settings; at present only the backlash distance.
@@ -1838,7 +1838,7 @@ class MotGetGenMoveParams(Message):
 _MOT_SET_HOME_PARAMS = Struct("<LBBHHHLl")
 
 
-class MotSetHomeParams(Message):
+class MotSetHomeParams(FramedMessage):
     """``MOT_SET_HOMEPARAMS`` (0x0440), to the controller, 14 bytes of data; page 37.
 
     Set: how a channel homes; the settings belong to the stage, and the MLS203 heeds the velocity
@@ -1948,7 +1948,7 @@ class MotSetHomeParams(Message):
 _MOT_REQ_HOME_PARAMS = Struct("<HBBBB")
 
 
-class MotReqHomeParams(Message):
+class MotReqHomeParams(FramedMessage):
     """``MOT_REQ_HOMEPARAMS`` (0x0441), to the controller, header only; pages 37, 38.
 
     Request: how a channel homes; the settings belong to the stage, and the MLS203 heeds the
@@ -2008,7 +2008,7 @@ class MotReqHomeParams(Message):
 _MOT_GET_HOME_PARAMS = Struct("<LBBHHHLl")
 
 
-class MotGetHomeParams(Message):
+class MotGetHomeParams(FramedMessage):
     """``MOT_GET_HOMEPARAMS`` (0x0442), to the host, 14 bytes of data; pages 37, 38.
 
     Report: how a channel homes; the settings belong to the stage, and the MLS203 heeds the velocity
@@ -2112,7 +2112,7 @@ class MotGetHomeParams(Message):
 _MOT_MOVE_HOME = Struct("<HBBBB")
 
 
-class MotMoveHome(Message):
+class MotMoveHome(FramedMessage):
     """``MOT_MOVE_HOME`` (0x0443), to the controller, header only; page 41.
 
     Starts homing with the settings of MOT_SET_HOMEPARAMS.
@@ -2171,7 +2171,7 @@ class MotMoveHome(Message):
 _MOT_MOVE_HOMED = Struct("<HBBBB")
 
 
-class MotMoveHomed(Message):
+class MotMoveHomed(FramedMessage):
     """``MOT_MOVE_HOMED`` (0x0444), to the host, header only; page 41.
 
     Homing has been completed.
@@ -2228,7 +2228,7 @@ class MotMoveHomed(Message):
 _MOT_SET_MOVE_REL_PARAMS = Struct("<LBBHl")
 
 
-class MotSetMoveRelParams(Message):
+class MotSetMoveRelParams(FramedMessage):
     """``MOT_SET_MOVERELPARAMS`` (0x0445), to the controller, 6 bytes of data; page 35.
 
     Set: distance that the controller stores for the next relative move started with the short
@@ -2301,7 +2301,7 @@ class MotSetMoveRelParams(Message):
 _MOT_REQ_MOVE_REL_PARAMS = Struct("<HBBBB")
 
 
-class MotReqMoveRelParams(Message):
+class MotReqMoveRelParams(FramedMessage):
     """``MOT_REQ_MOVERELPARAMS`` (0x0446), to the controller, header only; page 35.
 
     Request: distance that the controller stores for the next relative move started with the short
@@ -2361,7 +2361,7 @@ class MotReqMoveRelParams(Message):
 _MOT_GET_MOVE_REL_PARAMS = Struct("<LBBHl")
 
 
-class MotGetMoveRelParams(Message):
+class MotGetMoveRelParams(FramedMessage):
     """``MOT_GET_MOVERELPARAMS`` (0x0447), to the host, 6 bytes of data; page 35.
 
     Report: distance that the controller stores for the next relative move started with the short
@@ -2434,7 +2434,7 @@ class MotGetMoveRelParams(Message):
 _MOT_MOVE_RELATIVE_HEADER = Struct("<HBBBB")
 
 
-class MotMoveRelativeHeader(Message):
+class MotMoveRelativeHeader(FramedMessage):
     """``MOT_MOVE_RELATIVE`` (0x0448), to the controller, header only; page 42.
 
     Starts a move by a distance; the short form uses the stored distance, the long form carries its
@@ -2496,7 +2496,7 @@ class MotMoveRelativeHeader(Message):
 _MOT_MOVE_RELATIVE = Struct("<LBBHl")
 
 
-class MotMoveRelative(Message):
+class MotMoveRelative(FramedMessage):
     """``MOT_MOVE_RELATIVE`` (0x0448), to the controller, 6 bytes of data; page 42.
 
     Starts a move by a distance; the short form uses the stored distance, the long form carries its
@@ -2571,7 +2571,7 @@ class MotMoveRelative(Message):
 _MOT_SET_MOVE_ABS_PARAMS = Struct("<LBBHl")
 
 
-class MotSetMoveAbsParams(Message):
+class MotSetMoveAbsParams(FramedMessage):
     """``MOT_SET_MOVEABSPARAMS`` (0x0450), to the controller, 6 bytes of data; page 36.
 
     Set: position that the controller stores for the next absolute move started with the short
@@ -2644,7 +2644,7 @@ class MotSetMoveAbsParams(Message):
 _MOT_REQ_MOVE_ABS_PARAMS = Struct("<HBBBB")
 
 
-class MotReqMoveAbsParams(Message):
+class MotReqMoveAbsParams(FramedMessage):
     """``MOT_REQ_MOVEABSPARAMS`` (0x0451), to the controller, header only; page 36.
 
     Request: position that the controller stores for the next absolute move started with the short
@@ -2704,7 +2704,7 @@ class MotReqMoveAbsParams(Message):
 _MOT_GET_MOVE_ABS_PARAMS = Struct("<LBBHl")
 
 
-class MotGetMoveAbsParams(Message):
+class MotGetMoveAbsParams(FramedMessage):
     """``MOT_GET_MOVEABSPARAMS`` (0x0452), to the host, 6 bytes of data; page 36.
 
     Report: position that the controller stores for the next absolute move started with the short
@@ -2777,7 +2777,7 @@ class MotGetMoveAbsParams(Message):
 _MOT_MOVE_ABSOLUTE_HEADER = Struct("<HBBBB")
 
 
-class MotMoveAbsoluteHeader(Message):
+class MotMoveAbsoluteHeader(FramedMessage):
     """``MOT_MOVE_ABSOLUTE`` (0x0453), to the controller, header only; page 45.
 
     Starts a move to a position; the short form uses the stored position, the long form carries its
@@ -2839,7 +2839,7 @@ class MotMoveAbsoluteHeader(Message):
 _MOT_MOVE_ABSOLUTE = Struct("<LBBHl")
 
 
-class MotMoveAbsolute(Message):
+class MotMoveAbsolute(FramedMessage):
     """``MOT_MOVE_ABSOLUTE`` (0x0453), to the controller, 6 bytes of data; page 45.
 
     Starts a move to a position; the short form uses the stored position, the long form carries its
@@ -2915,7 +2915,7 @@ class MotMoveAbsolute(Message):
 _MOT_MOVE_VELOCITY = Struct("<HBBBB")
 
 
-class MotMoveVelocity(Message):
+class MotMoveVelocity(FramedMessage):
     """``MOT_MOVE_VELOCITY`` (0x0457), to the controller, header only; page 48.
 
     Moves in one direction, with the velocity that MOT_SET_MOVEVELPARAMS is said to set, until a
@@ -2981,7 +2981,7 @@ class MotMoveVelocity(Message):
 _MOT_MOVE_COMPLETED_HEADER = Struct("<HBBBB")
 
 
-class MotMoveCompletedHeader(Message):
+class MotMoveCompletedHeader(FramedMessage):
     """``MOT_MOVE_COMPLETED`` (0x0464), to the host, header only; page 44.
 
     A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
@@ -3048,7 +3048,7 @@ class MotMoveCompletedHeader(Message):
 _MOT_MOVE_COMPLETED_DC = Struct("<LBBHlhHL")
 
 
-class MotMoveCompletedDc(Message):
+class MotMoveCompletedDc(FramedMessage):
     """``MOT_MOVE_COMPLETED`` (0x0464), to the host, 14 bytes of data; page 44.
 
     A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
@@ -3162,7 +3162,7 @@ class MotMoveCompletedDc(Message):
 _MOT_MOVE_COMPLETED_STEPPER = Struct("<LBBHllL")
 
 
-class MotMoveCompletedStepper(Message):
+class MotMoveCompletedStepper(FramedMessage):
     """``MOT_MOVE_COMPLETED`` (0x0464), to the host, 14 bytes of data; page 44.
 
     A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
@@ -3293,7 +3293,7 @@ class MotMoveCompletedUndecided(UndecidedMessage):
 _MOT_MOVE_STOP = Struct("<HBBBB")
 
 
-class MotMoveStop(Message):
+class MotMoveStop(FramedMessage):
     """``MOT_MOVE_STOP`` (0x0465), to the controller, header only; page 49.
 
     Stops any movement of a channel, be it relative, absolute, at constant velocity or homing.
@@ -3357,7 +3357,7 @@ class MotMoveStop(Message):
 _MOT_MOVE_STOPPED_HEADER = Struct("<HBBBB")
 
 
-class MotMoveStoppedHeader(Message):
+class MotMoveStoppedHeader(FramedMessage):
     """``MOT_MOVE_STOPPED`` (0x0466), to the host, header only; page 50.
 
     A stop command has brought the channel to rest; the data packet is the status of the channel at
@@ -3424,7 +3424,7 @@ class MotMoveStoppedHeader(Message):
 _MOT_MOVE_STOPPED_DC = Struct("<LBBHlhHL")
 
 
-class MotMoveStoppedDc(Message):
+class MotMoveStoppedDc(FramedMessage):
     """``MOT_MOVE_STOPPED`` (0x0466), to the host, 14 bytes of data; page 50.
 
     A stop command has brought the channel to rest; the data packet is the status of the channel at
@@ -3538,7 +3538,7 @@ class MotMoveStoppedDc(Message):
 _MOT_MOVE_STOPPED_STEPPER = Struct("<LBBHllL")
 
 
-class MotMoveStoppedStepper(Message):
+class MotMoveStoppedStepper(FramedMessage):
     """``MOT_MOVE_STOPPED`` (0x0466), to the host, 14 bytes of data; page 50.
 
     A stop command has brought the channel to rest; the data packet is the status of the channel at
@@ -3669,7 +3669,7 @@ class MotMoveStoppedUndecided(UndecidedMessage):
 _MOT_MOVE_JOG = Struct("<HBBBB")
 
 
-class MotMoveJog(Message):
+class MotMoveJog(FramedMessage):
     """``MOT_MOVE_JOG`` (0x046A), to the controller, header only; page 47.
 
     Starts a jog with the settings of MOT_SET_JOGPARAMS.
@@ -3731,7 +3731,7 @@ class MotMoveJog(Message):
 _MOT_SUSPEND_END_OF_MOVE_MSGS = Struct("<HBBBB")
 
 
-class MotSuspendEndOfMoveMsgs(Message):
+class MotSuspendEndOfMoveMsgs(FramedMessage):
     """``MOT_SUSPEND_ENDOFMOVEMSGS`` (0x046B), to the controller, header only; page 82.
 
     Switches the unsolicited end-of-move and error messages off, for clients that cannot take them
@@ -3787,7 +3787,7 @@ class MotSuspendEndOfMoveMsgs(Message):
 _MOT_RESUME_END_OF_MOVE_MSGS = Struct("<HBBBB")
 
 
-class MotResumeEndOfMoveMsgs(Message):
+class MotResumeEndOfMoveMsgs(FramedMessage):
     """``MOT_RESUME_ENDOFMOVEMSGS`` (0x046C), to the controller, header only; page 83.
 
     Switches the unsolicited end-of-move and error messages on again; they are on after power-up.
@@ -3845,7 +3845,7 @@ class MotResumeEndOfMoveMsgs(Message):
 _MOT_REQ_STATUS_UPDATE = Struct("<HBBBB")
 
 
-class MotReqStatusUpdate(Message):
+class MotReqStatusUpdate(FramedMessage):
     """``MOT_REQ_STATUSUPDATE`` (0x0480), to the controller, header only; page 78.
 
     Asks for one status update, for clients that do not want them periodically.
@@ -3906,7 +3906,7 @@ class MotReqStatusUpdate(Message):
 _MOT_GET_STATUS_UPDATE = Struct("<LBBHllL")
 
 
-class MotGetStatusUpdate(Message):
+class MotGetStatusUpdate(FramedMessage):
     """``MOT_GET_STATUSUPDATE`` (0x0481), to the host, 14 bytes of data; pages 77, 78.
 
     Position and status of a stepper channel, on request or periodically after HW_START_UPDATEMSGS.
@@ -3991,7 +3991,7 @@ class MotGetStatusUpdate(Message):
 _MOT_REQ_DC_STATUS_UPDATE = Struct("<HBBBB")
 
 
-class MotReqDcStatusUpdate(Message):
+class MotReqDcStatusUpdate(FramedMessage):
     """``MOT_REQ_DCSTATUSUPDATE`` (0x0490), to the controller, header only; page 80.
 
     Asks for one DC status update, for clients that do not want them periodically.
@@ -4050,7 +4050,7 @@ class MotReqDcStatusUpdate(Message):
 _MOT_GET_DC_STATUS_UPDATE = Struct("<LBBHlhHL")
 
 
-class MotGetDcStatusUpdate(Message):
+class MotGetDcStatusUpdate(FramedMessage):
     """``MOT_GET_DCSTATUSUPDATE`` (0x0491), to the host, 14 bytes of data; pages 79, 80.
 
     Position, velocity and status of a DC servo channel, on request or periodically after
@@ -4161,7 +4161,7 @@ class MotGetDcStatusUpdate(Message):
 _MOT_ACK_DC_STATUS_UPDATE = Struct("<HBBBB")
 
 
-class MotAckDcStatusUpdate(Message):
+class MotAckDcStatusUpdate(FramedMessage):
     """``MOT_ACK_DCSTATUSUPDATE`` (0x0492), to the controller, header only; page 80.
 
     Server alive. USB only; due at least once a second, or the controller stops sending after about
@@ -4221,7 +4221,7 @@ class MotAckDcStatusUpdate(Message):
 _MOT_SET_DC_PID_PARAMS = Struct("<LBBHllllH")
 
 
-class MotSetDcPidParams(Message):
+class MotSetDcPidParams(FramedMessage):
     """``MOT_SET_DCPIDPARAMS`` (0x04A0), to the controller, 20 bytes of data; page 51.
 
     Set: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
@@ -4343,7 +4343,7 @@ class MotSetDcPidParams(Message):
 _MOT_REQ_DC_PID_PARAMS = Struct("<HBBBB")
 
 
-class MotReqDcPidParams(Message):
+class MotReqDcPidParams(FramedMessage):
     """``MOT_REQ_DCPIDPARAMS`` (0x04A1), to the controller, header only; pages 51, 52.
 
     Request: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
@@ -4405,7 +4405,7 @@ class MotReqDcPidParams(Message):
 _MOT_GET_DC_PID_PARAMS = Struct("<LBBHllllH")
 
 
-class MotGetDcPidParams(Message):
+class MotGetDcPidParams(FramedMessage):
     """``MOT_GET_DCPIDPARAMS`` (0x04A2), to the host, 20 bytes of data; pages 51, 52.
 
     Report: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
@@ -4525,7 +4525,7 @@ class MotGetDcPidParams(Message):
 _MOT_SET_POT_PARAMS = Struct("<LBBHHlHlHlHl")
 
 
-class MotSetPotParams(Message):
+class MotSetPotParams(FramedMessage):
     """``MOT_SET_POTPARAMS`` (0x04B0), to the controller, 26 bytes of data; page 55.
 
     Set: four speeds of the potentiometer slider and the deflections beyond which they apply, the
@@ -4663,7 +4663,7 @@ class MotSetPotParams(Message):
 _MOT_REQ_POT_PARAMS = Struct("<HBBBB")
 
 
-class MotReqPotParams(Message):
+class MotReqPotParams(FramedMessage):
     """``MOT_REQ_POTPARAMS`` (0x04B1), to the controller, header only; pages 55, 57.
 
     Request: four speeds of the potentiometer slider and the deflections beyond which they apply,
@@ -4726,7 +4726,7 @@ class MotReqPotParams(Message):
 _MOT_GET_POT_PARAMS = Struct("<LBBHHlHlHlHl")
 
 
-class MotGetPotParams(Message):
+class MotGetPotParams(FramedMessage):
     """``MOT_GET_POTPARAMS`` (0x04B2), to the host, 26 bytes of data; pages 55, 57.
 
     Report: four speeds of the potentiometer slider and the deflections beyond which they apply, the
@@ -4860,7 +4860,7 @@ class MotGetPotParams(Message):
 _MOT_SET_AV_MODES = Struct("<LBBHH")
 
 
-class MotSetAvModes(Message):
+class MotSetAvModes(FramedMessage):
     """``MOT_SET_AVMODES`` (0x04B3), to the controller, 4 bytes of data; page 53.
 
     Set: which events the LED on the control keypad shows, for rooms where stray light disturbs.
@@ -4930,7 +4930,7 @@ class MotSetAvModes(Message):
 _MOT_REQ_AV_MODES = Struct("<HBBBB")
 
 
-class MotReqAvModes(Message):
+class MotReqAvModes(FramedMessage):
     """``MOT_REQ_AVMODES`` (0x04B4), to the controller, header only; pages 53, 54.
 
     Request: which events the LED on the control keypad shows, for rooms where stray light disturbs.
@@ -4991,7 +4991,7 @@ class MotReqAvModes(Message):
 _MOT_GET_AV_MODES = Struct("<LBBHH")
 
 
-class MotGetAvModes(Message):
+class MotGetAvModes(FramedMessage):
     """``MOT_GET_AVMODES`` (0x04B5), to the host, 4 bytes of data; pages 53, 54.
 
     Report: which events the LED on the control keypad shows, for rooms where stray light disturbs.
@@ -5059,7 +5059,7 @@ class MotGetAvModes(Message):
 _MOT_SET_BUTTON_PARAMS = Struct("<LBBHHllHH")
 
 
-class MotSetButtonParams(Message):
+class MotSetButtonParams(FramedMessage):
     """``MOT_SET_BUTTONPARAMS`` (0x04B6), to the controller, 16 bytes of data; page 58.
 
     Set: what the two buttons on the front panel do.
@@ -5174,7 +5174,7 @@ class MotSetButtonParams(Message):
 _MOT_REQ_BUTTON_PARAMS = Struct("<HBBBB")
 
 
-class MotReqButtonParams(Message):
+class MotReqButtonParams(FramedMessage):
     """``MOT_REQ_BUTTONPARAMS`` (0x04B7), to the controller, header only; pages 58, 59.
 
     Request: what the two buttons on the front panel do.
@@ -5235,7 +5235,7 @@ class MotReqButtonParams(Message):
 _MOT_GET_BUTTON_PARAMS = Struct("<LBBHHllHH")
 
 
-class MotGetButtonParams(Message):
+class MotGetButtonParams(FramedMessage):
     """``MOT_GET_BUTTONPARAMS`` (0x04B8), to the host, 16 bytes of data; pages 58, 59.
 
     Report: what the two buttons on the front panel do.
@@ -5346,7 +5346,7 @@ class MotGetButtonParams(Message):
 _MOT_SET_EEPROM_PARAMS = Struct("<LBBHH")
 
 
-class MotSetEepromParams(Message):
+class MotSetEepromParams(FramedMessage):
     """``MOT_SET_EEPROMPARAMS`` (0x04B9), to the controller, 4 bytes of data; page 60.
 
     Set: saves the parameters that one message has set, in the EEPROM as the name says.
@@ -5409,7 +5409,7 @@ class MotSetEepromParams(Message):
 _MOT_SET_PMD_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 
 
-class MotSetPmdCurrentLoopParams(Message):
+class MotSetPmdCurrentLoopParams(FramedMessage):
     """``MOT_SET_PMDCURRENTLOOPPARAMS`` (0x04D4), to the controller, 18 bytes of data; page 71.
 
     Set: PI current loop of the phase windings on the BBD controllers.
@@ -5557,7 +5557,7 @@ class MotSetPmdCurrentLoopParams(Message):
 _MOT_REQ_PMD_CURRENT_LOOP_PARAMS = Struct("<HBBBB")
 
 
-class MotReqPmdCurrentLoopParams(Message):
+class MotReqPmdCurrentLoopParams(FramedMessage):
     """``MOT_REQ_PMDCURRENTLOOPPARAMS`` (0x04D5), to the controller, header only; pages 71, 72.
 
     Request: PI current loop of the phase windings on the BBD controllers.
@@ -5624,7 +5624,7 @@ class MotReqPmdCurrentLoopParams(Message):
 _MOT_GET_PMD_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 
 
-class MotGetPmdCurrentLoopParams(Message):
+class MotGetPmdCurrentLoopParams(FramedMessage):
     """``MOT_GET_PMDCURRENTLOOPPARAMS`` (0x04D6), to the host, 18 bytes of data; pages 71, 72.
 
     Report: PI current loop of the phase windings on the BBD controllers.
@@ -5772,7 +5772,7 @@ class MotGetPmdCurrentLoopParams(Message):
 _MOT_SET_PMD_POSITION_LOOP_PARAMS = Struct("<LBBHHHLHHHHHLHH")
 
 
-class MotSetPmdPositionLoopParams(Message):
+class MotSetPmdPositionLoopParams(FramedMessage):
     """``MOT_SET_PMDPOSITIONLOOPPARAMS`` (0x04D7), to the controller, 28 bytes of data; page 61.
 
     Set: PID position loop of the BBD controllers.
@@ -5964,7 +5964,7 @@ class MotSetPmdPositionLoopParams(Message):
 _MOT_REQ_PMD_POSITION_LOOP_PARAMS = Struct("<HBBBB")
 
 
-class MotReqPmdPositionLoopParams(Message):
+class MotReqPmdPositionLoopParams(FramedMessage):
     """``MOT_REQ_PMDPOSITIONLOOPPARAMS`` (0x04D8), to the controller, header only; pages 61, 63.
 
     Request: PID position loop of the BBD controllers.
@@ -6029,7 +6029,7 @@ class MotReqPmdPositionLoopParams(Message):
 _MOT_GET_PMD_POSITION_LOOP_PARAMS = Struct("<LBBHHHLHHHHHLHH")
 
 
-class MotGetPmdPositionLoopParams(Message):
+class MotGetPmdPositionLoopParams(FramedMessage):
     """``MOT_GET_PMDPOSITIONLOOPPARAMS`` (0x04D9), to the host, 28 bytes of data; pages 61, 63.
 
     Report: PID position loop of the BBD controllers.
@@ -6217,7 +6217,7 @@ class MotGetPmdPositionLoopParams(Message):
 _MOT_SET_PMD_MOTOR_OUTPUT_PARAMS = Struct("<LBBHHHHhHH")
 
 
-class MotSetPmdMotorOutputParams(Message):
+class MotSetPmdMotorOutputParams(FramedMessage):
     """``MOT_SET_PMDMOTOROUTPUTPARAMS`` (0x04DA), to the controller, 14 bytes of data; page 64.
 
     Set: limits and bias of the motor drive signal.
@@ -6362,7 +6362,7 @@ class MotSetPmdMotorOutputParams(Message):
 _MOT_REQ_PMD_MOTOR_OUTPUT_PARAMS = Struct("<HBBBB")
 
 
-class MotReqPmdMotorOutputParams(Message):
+class MotReqPmdMotorOutputParams(FramedMessage):
     """``MOT_REQ_PMDMOTOROUTPUTPARAMS`` (0x04DB), to the controller, header only; pages 64, 65.
 
     Request: limits and bias of the motor drive signal.
@@ -6427,7 +6427,7 @@ class MotReqPmdMotorOutputParams(Message):
 _MOT_GET_PMD_MOTOR_OUTPUT_PARAMS = Struct("<LBBHHHHhHH")
 
 
-class MotGetPmdMotorOutputParams(Message):
+class MotGetPmdMotorOutputParams(FramedMessage):
     """``MOT_GET_PMDMOTOROUTPUTPARAMS`` (0x04DC), to the host, 14 bytes of data; pages 64, 65.
 
     Report: limits and bias of the motor drive signal.
@@ -6567,7 +6567,7 @@ class MotGetPmdMotorOutputParams(Message):
 _MOT_SET_PMD_TRACK_SETTLE_PARAMS = Struct("<LBBHHHHHH")
 
 
-class MotSetPmdTrackSettleParams(Message):
+class MotSetPmdTrackSettleParams(FramedMessage):
     """``MOT_SET_PMDTRACKSETTLEPARAMS`` (0x04E0), to the controller, 12 bytes of data; pages 66, 67.
 
     Set: when an axis counts as settled and as tracking. A move ends only when the axis has settled,
@@ -6680,7 +6680,7 @@ class MotSetPmdTrackSettleParams(Message):
 _MOT_REQ_PMD_TRACK_SETTLE_PARAMS = Struct("<HBBBB")
 
 
-class MotReqPmdTrackSettleParams(Message):
+class MotReqPmdTrackSettleParams(FramedMessage):
     """``MOT_REQ_PMDTRACKSETTLEPARAMS`` (0x04E1), to the controller, header only; pages 66, 68.
 
     Request: when an axis counts as settled and as tracking. A move ends only when the axis has
@@ -6747,7 +6747,7 @@ class MotReqPmdTrackSettleParams(Message):
 _MOT_GET_PMD_TRACK_SETTLE_PARAMS = Struct("<LBBHHHHHH")
 
 
-class MotGetPmdTrackSettleParams(Message):
+class MotGetPmdTrackSettleParams(FramedMessage):
     """``MOT_GET_PMDTRACKSETTLEPARAMS`` (0x04E2), to the host, 12 bytes of data; pages 66, 68.
 
     Report: when an axis counts as settled and as tracking. A move ends only when the axis has
@@ -6858,7 +6858,7 @@ class MotGetPmdTrackSettleParams(Message):
 _MOT_SET_PMD_PROFILE_MODE_PARAMS = Struct("<LBBHHLHH")
 
 
-class MotSetPmdProfileModeParams(Message):
+class MotSetPmdProfileModeParams(FramedMessage):
     """``MOT_SET_PMDPROFILEMODEPARAMS`` (0x04E3), to the controller, 12 bytes of data; page 69.
 
     Set: shape of the velocity profile and its jerk.
@@ -6957,7 +6957,7 @@ class MotSetPmdProfileModeParams(Message):
 _MOT_REQ_PMD_PROFILE_MODE_PARAMS = Struct("<HBBBB")
 
 
-class MotReqPmdProfileModeParams(Message):
+class MotReqPmdProfileModeParams(FramedMessage):
     """``MOT_REQ_PMDPROFILEMODEPARAMS`` (0x04E4), to the controller, header only; pages 69, 70.
 
     Request: shape of the velocity profile and its jerk.
@@ -7022,7 +7022,7 @@ class MotReqPmdProfileModeParams(Message):
 _MOT_GET_PMD_PROFILE_MODE_PARAMS = Struct("<LBBHHLHH")
 
 
-class MotGetPmdProfileModeParams(Message):
+class MotGetPmdProfileModeParams(FramedMessage):
     """``MOT_GET_PMDPROFILEMODEPARAMS`` (0x04E5), to the host, 12 bytes of data; pages 69, 70.
 
     Report: shape of the velocity profile and its jerk.
@@ -7119,7 +7119,7 @@ class MotGetPmdProfileModeParams(Message):
 _MOT_SET_PMD_SETTLED_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 
 
-class MotSetPmdSettledCurrentLoopParams(Message):
+class MotSetPmdSettledCurrentLoopParams(FramedMessage):
     """``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS`` (0x04E9), to the controller, 18 bytes of data; page 73.
 
     Set: current loop settings that apply only while the axis is settled, against noise and
@@ -7274,7 +7274,7 @@ class MotSetPmdSettledCurrentLoopParams(Message):
 _MOT_REQ_PMD_SETTLED_CURRENT_LOOP_PARAMS = Struct("<HBBBB")
 
 
-class MotReqPmdSettledCurrentLoopParams(Message):
+class MotReqPmdSettledCurrentLoopParams(FramedMessage):
     """``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS`` (0x04EA), to the controller, header only; pages 73, 74.
 
     Request: current loop settings that apply only while the axis is settled, against noise and
@@ -7342,7 +7342,7 @@ class MotReqPmdSettledCurrentLoopParams(Message):
 _MOT_GET_PMD_SETTLED_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 
 
-class MotGetPmdSettledCurrentLoopParams(Message):
+class MotGetPmdSettledCurrentLoopParams(FramedMessage):
     """``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS`` (0x04EB), to the host, 18 bytes of data; pages 73, 74.
 
     Report: current loop settings that apply only while the axis is settled, against noise and
@@ -7497,7 +7497,7 @@ class MotGetPmdSettledCurrentLoopParams(Message):
 _MOT_SET_PMD_STAGE_AXIS_PARAMS = Struct("<LBBHHH16sLLlllllHHHHLLLL")
 
 
-class MotSetPmdStageAxisParams(Message):
+class MotSetPmdStageAxisParams(FramedMessage):
     """``MOT_SET_PMDSTAGEAXISPARAMS`` (0x04F0), to the controller, 74 bytes of data; page 75.
 
     Set: what the controller knows about the stage it drives. Most of it is fixed; a set can only
@@ -7761,7 +7761,7 @@ class MotSetPmdStageAxisParams(Message):
 _MOT_REQ_PMD_STAGE_AXIS_PARAMS = Struct("<HBBBB")
 
 
-class MotReqPmdStageAxisParams(Message):
+class MotReqPmdStageAxisParams(FramedMessage):
     """``MOT_REQ_PMDSTAGEAXISPARAMS`` (0x04F1), to the controller, header only; page 75.
 
     Request: what the controller knows about the stage it drives. Most of it is fixed; a set can
@@ -7827,7 +7827,7 @@ class MotReqPmdStageAxisParams(Message):
 _MOT_GET_PMD_STAGE_AXIS_PARAMS = Struct("<LBBHHH16sLLlllllHHHHLLLL")
 
 
-class MotGetPmdStageAxisParams(Message):
+class MotGetPmdStageAxisParams(FramedMessage):
     """``MOT_GET_PMDSTAGEAXISPARAMS`` (0x04F2), to the host, 74 bytes of data; page 75.
 
     Report: what the controller knows about the stage it drives. Most of it is fixed; a set can only

@@ -13,7 +13,7 @@ from __future__ import annotations
 from struct import Struct
 
 from stagewire.direction import Direction
-from stagewire.message import Layout, Message, check_addresses, check_integer
+from stagewire.message import FramedMessage, Layout, check_addresses, check_integer
 from stagewire_apt.flags import BpcStatusBits, InputVoltsSource, LutOutputMode, OutputMaxVoltsFlags
 
 TYPE_CHECKING = False  # type checkers know the name; typing takes long to import
@@ -80,7 +80,7 @@ __all__ = [
 _PZ_SET_POS_CONTROL_MODE = Struct("<HBBBB")
 
 
-class PzSetPosControlMode(Message):
+class PzSetPosControlMode(FramedMessage):
     """``PZ_SET_POSCONTROLMODE`` (0x0640), to the controller, header only; page 94.
 
     Set: open or closed loop. Closed loop needs an actuator with position sensing.
@@ -136,7 +136,7 @@ class PzSetPosControlMode(Message):
 _PZ_REQ_POS_CONTROL_MODE = Struct("<HBBBB")
 
 
-class PzReqPosControlMode(Message):
+class PzReqPosControlMode(FramedMessage):
     """``PZ_REQ_POSCONTROLMODE`` (0x0641), to the controller, header only; page 94.
 
     Request: open or closed loop. Closed loop needs an actuator with position sensing.
@@ -195,7 +195,7 @@ class PzReqPosControlMode(Message):
 _PZ_GET_POS_CONTROL_MODE = Struct("<HBBBB")
 
 
-class PzGetPosControlMode(Message):
+class PzGetPosControlMode(FramedMessage):
     """``PZ_GET_POSCONTROLMODE`` (0x0642), to the host, header only; pages 94, 95.
 
     Report: open or closed loop. Closed loop needs an actuator with position sensing.
@@ -251,7 +251,7 @@ class PzGetPosControlMode(Message):
 _PZ_SET_OUTPUT_VOLTS = Struct("<LBBHh")
 
 
-class PzSetOutputVolts(Message):
+class PzSetOutputVolts(FramedMessage):
     """``PZ_SET_OUTPUTVOLTS`` (0x0643), to the controller, 4 bytes of data; page 96.
 
     Set: output voltage of a channel in open loop; a set is ignored in closed loop.
@@ -318,7 +318,7 @@ class PzSetOutputVolts(Message):
 _PZ_REQ_OUTPUT_VOLTS = Struct("<HBBBB")
 
 
-class PzReqOutputVolts(Message):
+class PzReqOutputVolts(FramedMessage):
     """``PZ_REQ_OUTPUTVOLTS`` (0x0644), to the controller, header only; page 96.
 
     Request: output voltage of a channel in open loop; a set is ignored in closed loop.
@@ -377,7 +377,7 @@ class PzReqOutputVolts(Message):
 _PZ_GET_OUTPUT_VOLTS = Struct("<LBBHh")
 
 
-class PzGetOutputVolts(Message):
+class PzGetOutputVolts(FramedMessage):
     """``PZ_GET_OUTPUTVOLTS`` (0x0645), to the host, 4 bytes of data; page 96.
 
     Report: output voltage of a channel in open loop; a set is ignored in closed loop.
@@ -441,7 +441,7 @@ class PzGetOutputVolts(Message):
 _PZ_SET_OUTPUT_POS = Struct("<LBBHH")
 
 
-class PzSetOutputPos(Message):
+class PzSetOutputPos(FramedMessage):
     """``PZ_SET_OUTPUTPOS`` (0x0646), to the controller, 4 bytes of data; page 97.
 
     Set: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a
@@ -508,7 +508,7 @@ class PzSetOutputPos(Message):
 _PZ_REQ_OUTPUT_POS = Struct("<HBBBB")
 
 
-class PzReqOutputPos(Message):
+class PzReqOutputPos(FramedMessage):
     """``PZ_REQ_OUTPUTPOS`` (0x0647), to the controller, header only; page 97.
 
     Request: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes;
@@ -568,7 +568,7 @@ class PzReqOutputPos(Message):
 _PZ_GET_OUTPUT_POS = Struct("<LBBHH")
 
 
-class PzGetOutputPos(Message):
+class PzGetOutputPos(FramedMessage):
     """``PZ_GET_OUTPUTPOS`` (0x0648), to the host, 4 bytes of data; page 97.
 
     Report: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a
@@ -633,7 +633,7 @@ class PzGetOutputPos(Message):
 _PZ_REQ_MAX_TRAVEL = Struct("<HBBBB")
 
 
-class PzReqMaxTravel(Message):
+class PzReqMaxTravel(FramedMessage):
     """``PZ_REQ_MAXTRAVEL`` (0x0650), to the controller, header only; page 118.
 
     Request: travel of the connected actuator, if it has position sensing; read from the actuator
@@ -695,7 +695,7 @@ class PzReqMaxTravel(Message):
 _PZ_GET_MAX_TRAVEL = Struct("<LBBHH")
 
 
-class PzGetMaxTravel(Message):
+class PzGetMaxTravel(FramedMessage):
     """``PZ_GET_MAXTRAVEL`` (0x0651), to the host, 4 bytes of data; page 118.
 
     Report: travel of the connected actuator, if it has position sensing; read from the actuator
@@ -766,7 +766,7 @@ class PzGetMaxTravel(Message):
 _PZ_SET_INPUT_VOLTS_SRC = Struct("<LBBHH")
 
 
-class PzSetInputVoltsSrc(Message):
+class PzSetInputVoltsSrc(FramedMessage):
     """``PZ_SET_INPUTVOLTSSRC`` (0x0652), to the controller, 4 bytes of data; page 98.
 
     Set: which inputs drive the high-voltage amplifier besides the voltage set by software.
@@ -835,7 +835,7 @@ class PzSetInputVoltsSrc(Message):
 _PZ_REQ_INPUT_VOLTS_SRC = Struct("<HBBBB")
 
 
-class PzReqInputVoltsSrc(Message):
+class PzReqInputVoltsSrc(FramedMessage):
     """``PZ_REQ_INPUTVOLTSSRC`` (0x0653), to the controller, header only; page 98.
 
     Request: which inputs drive the high-voltage amplifier besides the voltage set by software.
@@ -894,7 +894,7 @@ class PzReqInputVoltsSrc(Message):
 _PZ_GET_INPUT_VOLTS_SRC = Struct("<LBBHH")
 
 
-class PzGetInputVoltsSrc(Message):
+class PzGetInputVoltsSrc(FramedMessage):
     """``PZ_GET_INPUTVOLTSSRC`` (0x0654), to the host, 4 bytes of data; pages 98, 99.
 
     Report: which inputs drive the high-voltage amplifier besides the voltage set by software.
@@ -963,7 +963,7 @@ class PzGetInputVoltsSrc(Message):
 _PZ_SET_PI_CONSTS = Struct("<LBBHHH")
 
 
-class PzSetPiConsts(Message):
+class PzSetPiConsts(FramedMessage):
     """``PZ_SET_PICONSTS`` (0x0655), to the controller, 6 bytes of data; page 100.
 
     Set: proportional and integral term of the position loop; they matter in closed loop only.
@@ -1032,7 +1032,7 @@ class PzSetPiConsts(Message):
 _PZ_REQ_PI_CONSTS = Struct("<HBBBB")
 
 
-class PzReqPiConsts(Message):
+class PzReqPiConsts(FramedMessage):
     """``PZ_REQ_PICONSTS`` (0x0656), to the controller, header only; page 100.
 
     Request: proportional and integral term of the position loop; they matter in closed loop only.
@@ -1091,7 +1091,7 @@ class PzReqPiConsts(Message):
 _PZ_GET_PI_CONSTS = Struct("<LBBHHH")
 
 
-class PzGetPiConsts(Message):
+class PzGetPiConsts(FramedMessage):
     """``PZ_GET_PICONSTS`` (0x0657), to the host, 6 bytes of data; page 100.
 
     Report: proportional and integral term of the position loop; they matter in closed loop only.
@@ -1160,7 +1160,7 @@ class PzGetPiConsts(Message):
 _PZ_SET_ZERO = Struct("<HBBBB")
 
 
-class PzSetZero(Message):
+class PzSetZero(FramedMessage):
     """``PZ_SET_ZERO`` (0x0658), to the controller, header only; page 117.
 
     Puts zero volts on the actuator and takes the position read there as zero from then on; part of
@@ -1218,7 +1218,7 @@ class PzSetZero(Message):
 _PZ_REQ_PZ_STATUS_BITS = Struct("<HBBBB")
 
 
-class PzReqPzStatusBits(Message):
+class PzReqPzStatusBits(FramedMessage):
     """``PZ_REQ_PZSTATUSBITS`` (0x065B), to the controller, header only; page 101.
 
     Request: status bits of a channel alone, without voltage and position.
@@ -1282,7 +1282,7 @@ class PzReqPzStatusBits(Message):
 _PZ_GET_PZ_STATUS_BITS = Struct("<LBBHL")
 
 
-class PzGetPzStatusBits(Message):
+class PzGetPzStatusBits(FramedMessage):
     """``PZ_GET_PZSTATUSBITS`` (0x065C), to the host, 6 bytes of data; page 101.
 
     Report: status bits of a channel alone, without voltage and position.
@@ -1359,7 +1359,7 @@ class PzGetPzStatusBits(Message):
 _PZ_GET_PZ_STATUS_UPDATE = Struct("<LBBHhhL")
 
 
-class PzGetPzStatusUpdate(Message):
+class PzGetPzStatusUpdate(FramedMessage):
     """``PZ_GET_PZSTATUSUPDATE`` (0x0661), to the host, 10 bytes of data; page 103.
 
     Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS. No message
@@ -1454,7 +1454,7 @@ class PzGetPzStatusUpdate(Message):
 _PZ_ACK_PZ_STATUS_UPDATE = Struct("<HBBBB")
 
 
-class PzAckPzStatusUpdate(Message):
+class PzAckPzStatusUpdate(FramedMessage):
     """``PZ_ACK_PZSTATUSUPDATE`` (0x0662), to the controller, header only; page 105.
 
     Server alive. USB only; due at least once a second, or the controller stops sending after about
@@ -1517,7 +1517,7 @@ class PzAckPzStatusUpdate(Message):
 _PZ_SET_IO_SETTINGS = Struct("<LBBHHHHH")
 
 
-class PzSetIoSettings(Message):
+class PzSetIoSettings(FramedMessage):
     """``PZ_SET_IOSETTINGS`` (0x0670), to the controller, 10 bytes of data; page 119.
 
     Set: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
@@ -1645,7 +1645,7 @@ class PzSetIoSettings(Message):
 _PZ_REQ_IO_SETTINGS = Struct("<HBBBB")
 
 
-class PzReqIoSettings(Message):
+class PzReqIoSettings(FramedMessage):
     """``PZ_REQ_IOSETTINGS`` (0x0671), to the controller, header only; pages 119, 120.
 
     Request: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
@@ -1704,7 +1704,7 @@ class PzReqIoSettings(Message):
 _PZ_GET_IO_SETTINGS = Struct("<LBBHHHHH")
 
 
-class PzGetIoSettings(Message):
+class PzGetIoSettings(FramedMessage):
     """``PZ_GET_IOSETTINGS`` (0x0672), to the host, 10 bytes of data; pages 119, 120.
 
     Report: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
@@ -1828,7 +1828,7 @@ class PzGetIoSettings(Message):
 _PZ_SET_OUTPUT_MAX_VOLTS = Struct("<LBBHHH")
 
 
-class PzSetOutputMaxVolts(Message):
+class PzSetOutputMaxVolts(FramedMessage):
     """``PZ_SET_OUTPUTMAXVOLTS`` (0x0680), to the controller, 6 bytes of data; page 121.
 
     Set: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
@@ -1910,7 +1910,7 @@ class PzSetOutputMaxVolts(Message):
 _PZ_REQ_OUTPUT_MAX_VOLTS = Struct("<HBBBB")
 
 
-class PzReqOutputMaxVolts(Message):
+class PzReqOutputMaxVolts(FramedMessage):
     """``PZ_REQ_OUTPUTMAXVOLTS`` (0x0681), to the controller, header only; page 121.
 
     Request: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes
@@ -1972,7 +1972,7 @@ class PzReqOutputMaxVolts(Message):
 _PZ_GET_OUTPUT_MAX_VOLTS = Struct("<LBBHHH")
 
 
-class PzGetOutputMaxVolts(Message):
+class PzGetOutputMaxVolts(FramedMessage):
     """``PZ_GET_OUTPUTMAXVOLTS`` (0x0682), to the host, 6 bytes of data; pages 121, 122.
 
     Report: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
@@ -2056,7 +2056,7 @@ class PzGetOutputMaxVolts(Message):
 _PZ_SET_TPZ_SLEW_RATES = Struct("<LBBHHH")
 
 
-class PzSetTpzSlewRates(Message):
+class PzSetTpzSlewRates(FramedMessage):
     """``PZ_SET_TPZ_SLEWRATES`` (0x0683), to the controller, 6 bytes of data; page 123.
 
     Set: limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
@@ -2134,7 +2134,7 @@ class PzSetTpzSlewRates(Message):
 _PZ_REQ_TPZ_SLEW_RATES = Struct("<HBBBB")
 
 
-class PzReqTpzSlewRates(Message):
+class PzReqTpzSlewRates(FramedMessage):
     """``PZ_REQ_TPZ_SLEWRATES`` (0x0684), to the controller, header only; pages 123, 124.
 
     Request: limits on the rate of change of the drive voltage, to protect delicate stages. Newer
@@ -2196,7 +2196,7 @@ class PzReqTpzSlewRates(Message):
 _PZ_GET_TPZ_SLEW_RATES = Struct("<LBBHHH")
 
 
-class PzGetTpzSlewRates(Message):
+class PzGetTpzSlewRates(FramedMessage):
     """``PZ_GET_TPZ_SLEWRATES`` (0x0685), to the host, 6 bytes of data; pages 123, 124.
 
     Report: limits on the rate of change of the drive voltage, to protect delicate stages. Newer
@@ -2268,7 +2268,7 @@ class PzGetTpzSlewRates(Message):
 _MOT_SET_PZ_STAGE_PARAM_DEFAULTS = Struct("<HBBBB")
 
 
-class MotSetPzStageParamDefaults(Message):
+class MotSetPzStageParamDefaults(FramedMessage):
     """``MOT_SET_PZSTAGEPARAMDEFAULTS`` (0x0686), to the controller, header only; page 125.
 
     Sets the parameters back to the defaults in the EEPROM, for a system that has become unstable.
@@ -2333,7 +2333,7 @@ class MotSetPzStageParamDefaults(Message):
 _PZ_SET_OUTPUT_LUT = Struct("<LBBHHh")
 
 
-class PzSetOutputLut(Message):
+class PzSetOutputLut(FramedMessage):
     """``PZ_SET_OUTPUTLUT`` (0x0700), to the controller, 6 bytes of data; page 106.
 
     Set: one sample of the waveform table. Only as many samples need to be loaded as one cycle uses.
@@ -2412,7 +2412,7 @@ class PzSetOutputLut(Message):
 _PZ_REQ_OUTPUT_LUT = Struct("<HBBBB")
 
 
-class PzReqOutputLut(Message):
+class PzReqOutputLut(FramedMessage):
     """``PZ_REQ_OUTPUTLUT`` (0x0701), to the controller, header only; pages 106, 107.
 
     Request: one sample of the waveform table. Only as many samples need to be loaded as one cycle
@@ -2473,7 +2473,7 @@ class PzReqOutputLut(Message):
 _PZ_GET_OUTPUT_LUT = Struct("<LBBHHh")
 
 
-class PzGetOutputLut(Message):
+class PzGetOutputLut(FramedMessage):
     """``PZ_GET_OUTPUTLUT`` (0x0702), to the host, 6 bytes of data; pages 106, 107.
 
     Report: one sample of the waveform table. Only as many samples need to be loaded as one cycle
@@ -2545,7 +2545,7 @@ class PzGetOutputLut(Message):
 _PZ_SET_OUTPUT_LUT_PARAMS = Struct("<LBBHHHllllHlH")
 
 
-class PzSetOutputLutParams(Message):
+class PzSetOutputLutParams(FramedMessage):
     """``PZ_SET_OUTPUTLUTPARAMS`` (0x0703), to the controller, 30 bytes of data; page 108.
 
     Set: how the waveform table is put out by PZ_START_LUTOUTPUT.
@@ -2755,7 +2755,7 @@ class PzSetOutputLutParams(Message):
 _PZ_REQ_OUTPUT_LUT_PARAMS = Struct("<HBBBB")
 
 
-class PzReqOutputLutParams(Message):
+class PzReqOutputLutParams(FramedMessage):
     """``PZ_REQ_OUTPUTLUTPARAMS`` (0x0704), to the controller, header only; pages 108, 111.
 
     Request: how the waveform table is put out by PZ_START_LUTOUTPUT.
@@ -2814,7 +2814,7 @@ class PzReqOutputLutParams(Message):
 _PZ_GET_OUTPUT_LUT_PARAMS = Struct("<LBBHHHllllHlH")
 
 
-class PzGetOutputLutParams(Message):
+class PzGetOutputLutParams(FramedMessage):
     """``PZ_GET_OUTPUTLUTPARAMS`` (0x0705), to the host, 30 bytes of data; pages 108, 111.
 
     Report: how the waveform table is put out by PZ_START_LUTOUTPUT.
@@ -3010,7 +3010,7 @@ class PzGetOutputLutParams(Message):
 _PZ_START_LUT_OUTPUT = Struct("<HBBBB")
 
 
-class PzStartLutOutput(Message):
+class PzStartLutOutput(FramedMessage):
     """``PZ_START_LUTOUTPUT`` (0x0706), to the controller, header only; page 112.
 
     Starts the output of the waveform table, or arms it if outputlut_inputtrig is set in
@@ -3068,7 +3068,7 @@ class PzStartLutOutput(Message):
 _PZ_STOP_LUT_OUTPUT = Struct("<HBBBB")
 
 
-class PzStopLutOutput(Message):
+class PzStopLutOutput(FramedMessage):
     """``PZ_STOP_LUTOUTPUT`` (0x0707), to the controller, header only; page 112.
 
     Stops the output of the waveform table.
@@ -3125,7 +3125,7 @@ class PzStopLutOutput(Message):
 _PZ_SET_LUT_VALUE_TYPE = Struct("<HBBBB")
 
 
-class PzSetLutValueType(Message):
+class PzSetLutValueType(FramedMessage):
     """``PZ_SET_LUTVALUETYPE`` (0x0708), to the controller, header only; page 126.
 
     Set: whether the samples of the waveform table are volts or positions. They are scaled while
@@ -3186,7 +3186,7 @@ class PzSetLutValueType(Message):
 _PZ_SET_EEPROM_PARAMS = Struct("<LBBHH")
 
 
-class PzSetEepromParams(Message):
+class PzSetEepromParams(FramedMessage):
     """``PZ_SET_EEPROMPARAMS`` (0x07D0), to the controller, 4 bytes of data; page 113.
 
     Set: saves the present parameters of one message so that they outlast power-off.
@@ -3249,7 +3249,7 @@ class PzSetEepromParams(Message):
 _PZ_SET_TPZ_DISP_SETTINGS = Struct("<LBBH")
 
 
-class PzSetTpzDispSettings(Message):
+class PzSetTpzDispSettings(FramedMessage):
     """``PZ_SET_TPZ_DISPSETTINGS`` (0x07D1), to the controller, 2 bytes of data; page 114.
 
     Set: how bright the front display of a TPZ001 is.
@@ -3313,7 +3313,7 @@ class PzSetTpzDispSettings(Message):
 _PZ_REQ_TPZ_DISP_SETTINGS = Struct("<HBBBB")
 
 
-class PzReqTpzDispSettings(Message):
+class PzReqTpzDispSettings(FramedMessage):
     """``PZ_REQ_TPZ_DISPSETTINGS`` (0x07D2), to the controller, header only; page 114.
 
     Request: how bright the front display of a TPZ001 is.
@@ -3373,7 +3373,7 @@ class PzReqTpzDispSettings(Message):
 _PZ_GET_TPZ_DISP_SETTINGS = Struct("<LBBH")
 
 
-class PzGetTpzDispSettings(Message):
+class PzGetTpzDispSettings(FramedMessage):
     """``PZ_GET_TPZ_DISPSETTINGS`` (0x07D3), to the host, 2 bytes of data; page 114.
 
     Report: how bright the front display of a TPZ001 is.
@@ -3431,7 +3431,7 @@ class PzGetTpzDispSettings(Message):
 _PZ_SET_TPZ_IO_SETTINGS = Struct("<LBBHHHHH")
 
 
-class PzSetTpzIoSettings(Message):
+class PzSetTpzIoSettings(FramedMessage):
     """``PZ_SET_TPZ_IOSETTINGS`` (0x07D4), to the controller, 10 bytes of data; page 115.
 
     Set: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
@@ -3540,7 +3540,7 @@ class PzSetTpzIoSettings(Message):
 _PZ_REQ_TPZ_IO_SETTINGS = Struct("<HBBBB")
 
 
-class PzReqTpzIoSettings(Message):
+class PzReqTpzIoSettings(FramedMessage):
     """``PZ_REQ_TPZ_IOSETTINGS`` (0x07D5), to the controller, header only; pages 115, 116.
 
     Request: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
@@ -3601,7 +3601,7 @@ class PzReqTpzIoSettings(Message):
 _PZ_GET_TPZ_IO_SETTINGS = Struct("<LBBHHHHH")
 
 
-class PzGetTpzIoSettings(Message):
+class PzGetTpzIoSettings(FramedMessage):
     """``PZ_GET_TPZ_IOSETTINGS`` (0x07D6), to the host, 10 bytes of data; pages 115, 116.
 
     Report: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
@@ -3707,7 +3707,7 @@ class PzGetTpzIoSettings(Message):
 _PZ_SET_TSG_IO_SETTINGS = Struct("<LBBHHHHHL")
 
 
-class PzSetTsgIoSettings(Message):
+class PzSetTsgIoSettings(FramedMessage):
     """``PZ_SET_TSG_IOSETTINGS`` (0x07DA), to the controller, 14 bytes of data; page 127.
 
     Set: feedback path, display and force calibration of a TSG001.
@@ -3841,7 +3841,7 @@ class PzSetTsgIoSettings(Message):
 _PZ_REQ_TSG_IO_SETTINGS = Struct("<HBBBB")
 
 
-class PzReqTsgIoSettings(Message):
+class PzReqTsgIoSettings(FramedMessage):
     """``PZ_REQ_TSG_IOSETTINGS`` (0x07DB), to the controller, header only; pages 127, 128.
 
     Request: feedback path, display and force calibration of a TSG001.
@@ -3902,7 +3902,7 @@ class PzReqTsgIoSettings(Message):
 _PZ_GET_TSG_IO_SETTINGS = Struct("<LBBHHHHHL")
 
 
-class PzGetTsgIoSettings(Message):
+class PzGetTsgIoSettings(FramedMessage):
     """``PZ_GET_TSG_IOSETTINGS`` (0x07DC), to the host, 14 bytes of data; pages 127, 128.
 
     Report: feedback path, display and force calibration of a TSG001.
@@ -4033,7 +4033,7 @@ class PzGetTsgIoSettings(Message):
 _PZ_REQ_TSG_READING = Struct("<HBBBB")
 
 
-class PzReqTsgReading(Message):
+class PzReqTsgReading(FramedMessage):
     """``PZ_REQ_TSG_READING`` (0x07DD), to the controller, header only; page 129.
 
     Request: reading of the strain gauge, in the unit that the display mode of PZ_SET_TSG_IOSETTINGS
@@ -4093,7 +4093,7 @@ class PzReqTsgReading(Message):
 _PZ_GET_TSG_READING = Struct("<LBBHhH")
 
 
-class PzGetTsgReading(Message):
+class PzGetTsgReading(FramedMessage):
     """``PZ_GET_TSG_READING`` (0x07DE), to the host, 6 bytes of data; page 129.
 
     Report: reading of the strain gauge, in the unit that the display mode of PZ_SET_TSG_IOSETTINGS

@@ -12,7 +12,7 @@ from __future__ import annotations
 from struct import Struct
 
 from stagewire.direction import Direction
-from stagewire.message import Layout, Message, check_addresses, check_integer
+from stagewire.message import FramedMessage, Layout, check_addresses, check_integer
 
 TYPE_CHECKING = False  # type checkers know the name; typing takes long to import
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ __all__ = [
 _MOT_SET_SOL_OPERATING_MODE = Struct("<HBBBB")
 
 
-class MotSetSolOperatingMode(Message):
+class MotSetSolOperatingMode(FramedMessage):
     """``MOT_SET_SOL_OPERATINGMODE`` (0x04C0), to the controller, header only; page 85.
 
     Set: operating mode of the solenoid driver.
@@ -101,7 +101,7 @@ class MotSetSolOperatingMode(Message):
 _MOT_REQ_SOL_OPERATING_MODE = Struct("<HBBBB")
 
 
-class MotReqSolOperatingMode(Message):
+class MotReqSolOperatingMode(FramedMessage):
     """``MOT_REQ_SOL_OPERATINGMODE`` (0x04C1), to the controller, header only; pages 85, 86.
 
     Request: operating mode of the solenoid driver.
@@ -160,7 +160,7 @@ class MotReqSolOperatingMode(Message):
 _MOT_GET_SOL_OPERATING_MODE = Struct("<HBBBB")
 
 
-class MotGetSolOperatingMode(Message):
+class MotGetSolOperatingMode(FramedMessage):
     """``MOT_GET_SOL_OPERATINGMODE`` (0x04C2), to the host, header only; pages 85, 86.
 
     Report: operating mode of the solenoid driver.
@@ -222,7 +222,7 @@ class MotGetSolOperatingMode(Message):
 _MOT_SET_SOL_CYCLE_PARAMS = Struct("<LBBHlll")
 
 
-class MotSetSolCycleParams(Message):
+class MotSetSolCycleParams(FramedMessage):
     """``MOT_SET_SOL_CYCLEPARAMS`` (0x04C3), to the controller, 14 bytes of data; page 87.
 
     Set: times and number of cycles for every operating mode but the manual one.
@@ -303,7 +303,7 @@ class MotSetSolCycleParams(Message):
 _MOT_REQ_SOL_CYCLE_PARAMS = Struct("<HBBBB")
 
 
-class MotReqSolCycleParams(Message):
+class MotReqSolCycleParams(FramedMessage):
     """``MOT_REQ_SOL_CYCLEPARAMS`` (0x04C4), to the controller, header only; pages 87, 88.
 
     Request: times and number of cycles for every operating mode but the manual one.
@@ -362,7 +362,7 @@ class MotReqSolCycleParams(Message):
 _MOT_GET_SOL_CYCLE_PARAMS = Struct("<LBBHlll")
 
 
-class MotGetSolCycleParams(Message):
+class MotGetSolCycleParams(FramedMessage):
     """``MOT_GET_SOL_CYCLEPARAMS`` (0x04C5), to the host, 14 bytes of data; pages 87, 88.
 
     Report: times and number of cycles for every operating mode but the manual one.
@@ -440,7 +440,7 @@ class MotGetSolCycleParams(Message):
 _MOT_SET_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 
 
-class MotSetSolInterlockMode(Message):
+class MotSetSolInterlockMode(FramedMessage):
     """``MOT_SET_SOL_INTERLOCKMODE`` (0x04C6), to the controller, header only; page 89.
 
     Set: whether the hardware interlock must be fitted before the driver operates.
@@ -504,7 +504,7 @@ class MotSetSolInterlockMode(Message):
 _MOT_REQ_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 
 
-class MotReqSolInterlockMode(Message):
+class MotReqSolInterlockMode(FramedMessage):
     """``MOT_REQ_SOL_INTERLOCKMODE`` (0x04C7), to the controller, header only; pages 89, 90.
 
     Request: whether the hardware interlock must be fitted before the driver operates.
@@ -563,7 +563,7 @@ class MotReqSolInterlockMode(Message):
 _MOT_GET_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 
 
-class MotGetSolInterlockMode(Message):
+class MotGetSolInterlockMode(FramedMessage):
     """``MOT_GET_SOL_INTERLOCKMODE`` (0x04C8), to the host, header only; pages 89, 90.
 
     Report: whether the hardware interlock must be fitted before the driver operates.
@@ -625,7 +625,7 @@ class MotGetSolInterlockMode(Message):
 _MOT_SET_SOL_STATE = Struct("<HBBBB")
 
 
-class MotSetSolState(Message):
+class MotSetSolState(FramedMessage):
     """``MOT_SET_SOL_STATE`` (0x04CB), to the controller, header only; page 91.
 
     Set: output state of the solenoid; a set overrides the settings in force.
@@ -683,7 +683,7 @@ class MotSetSolState(Message):
 _MOT_REQ_SOL_STATE = Struct("<HBBBB")
 
 
-class MotReqSolState(Message):
+class MotReqSolState(FramedMessage):
     """``MOT_REQ_SOL_STATE`` (0x04CC), to the controller, header only; pages 91, 92.
 
     Request: output state of the solenoid; a set overrides the settings in force.
@@ -742,7 +742,7 @@ class MotReqSolState(Message):
 _MOT_GET_SOL_STATE = Struct("<HBBBB")
 
 
-class MotGetSolState(Message):
+class MotGetSolState(FramedMessage):
     """``MOT_GET_SOL_STATE`` (0x04CD), to the host, header only; pages 91, 92.
 
     Report: output state of the solenoid; a set overrides the settings in force.

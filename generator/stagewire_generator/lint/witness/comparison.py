@@ -10,9 +10,10 @@ from stagewire_generator.diagnostics import Place
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
 
-__all__ = ["ID", "Comparison", "Difference"]
+__all__ = ["ID", "NOTHING", "Comparison", "Difference"]
 
 ID = re.compile(r"0x([0-9A-F]{4})\Z")
+NOTHING = "nothing"  # the side that does not say what the other does
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +58,12 @@ class Comparison:
         self.compared += 1
         at = self.document.place(*path)
         self.differences.setdefault(place, Difference(place, at, str(printed), str(encoded)))
+
+    def members(self, place: str, path: KeyPath, printed: set[str], encoded: set[str]) -> None:
+        """Compare two sets of names, each name at a place of its own."""
+        for name in sorted(printed | encoded):
+            sides = (name if name in names else NOTHING for names in (printed, encoded))
+            self.same(f"{place}/{name}", path, *sides)
 
     def canonical(self, printed: str, path: KeyPath) -> str:
         """Return a printed message name as the registry spells it, noting lost underscores."""

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire_generator.model import Enumeration, Factor, FlagTable, Protocol, Stage
+from stagewire_generator.model import (
+    Enumeration,
+    Factor,
+    FlagTable,
+    Json,
+    Protocol,
+    Quantity,
+    Stage,
+)
 from stagewire_generator.naming import camel
+from stagewire_generator.targets.python.documentation import where
 from stagewire_generator.targets.python.source import (
     WIDTH,
     call,
@@ -17,7 +26,15 @@ from stagewire_generator.targets.python.source import (
     tuple_of,
 )
 
-__all__ = ["NamedView", "StageView", "enumeration_view", "flag_table_view", "stage_view"]
+__all__ = [
+    "NamedView",
+    "QuantityView",
+    "StageView",
+    "enumeration_view",
+    "flag_table_view",
+    "quantity_view",
+    "stage_view",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +47,15 @@ class NamedView:
 
 
 @dataclass(frozen=True, slots=True)
+class QuantityView:
+    """A quantity whose scale depends on nothing."""
+
+    name: str
+    source: str
+    doc: str
+
+
+@dataclass(frozen=True, slots=True)
 class StageView:
     """A stage."""
 
@@ -37,7 +63,7 @@ class StageView:
     source: str
 
 
-def enumeration_view(enumeration: Enumeration) -> NamedView:
+def enumeration_view(document: Json, enumeration: Enumeration) -> NamedView:
     """Make the view of an enumeration."""
     members = []
     for value in enumeration.values:
@@ -45,11 +71,11 @@ def enumeration_view(enumeration: Enumeration) -> NamedView:
         members.append(f"{value.name} = {sign}0x{abs(value.value):02X}")
         if value.note:
             members.append(f'"""{docstring(paragraph(sentence(value.note), 4))}"""')
-    doc = _named_doc("Values", enumeration.name, enumeration.page, enumeration.summary)
+    doc = _named_doc(document, "Values", enumeration)
     return NamedView(camel(enumeration.name), doc, tuple(members))
 
 
-def flag_table_view(table: FlagTable) -> NamedView:
+def flag_table_view(document: Json, table: FlagTable) -> NamedView:
     """Make the view of a flag table."""
     members = []
     digits = 2 * table.format.size
@@ -58,13 +84,23 @@ def flag_table_view(table: FlagTable) -> NamedView:
         if bit.note:
             arguments.append(literal(bit.note))
         members.append(call(f"{bit.name} = Bit", arguments, "", 4))
-    doc = _named_doc("Bits", table.name, table.page, table.summary)
+    doc = _named_doc(document, "Bits", table)
     return NamedView(camel(table.name), doc, tuple(members))
 
 
-def _named_doc(kind: str, name: str, page: int, summary: str) -> str:
-    head = f"{kind} of ``{name}`` (page {page})."
-    return docstring(f"{head}\n\n    {paragraph(summary, 4)}\n    " if summary else head)
+def _named_doc(document: Json, kind: str, table: Enumeration | FlagTable) -> str:
+    head = f"{kind} of ``{table.name}`` ({where(document, [table.page])})."
+    return docstring(
+        f"{head}\n\n    {paragraph(table.summary, 4)}\n    " if table.summary else head
+    )
+
+
+def quantity_view(document: Json, quantity: Quantity, factor: Factor) -> QuantityView:
+    """Make the view of a quantity whose factor depends on nothing."""
+    name = quantity.name.upper()
+    source = call(f"{name} = {_method(factor)}", _arguments(factor, quantity.unit, 4), "", 0)
+    text = f"{quantity.summary.rstrip('.')} ({where(document, [factor.page or quantity.page])})"
+    return QuantityView(name, source, docstring(paragraph(sentence(text), 0)))
 
 
 def stage_view(protocol: Protocol, stage: Stage) -> StageView:
@@ -100,11 +136,18 @@ def _scale(name: str, factor: Factor | str, unit: str) -> str:
     if isinstance(factor, str):
         reason = long_text("", " ".join(factor.split()), 16)
         return call(f"{literal(name)}: UnknownScale", [literal(unit), reason], ",", 12, 0)
+    return call(f"{literal(name)}: {_method(factor)}", _arguments(factor, unit, 16), ",", 12)
+
+
+def _method(factor: Factor) -> str:
+    return f"Scale.{'unit_per' if factor.key.endswith('_per_count') else 'counts_per'}"
+
+
+def _arguments(factor: Factor, unit: str, indent: int) -> list[str]:
     value = factor.value
-    method = "unit_per" if factor.key.endswith("_per_count") else "counts_per"
     arguments = [literal(unit), str(value.numerator), str(value.denominator)]
     if factor.printed:
         arguments.append(f"printed={literal(factor.printed)}")
     if factor.source:
-        arguments.append(long_text("source=", factor.source, 16))
-    return call(f"{literal(name)}: Scale.{method}", arguments, ",", 12)
+        arguments.append(long_text("source=", factor.source, indent))
+    return arguments

@@ -17,6 +17,7 @@ _MODULES = {
     "__init__.py": "package.py.j2",
     "enumerations.py": "enumerations.py.j2",
     "flags.py": "flags.py.j2",
+    "quantities.py": "quantities.py.j2",
     "stages.py": "stages.py.j2",
     "messages/__init__.py": "messages.py.j2",
 }

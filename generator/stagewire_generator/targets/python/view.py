@@ -5,25 +5,32 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stagewire_generator.model import Factor, Protocol
-from stagewire_generator.targets.python.message_view import ClassView, class_views
+from stagewire_generator.targets.python.class_view import ClassView
+from stagewire_generator.targets.python.documentation import where
+from stagewire_generator.targets.python.framing import framing_of
+from stagewire_generator.targets.python.imports import class_imports, uses_self, uses_struct
 from stagewire_generator.targets.python.named_view import (
     NamedView,
+    QuantityView,
     StageView,
     enumeration_view,
     flag_table_view,
+    quantity_view,
     stage_view,
 )
 from stagewire_generator.targets.python.source import (
-    WIDTH,
-    bracketed,
-    call,
     docstring,
     imported,
     list_of,
     literal,
     natural,
     paragraph,
-    width,
+)
+
+_SELF = (
+    "TYPE_CHECKING = False  # type checkers know the name; typing takes long to import",
+    "if TYPE_CHECKING:",
+    "    from typing import Self",
 )
 
 __all__ = ["ChapterView", "PackageView", "package_view"]
@@ -36,7 +43,9 @@ class ChapterView:
     name: str
     doc: str
     classes: tuple[ClassView, ...]
+    standard: tuple[str, ...]  # statements that import from the standard library
     imports: tuple[str, ...]
+    typing: tuple[str, ...]  # lines that only type checkers read
     all: str
     exported: str  # the statement by which the package imports the classes
 
@@ -56,7 +65,11 @@ class PackageView:
     stages: tuple[StageView, ...]
     stages_all: str
     stage_imports: str
+    quantities: tuple[QuantityView, ...]
+    quantities_all: str
     messages_all: str
+    message_base: str
+    protocol_imports: tuple[str, ...]
     protocol: str
 
 
@@ -65,9 +78,17 @@ def package_view(protocol: Protocol) -> PackageView:
     made = {message.chapter for message in protocol.messages if message.id is not None}
     chapters = tuple(_chapter(protocol, c.name) for c in protocol.chapters if c.name in made)
     document = protocol.document
-    flags = tuple(flag_table_view(t) for t in sorted(protocol.flags, key=lambda t: t.name))
+    framing = framing_of(protocol)
+    flags = tuple(
+        flag_table_view(document, t) for t in sorted(protocol.flags, key=lambda t: t.name)
+    )
     enumerations = tuple(
-        enumeration_view(e) for e in sorted(protocol.enumerations, key=lambda e: e.name)
+        enumeration_view(document, e) for e in sorted(protocol.enumerations, key=lambda e: e.name)
+    )
+    quantities = tuple(
+        quantity_view(document, quantity, quantity.factor)
+        for quantity in sorted(protocol.quantities, key=lambda q: q.name)
+        if quantity.factor
     )
     stages = tuple(stage_view(protocol, s) for s in sorted(protocol.stages, key=lambda s: s.name))
     names = [view.name for chapter in chapters for view in chapter.classes]
@@ -89,8 +110,12 @@ def package_view(protocol: Protocol) -> PackageView:
         stages=stages,
         stages_all=_all([s.name for s in stages]),
         stage_imports=imported("stagewire.quantities", sorted(kinds)) if kinds else "",
+        quantities=quantities,
+        quantities_all=_all([q.name for q in quantities]),
         messages_all=_all([*names, "MESSAGES", "PROTOCOL", "decode"]),
-        protocol=_protocol(protocol),
+        message_base=framing.message_base,
+        protocol_imports=framing.imports,
+        protocol=framing.protocol(protocol),
     )
 
 
@@ -113,59 +138,24 @@ def _all(names: list[str]) -> str:
     return list_of([literal(name) for name in sorted(names, key=key)])
 
 
-def _protocol(protocol: Protocol) -> str:
-    framing = protocol.framing
-    nameless = {m.name: "the document gives it no id" for m in protocol.messages if m.id is None}
-    devices = [f"0x{d:02X}" for d in framing["devices"]]
-    reasons = [f"{literal(n)}: {literal(w)}" for n, w in nameless.items()]
-    lines = [
-        literal(protocol.name),
-        literal(protocol.title),
-        literal(protocol.package),
-        "MESSAGES",
-        f"host=0x{framing['host']:02X}",
-        _frozenset("devices", devices),
-        bracketed("nameless={", reasons, "}", 4, WIDTH - 1),
-    ]
-    return call("PROTOCOL = Protocol", lines, "", 0, 0)
-
-
-def _frozenset(name: str, items: list[str]) -> str:
-    line = f"{name}=frozenset({{{', '.join(items)}}})"
-    if 4 + width(line) + 1 <= WIDTH:
-        return line
-    return call(f"{name}=frozenset", [bracketed("{", items, "}", 8, 0)], "", 4, 0)
-
-
 def _chapter(protocol: Protocol, name: str) -> ChapterView:
     chapter = next(c for c in protocol.chapters if c.name == name)
+    framing = framing_of(protocol)
     classes: list[ClassView] = []
     for message in protocol.messages:
         if message.chapter == name and message.id is not None:
-            classes += class_views(protocol, message)
-    used = {field.flags for view in classes for field in view.fields if field.flags}
-    source = "".join(field.check for view in classes for field in view.fields)
-    kinds = {view.kind for view in classes}
-    needed = ["Layout"]
-    if "plain" in kinds:
-        needed += ["Message", "check_addresses"]
-    if "undecided" in kinds:
-        needed.append("UndecidedMessage")
-    if "undocumented" in kinds:
-        needed.append("UndocumentedMessage")
-    needed += [f"check_{k}" for k in ("bytes", "integer", "text") if f"check_{k}(" in source]
-    imports = [
-        imported("stagewire.direction", ["Direction"]),
-        imported("stagewire.message", needed),
-    ]
-    if used:
-        imports.append(imported(f"{protocol.package}.flags", list(used)))
+            classes += framing.class_views(protocol, message)
     names = sorted(view.name for view in classes)
     return ChapterView(
         name=name,
-        doc=_head(f"{chapter.title} (document page {chapter.page}).", chapter.summary),
+        doc=_head(
+            f"{chapter.title} (document {where(protocol.document, [chapter.page])}).",
+            chapter.summary,
+        ),
         classes=tuple(classes),
-        imports=tuple(imports),
+        standard=("from struct import Struct",) if uses_struct(classes) else (),
+        imports=tuple(class_imports(protocol.package, classes)),
+        typing=_SELF if uses_self(classes) else (),
         all=_all(names),
         exported=imported(f"{protocol.package}.messages.{name}", names),
     )

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 from functools import lru_cache
 
 from stagewire_generator.model import (
+    EnumValue,
     Factor,
     Field,
+    Firmware,
     Json,
     Layout,
     Message,
@@ -38,11 +41,14 @@ def registry_text(protocol: Protocol) -> str:
 def _registry_json(protocol: Protocol) -> Json:
     """Return the resolved registry as the architecture describes it."""
     units = protocol.units
+    firmware = {"firmware": _firmware(protocol.firmware)} if protocol.firmware else {}
     return {
+        **firmware,
         "schema_version": SCHEMA_VERSION,
         "protocol": protocol.name,
         "title": protocol.title,
         "document": protocol.document,
+        "framing": protocol.framing,
         "chapters": [
             {"name": c.name, "title": c.title, "page": c.page, "summary": c.summary}
             for c in protocol.chapters
@@ -53,7 +59,7 @@ def _registry_json(protocol: Protocol) -> Json:
             e.name: {
                 "page": e.page,
                 "summary": e.summary,
-                "values": {v.name: {"value": v.value, "note": v.note} for v in e.values},
+                "values": {value.name: _value(value) for value in e.values},
             }
             for e in protocol.enumerations
         },
@@ -112,11 +118,20 @@ def _unit_messages(units: Json, unit: Json) -> list[str]:
     return sorted({*printed["messages"], *printed.get("completes", ())})
 
 
+def _value(value: EnumValue) -> Json:
+    data: Json = {"value": value.value, "note": value.note}
+    if value.keyboard:
+        data["keyboard"] = value.keyboard
+    if value.reserved:
+        data["reserved"] = True
+    return data
+
+
 def _message(message: Message) -> Json:
     classes = message_classes(message)
-    return {
+    data = {
         "name": message.name,
-        "kind": "message",
+        "kind": message.kind,
         "id": message.id,
         "chapter": message.chapter,
         "class": message.class_name,
@@ -130,6 +145,19 @@ def _message(message: Message) -> Json:
         "layouts": [_layout(layout, classes[layout.form]) for layout in message.layouts],
         "errata": list(message.errata),
     }
+    if message.kind != "message":
+        data |= {
+            "title": message.title,
+            "keyboard": message.keyboard,
+            "firmware": _firmware(message.firmware),
+        }
+    if message.kind == "command":
+        data |= {"size": message.size, "dummy": message.dummy}
+    return data
+
+
+def _firmware(facts: Iterable[Firmware]) -> list[Json]:
+    return [{"version": fact.version, "note": fact.note, "page": fact.page} for fact in facts]
 
 
 def _layout(layout: Layout, class_name: str) -> Json:

@@ -1,0 +1,71 @@
+"""Whether messages and commands fit the framing of their protocol."""
+
+from __future__ import annotations
+
+from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.model import Message, Protocol
+from stagewire_generator.strict_yaml import Document
+
+__all__ = ["check_framing"]
+
+_KINDS = {"header": ("message",), "slots": ("command", "setup")}
+_SHOWN = {"message": "a message", "command": "a command", "setup": "a setup command"}
+
+
+def check_framing(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
+    """Check the kind of every message, and the slots of every command.
+
+    :param head: the file of the protocol, for the places of what is wrong in it.
+    """
+    framing = protocol.framing
+    kinds = _KINDS[framing["kind"]]
+    for message in protocol.messages:
+        if message.kind not in kinds:
+            what = f"{message.name} is {_SHOWN[message.kind]}, and the framing has kind {framing['kind']}"
+            diagnostics.add(message.place, "SW038", what)
+    if framing["kind"] != "slots":
+        return
+    place = head.place("framing")
+    if framing["prefix"] == framing["terminator"]:
+        what = f"{framing['prefix']:#04x} is the prefix and the terminator"
+        diagnostics.add(place, "SW038", what, "one of the two is wrong; see the document")
+    _axes(protocol, place, diagnostics)
+    for message in protocol.messages:
+        if message.id == framing["terminator"]:
+            what = f"{message.name}: its byte {message.id:#04x} is the terminator"
+            hint = "one of the two is wrong; see the document"
+            diagnostics.add(message.place, "SW038", what, hint)
+        if message.kind == "command":
+            _slots(protocol, message, diagnostics)
+
+
+def _axes(protocol: Protocol, place: Place, diagnostics: Diagnostics) -> None:
+    """Check the axes: the first byte of a command is told from a prefix and a terminator."""
+    framing = protocol.framing
+    name = framing["axes"]
+    axes = next((e for e in protocol.enumerations if e.name == name), None)
+    if axes is None:
+        diagnostics.add(place, "SW021", f"no enumeration is named {name}")
+        return
+    for axis in axes.values:
+        if not 0 <= axis.value <= 0xFF or axis.value in (framing["prefix"], framing["terminator"]):
+            what = f"{name}.{axis.name}: {axis.value:#x} cannot begin a command"
+            diagnostics.add(axes.place, "SW038", what, "one of the two is wrong; see the document")
+
+
+def _slots(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
+    """Check the size: that of the data, and told from the terminator."""
+    lengths = {layout.form: layout.length for layout in message.layouts}
+    request, reply = lengths["request"], lengths.get("reply", 0)
+    if message.size is None:
+        if request:
+            what = f"{message.name} has no size slot, and {request} bytes of data"
+            diagnostics.add(message.place, "SW031", what, "only a command without data may lack it")
+    elif message.size != (request or reply):
+        what = (
+            f"{message.name}: the size is {message.size}, the fields take {request or reply} bytes"
+        )
+        diagnostics.add(message.place, "SW031", what, "correct the size or the fields")
+    if (message.size or 0) == protocol.framing["terminator"]:  # 0 is what the other form has
+        what = f"{message.name}: the size {message.size or 0} is the terminator"
+        diagnostics.add(message.place, "SW038", what, "it would be read as a slot that is left out")

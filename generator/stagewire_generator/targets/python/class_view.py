@@ -1,0 +1,141 @@
+"""What the template of a message class needs, whatever the framing of its protocol."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stagewire_generator.model import Field
+from stagewire_generator.targets.python.field_view import (
+    FieldView,
+    Slot,
+    default,
+    is_optional,
+    name_of,
+)
+from stagewire_generator.targets.python.source import (
+    WIDTH,
+    bracketed,
+    call,
+    literal,
+    tuple_of,
+)
+
+__all__ = [
+    "ClassView",
+    "SharedView",
+    "assignment",
+    "constructor",
+    "layout_call",
+    "names_line",
+    "packer_name",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class SharedView:
+    """One field that all candidates of an undecided payload share, as a property."""
+
+    name: str
+    type: str
+    wire_type: str  # type of the unpacked value
+    format: str  # struct format of the field alone
+    offset: int
+    returned: str  # expression that turns the unpacked value into the property's
+
+
+@dataclass(frozen=True, slots=True)
+class ClassView:
+    """One message class."""
+
+    name: str
+    kind: str  # names the template
+    doc: str
+    slots: str
+    layout: str
+    # Classes with named fields only
+    signature: str = ""
+    fields: tuple[FieldView, ...] = ()
+    packer: str = ""  # the statement that makes the Struct of what is sent
+    unpacker: str = ""  # the statement that makes the method that reads the fields from it
+    unpack: str = ""  # the assignment
+    pack: str = ""  # the return statement
+    # Undecided classes only
+    shared: tuple[SharedView, ...] = ()
+    shared_names: str = ""
+    # Commands only
+    reply: str = ""  # class of the reply, or None
+
+
+def packer_name(class_name: str) -> str:
+    """Return the name of the Struct of a class, as a constant of its module."""
+    return "_" + re.sub("(?<=.)(?=[A-Z])", "_", class_name).upper()
+
+
+def names_line(head: str, names: list[str]) -> str:
+    """Return the assignment of a tuple of names in the body of a class."""
+    quoted = [literal(name) for name in names]
+    return call(head, quoted, "", 4) if len(quoted) > 1 else head + tuple_of(quoted)
+
+
+def constructor(slots: Sequence[Slot], fields: Sequence[FieldView]) -> str:
+    """Return the signature of ``__new__``; what may be left out is a keyword."""
+    pairs = list(zip(fields, slots, strict=True))
+    arguments = ["cls", *(f"{f.name}: {f.type}" for f, s in pairs if not is_optional(s))]
+    optional = [f"{f.name}: {f.type} = {default(s)}" for f, s in pairs if is_optional(s)]
+    if optional:
+        arguments += ["*", *optional]
+    return call("def __new__", arguments, " -> Self:", 4)
+
+
+def assignment(fields: Sequence[FieldView]) -> str:
+    """Return the assignment that unpacks all fields."""
+    targets = [f.name if f.unpacked else f"draft.{f.name}" for f in fields]
+    right = "cls._unpack(raw)"
+    if len(targets) == 1:
+        return f"({targets[0]},) = {right}"
+    line = f"{', '.join(targets)} = {right}"
+    return line if len(line) + 8 <= WIDTH else bracketed("(", targets, f") = {right}", 8, 0)
+
+
+def layout_call(
+    message: str, id: str, direction: str, form: str, slots: Sequence[Slot], more: Sequence[str]
+) -> str:
+    """Return the statement that makes the Layout of a class.
+
+    :param more: arguments beyond those that follow from the slots.
+    """
+    names = [name_of(slot) for slot in slots]
+    arguments = [
+        literal(message),
+        f"id={id}",
+        f"direction=Direction.{direction.upper()}",
+        f"form={literal(form)}",
+        f"fields={tuple_of([literal(n) for n in names])}",
+    ]
+    if len(arguments[-1]) > 90:
+        arguments[-1] = call("fields=", [literal(n) for n in names], "", 8)
+    taken = sum(slot.format.size for slot in slots if isinstance(slot, Field))
+    if form != "header" and taken:
+        arguments.append(f"length={taken}")
+    optional = [literal(name_of(slot)) for slot in slots if is_optional(slot)]
+    if optional:
+        arguments.append(_names("optional=", optional))
+    unnamed = [literal(n) for n in names if n in ("param1", "param2")]
+    if unnamed:
+        arguments.append(f"unnamed={tuple_of(unnamed)}")
+    constants = {s.name: s.constant for s in slots if isinstance(s, Field) and s.constant}
+    if constants:
+        pairs = [f"{literal(k)}: {v}" for k, v in constants.items()]
+        arguments.append(bracketed("constants={", pairs, "}", 8, WIDTH - 1))
+    formats = {s.name: s.format for s in slots if isinstance(s, Field)}
+    signed = [literal(name) for name, f in formats.items() if f.is_odd and f.signed]
+    if signed:
+        arguments.append(_names("signed=", signed))
+    return call("layout = Layout", [*arguments, *more], "", 4, 0)
+
+
+def _names(head: str, quoted: list[str]) -> str:
+    """Return a keyword argument of the Layout that is a tuple of names."""
+    return call(head, quoted, "", 8) if len(quoted) > 1 else head + tuple_of(quoted)

@@ -1,0 +1,142 @@
+"""Classes of commands and their replies: one view a class."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.python.class_view import (
+    ClassView,
+    assignment,
+    constructor,
+    layout_call,
+    names_line,
+    packer_name,
+)
+from stagewire_generator.targets.python.documentation import class_doc, errata_of, where
+from stagewire_generator.targets.python.field_view import code, field_view, packed
+from stagewire_generator.targets.python.source import call, sentence
+
+__all__ = ["command_views"]
+
+
+def command_views(protocol: Protocol, message: Message) -> list[ClassView]:
+    """Make the views of the classes of a command: its reply first, which the other refers to."""
+    layouts = {layout.form: layout for layout in message.layouts}
+    names = message_classes(message)
+    request = layouts["request"]
+    if message.kind == "setup":
+        return [_setup(protocol, message, request, names["request"])]
+    views = []
+    if "reply" in layouts:
+        views.append(_reply(protocol, message, layouts["reply"], names["reply"]))
+    reply = names.get("reply", "None")
+    views.append(_command(protocol, message, request, names["request"], reply))
+    return views
+
+
+def _setup(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
+    prefix = f"0x{protocol.framing['prefix']:02X}"
+    first = f"``{message.name}`` ({prefix} {_byte(message)}), two bytes."
+    return ClassView(
+        name=name,
+        kind="setup",
+        doc=_doc(protocol, message, layout, first),
+        slots="__slots__ = ()",
+        layout=_layout(message, layout, ['kind="setup"']),
+    )
+
+
+def _command(
+    protocol: Protocol, message: Message, layout: Layout, name: str, reply: str
+) -> ClassView:
+    more = ['kind="command"']
+    if message.size is not None:
+        more.append(f"size={message.size}")
+    if message.dummy:
+        more.append("dummy=True")
+    carried = _bytes(layout.length) + " of data" if layout.length else "no data"
+    slot = "no size slot" if message.size is None else f"size {message.size}"
+    first = f"``{message.name}`` ({_byte(message)}), {carried}, {slot}."
+    query = ClassView(
+        name=name,
+        kind="query",
+        doc=_doc(protocol, message, layout, first),
+        slots=names_line("__slots__ = ", sorted(field.name for field in layout.fields)),
+        layout=_layout(message, layout, more),
+        reply=reply,
+    )
+    return _with_data(protocol, message, query, layout) if layout.fields else query
+
+
+def _with_data(protocol: Protocol, message: Message, query: ClassView, layout: Layout) -> ClassView:
+    """Return the view of a command that carries data, which follows its size."""
+    fields = tuple(field_view(field) for field in layout.fields)
+    codes = "".join(code(field) for field in layout.fields)
+    end = f"0x{protocol.framing['terminator']:02X}"
+    head = ["axis", _byte(message), str(message.size)]
+    packer = packer_name(query.name)
+    values = [*head, *(packed(field) for field in layout.fields), end]
+    return replace(
+        query,
+        kind="command",
+        signature=constructor(layout.fields, fields),
+        fields=fields,
+        packer=call(f"{packer} = Struct", [f'"<BBB{codes}B"'], "", 0),
+        unpacker=call("_unpack = Struct", [f'"<3x{codes}"'], ".unpack_from", 4),
+        unpack=assignment(fields),
+        pack=call(f"return {packer}.pack", values, "", 8),
+    )
+
+
+def _reply(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
+    fields = tuple(field_view(field) for field in layout.fields)
+    format = f'"<{"".join(code(field) for field in layout.fields)}"'
+    packer = packer_name(name)
+    first = f"The reply to ``{message.name}``, {_bytes(layout.length)}."
+    summary = "It has no frame: only the command that was sent says what its bytes are."
+    note = sentence(layout.note) if layout.note else ""
+    of_fields = [slug for field in layout.fields for slug in field.errata]
+    return ClassView(
+        name=name,
+        kind="reply",
+        doc=class_doc(first, [summary, note], layout.fields, errata_of(protocol, of_fields)),
+        slots=names_line("__slots__ = ", sorted(field.name for field in fields)),
+        layout=_layout(message, layout, ['kind="command"']),
+        signature=constructor(layout.fields, fields),
+        fields=fields,
+        packer=call(f"{packer} = Struct", [format], "", 0),
+        unpacker=call("_unpack = Struct", [format], ".unpack_from", 4),
+        unpack=assignment(fields),
+        pack=call(f"return {packer}.pack", [packed(field) for field in layout.fields], "", 8),
+    )
+
+
+def _layout(message: Message, layout: Layout, more: list[str]) -> str:
+    direction = "to_host" if layout.form == "reply" else message.direction
+    return layout_call(message.name, _byte(message), direction, layout.form, layout.fields, more)
+
+
+def _byte(message: Message) -> str:
+    assert message.id is not None
+    return f"0x{message.id:02X}"
+
+
+def _bytes(number: int) -> str:
+    return f"{number} byte{'s' if number > 1 else ''}"
+
+
+def _doc(protocol: Protocol, message: Message, layout: Layout, first: str) -> str:
+    """Return the docstring of what is sent."""
+    found = sentence(where(protocol.document, message.pages))
+    typed = f" Typed as ``{message.keyboard}``." if message.keyboard else ""
+    dummy = "A dummy function: refused unless ``allow_dummy`` is given." if message.dummy else ""
+    firmware = [f"Firmware {fact.version}: {sentence(fact.note)}" for fact in message.firmware]
+    notes = [sentence(note) for note in (message.note, layout.note) if note]
+    return class_doc(
+        first,
+        [message.summary, dummy, *notes, *firmware, found + typed],
+        layout.fields,
+        errata_of(protocol, message.errata),
+    )
