@@ -12,7 +12,7 @@ import typer
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import WRONG
 from stagewire_cli.progress import progress
-from stagewire_cli.protocols import PROTOCOL_HELP, choose
+from stagewire_cli.protocols import one_or_all
 from stagewire_cli.terminal import console, printable, table
 from stagewire_conformance.coverage import coverage
 from stagewire_conformance.examples import run
@@ -40,7 +40,7 @@ def _group() -> None:
 
 @app.command("examples", epilog=EXAMPLE)
 def examples(
-    protocol: Annotated[str | None, typer.Option("--protocol", help=PROTOCOL_HELP)] = None,
+    protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
     with_coverage: Annotated[
         bool, typer.Option("--coverage", help="Show which messages have examples, instead.")
     ] = False,
@@ -51,21 +51,24 @@ def examples(
     An erratum passes when the printed bytes do what the registry says of them, and fails when they
     turn out right after all.
     """
-    chosen = choose(protocol)
+    chosen = one_or_all(protocol)
     if with_coverage:
-        _coverage(chosen, as_json)
+        for one in chosen:
+            _coverage(one, as_json)
         return
-    with progress() as say:
-        say("running the worked examples")
-        verdicts = run(chosen)
-    failed = [verdict for verdict in verdicts if verdict.failed]
-    if as_json:
-        for verdict in verdicts:
-            typer.echo(json.dumps(asdict(verdict)))
-    else:
-        _table(verdicts)
-        typer.echo(_summary(verdicts))
-    if failed or not verdicts:
+    verdicts: list[Verdict] = []
+    for one in chosen:
+        with progress() as say:
+            say(f"{one.name}: running the worked examples")
+            found = run(one)
+        verdicts += found
+        if as_json:
+            for verdict in found:
+                typer.echo(json.dumps({"protocol": one.name, **asdict(verdict)}))
+        else:
+            _table(found)
+            typer.echo(f"{one.name}: {_summary(found)}")
+    if any(verdict.failed for verdict in verdicts) or not verdicts:
         raise typer.Exit(WRONG)
 
 
@@ -111,7 +114,7 @@ def _coverage(protocol: Protocol, as_json: bool) -> None:
     rows = coverage(protocol)
     if as_json:
         for row in rows:
-            typer.echo(json.dumps(asdict(row)))
+            typer.echo(json.dumps({"protocol": protocol.name, **asdict(row)}))
         return
     shown = table(
         "message", "pages", "layouts", "examples", "on pages", "captures",
@@ -128,4 +131,4 @@ def _coverage(protocol: Protocol, as_json: bool) -> None:
         )
     console().print(shown)
     covered = sum(bool(row.examples) for row in rows)
-    typer.echo(f"{covered} of {len(rows)} messages have worked examples")
+    typer.echo(f"{protocol.name}: {covered} of {len(rows)} messages have worked examples")

@@ -14,13 +14,14 @@ from stagewire.errors import CodecError
 from stagewire.framing import End
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats import Format, check_format, writing
-from stagewire_cli.formats.writer import Task, Writer
+from stagewire_cli.formats.task import Task
+from stagewire_cli.formats.writer import Writer
 from stagewire_cli.hextext import parse_hex
 from stagewire_cli.inputs import Source, captures, chunks, is_json, opening
 from stagewire_cli.outputs import check_output, output
 from stagewire_cli.progress import Progress, progress
-from stagewire_cli.protocols import PROTOCOL_HELP, choose
-from stagewire_cli.selection import task_of
+from stagewire_cli.protocols import PROTOCOL_HELP
+from stagewire_cli.selection import Direction, Selection
 from stagewire_cli.tally import Tally
 
 __all__ = ["EXAMPLE", "decode"]
@@ -31,6 +32,8 @@ EXAMPLE = """\b
 Examples:
   stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
   stagewire decode capture.bin --end host --status dc --format jsonl
+  stagewire decode --direction command "18 54 03 A0 86 01 3A"
+  stagewire decode --command READ_MOTOR_POSITION "A0 86 01"
   stagewire decode capture.bin --message MOT_GET_DCSTATUSUPDATE --format csv --output status.csv
 """
 
@@ -46,6 +49,16 @@ def decode(
         typer.Option(
             "--status", help="Status block that the controller sends, such as dc or stepper."
         ),
+    ] = None,
+    direction: Annotated[
+        Direction | None,
+        typer.Option(
+            "--direction", help="Of commands and replies without a frame: which they are."
+        ),
+    ] = None,
+    command: Annotated[
+        str | None,
+        typer.Option("--command", metavar="NAME", help="Command that the replies answer."),
     ] = None,
     end: Annotated[
         End | None,
@@ -74,6 +87,9 @@ def decode(
     file holds hex text, raw bytes, or JSON captures ("hex" in each entry, in a list or one a line),
     each of which must be one frame. A stream may be of any size.
 
+    Without --direction or --command bytes are taken for frames with a header. A command and a reply have
+    none: a stream of commands can be decoded, replies only one by one, by the command that they answer.
+
     CSV and Parquet have a row for every event, with the fields as JSON; for one --message they have
     a typed column for each field, and a row for each of its frames. Offsets count bytes from the
     beginning. An output file that is there already is replaced, once all is written.
@@ -82,7 +98,7 @@ def decode(
     for its message, or an end that is incomplete. An unknown message in a stream is no fault: newer
     controllers send more than is known. As the only frame, or in JSON captures, it is refused.
     """
-    task = task_of(choose(protocol), status, message)
+    task = Selection(protocol, status, direction, command, message).task()
     wanted = _format(format, as_json)
     try:
         check_format(wanted, task)
@@ -191,15 +207,16 @@ class _Decoding:
                 self.say(f"{source.progress}, {self.tally.counts['frame']:,} frames")
 
     def _stream(self, parts: Iterable[bytes], source: Source | None = None) -> None:
-        framer = self.task.protocol.framer(self.end or End.NONE)
+        reader = self.task.reader(self.end)
         for part in parts:
-            offset = self.tally.read - len(framer.pending)
-            events = framer.feed(part)
+            offset = self.tally.read - len(reader.pending)
+            events = reader.feed(part)
             self.writer.events(offset, events)
             self.writer.flush()
             self.tally.events(events, part)
             if source is not None:
                 self.say(f"{source.progress}, {self.tally.counts['message']:,} messages")
-        if framer.pending:
-            self.writer.pending(self.tally.read - len(framer.pending), framer.pending)
-        self.tally.end(framer.pending)
+        pending = bytes(reader.pending)
+        if pending:
+            self.writer.pending(self.tally.read - len(pending), pending)
+        self.tally.end(pending)

@@ -7,11 +7,12 @@ from typing import Annotated, Any
 import typer
 
 from stagewire.errors import CodecError
+from stagewire.framed import FramedProtocol
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.protocols import PROTOCOL_HELP, choose
+from stagewire_cli.protocols import PROTOCOL_HELP, choose_by_message
 from stagewire_cli.values import parse_address, parse_assignments, parse_value
-from stagewire_conformance.codec import encode_frame
+from stagewire_conformance.codec import codec_of
 from stagewire_conformance.hexes import spaced
 from stagewire_conformance.registry import registry_of
 
@@ -21,6 +22,8 @@ EXAMPLE = """\b
 Examples:
   stagewire encode MOT_MOVE_ABSOLUTE --form data chan_ident=1 absolute_distance=200000
   stagewire encode MOT_MOVE_JOG --dest 0x22 chan_ident=CHAN1 direction=1
+  stagewire encode WRITE_TARGET_POSITION --axis X target_position=100000
+  stagewire encode READ_MOTOR_POSITION --form reply position=100000
 """
 
 Json = dict[str, Any]
@@ -33,7 +36,7 @@ def encode(
     ] = None,
     form: Annotated[
         str | None,
-        typer.Option("--form", help="header, data, data:dc ...; where there are several."),
+        typer.Option("--form", help="header, data, data:dc, reply ...; where there are several."),
     ] = None,
     dest: Annotated[
         str | None, typer.Option("--dest", help="Address of the receiver.  [default: see below]")
@@ -41,21 +44,36 @@ def encode(
     source: Annotated[
         str | None, typer.Option("--source", help="Address of the sender.  [default: see below]")
     ] = None,
+    axis: Annotated[
+        str | None, typer.Option("--axis", help="Axis that a command is for: a name or a number.")
+    ] = None,
+    allow_dummy: Annotated[
+        bool, typer.Option("--allow-dummy", help="Encode a function that the document forbids.")
+    ] = False,
+    refuse_prefix_bytes: Annotated[
+        bool,
+        typer.Option(
+            "--refuse-prefix-bytes",
+            help="Refuse values whose bytes look like a setup command.",
+        ),
+    ] = False,
     protocol: Annotated[str | None, typer.Option("--protocol", help=PROTOCOL_HELP)] = None,
 ) -> None:
     """Encode a message and print its bytes in hex. Every value is checked; nothing is sent.
 
     Values are raw counts: integers, 0x05, names of enumerations and flags (CONTINUOUS, a|b), text,
     or hex for byte strings. Without addresses the message goes between the host and a single USB
-    unit, in its own direction.
+    unit, in its own direction. A command has an axis instead, a setup command and a reply nothing.
     """
-    chosen = choose(protocol)
+    chosen = choose_by_message(protocol, message)
+    options: Json = {"dest": dest, "source": source, "axis": axis}
+    options |= {"allow_dummy": allow_dummy, "refuse_prefix_bytes": refuse_prefix_bytes}
     name = _message(chosen, message)
     try:
         cls = chosen.message_class(name, form)
         entries = registry_of(chosen).fields(name, cls.layout.form)
         words = parse_assignments(fields or [])
-        request: Json = {"message": name, "form": cls.layout.form}
+        request: Json = {"message": name, "form": form or cls.layout.form}
         for key in ("data", "extra"):
             if key in words and key not in entries:
                 request[key] = parse_value(key, words.pop(key), {"kind": "bytes"})
@@ -63,8 +81,12 @@ def encode(
             key: parse_value(f"{name}.{key}", text, entries[key] if key in entries else _bare(key))
             for key, text in words.items()
         }
-        request |= _addresses(chosen, name, dest, source)
-        raw = encode_frame(chosen, request).encode()
+        given = {key: value for key, value in options.items() if value}
+        if isinstance(chosen, FramedProtocol):
+            request |= _addresses(chosen, name, given)
+        else:
+            request |= _slots(chosen, given)
+        raw = codec_of(chosen).encode(request)
     except CodecError as error:
         raise CalledWronglyError(str(error)) from None
     typer.echo(spaced(raw))
@@ -81,12 +103,30 @@ def _bare(name: str) -> Json:
     return {} if name in ("param1", "param2") else {"kind": "text"}
 
 
-def _addresses(protocol: Protocol, name: str, dest: str | None, source: str | None) -> Json:
+def _addresses(protocol: FramedProtocol, name: str, given: Json) -> Json:
     """Return both addresses; a single unit on USB has the highest of all."""
+    _only(protocol, given, "dest", "source")
     ends = [max(protocol.devices), protocol.host]
     if registry_of(protocol).messages[name].get("direction") == "to_host":
         ends.reverse()
     return {
-        "dest": ends[0] if dest is None else parse_address("--dest", dest),
-        "source": ends[1] if source is None else parse_address("--source", source),
+        key: parse_address(f"--{key}", given[key]) if key in given else end
+        for key, end in zip(("dest", "source"), ends, strict=True)
     }
+
+
+def _slots(protocol: Protocol, given: Json) -> Json:
+    """Return what stands in a command beside its fields; an axis may be given by its name."""
+    _only(protocol, given, "axis", "allow_dummy", "refuse_prefix_bytes")
+    if "axis" in given:
+        axes = {name.lower(): id for name, id in registry_of(protocol).axes.items()}
+        named = axes.get(given["axis"].lower())
+        given["axis"] = parse_address("--axis", given["axis"]) if named is None else named
+    return given
+
+
+def _only(protocol: Protocol, given: Json, *allowed: str) -> None:
+    for key in given:
+        if key not in allowed:
+            option = f"--{key.replace('_', '-')}"
+            raise CalledWronglyError(f"{option} says nothing for messages of {protocol.name}")

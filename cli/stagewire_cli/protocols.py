@@ -2,26 +2,71 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Callable
+
 from stagewire.errors import UnknownProtocolError
 from stagewire.protocol import Protocol, available_protocols, load_protocol
 from stagewire_cli.errors import CalledWronglyError
 
-__all__ = ["PROTOCOL_HELP", "choose"]
+__all__ = ["PROTOCOL_HELP", "choose", "choose_by_message", "one_or_all"]
 
-PROTOCOL_HELP = "Protocol; needed only where several are installed."
+PROTOCOL_HELP = "Protocol; needed only where nothing else says which is meant."
 
 
-def choose(name: str | None) -> Protocol:
-    """Return the protocol of this name, or the only one that is installed."""
-    installed = available_protocols()
-    if name is None:
-        if len(installed) == 1:
-            return load_protocol(installed[0])
-        if not installed:
-            raise CalledWronglyError("no protocol is installed; install stagewire, or its checkout")
-        names = ", ".join(installed)
-        raise CalledWronglyError(f"several protocols are installed ({names}); choose by --protocol")
+def choose(name: str | None, fits: Callable[[Protocol], bool]) -> Protocol:
+    """Return the protocol of this name, or the only installed one, or the only one that ``fits``."""
+    if name is not None:
+        return _named(name)
+    everything = _installed()
+    fitting = [protocol for protocol in everything if fits(protocol)]
+    if len(everything) == 1 or len(fitting) == 1:
+        return (fitting or everything)[0]
+    raise CalledWronglyError(f"{_several(fitting or everything)}; choose by --protocol")
+
+
+def choose_by_message(name: str | None, message: str) -> Protocol:
+    """Return the protocol of this name, or the only installed one that has the message."""
+    if name is not None:
+        return _named(name)
+    known = {protocol: _messages(protocol) for protocol in _installed()}
+    having = [protocol for protocol, names in known.items() if message.upper() in names]
+    if len(having) == 1 or len(known) == 1:
+        return (having or list(known))[0]
+    if having:
+        raise CalledWronglyError(
+            f"{_several(having)} have a message {message}; choose by --protocol"
+        )
+    names = sorted({name for names in known.values() for name in names})
+    close = difflib.get_close_matches(message.upper()[:80], names, n=3)
+    like = f"; did you mean {' or '.join(close)}?" if close else ""
+    raise CalledWronglyError(f"no installed protocol has a message {message}{like}")
+
+
+def one_or_all(name: str | None) -> list[Protocol]:
+    """Return the protocol of this name, or without a name all that are installed."""
+    return _installed() if name is None else [_named(name)]
+
+
+def _installed() -> list[Protocol]:
+    found = [load_protocol(name) for name in available_protocols()]
+    if not found:
+        raise CalledWronglyError("no protocol is installed; install stagewire, or its checkout")
+    return found
+
+
+def _named(name: str) -> Protocol:
     try:
         return load_protocol(name)
     except UnknownProtocolError as error:
         raise CalledWronglyError(str(error)) from None
+
+
+def _messages(protocol: Protocol) -> set[str]:
+    """Return the names of all messages, in capitals; also of those that cannot be used."""
+    names = (*(cls.layout.message for cls in protocol.messages), *protocol.nameless)
+    return {name.upper() for name in names}
+
+
+def _several(protocols: list[Protocol]) -> str:
+    return f"several protocols ({', '.join(protocol.name for protocol in protocols)})"

@@ -8,27 +8,35 @@ from typing import TYPE_CHECKING, Any
 from stagewire.frame import Frame
 from stagewire.protocol import Protocol
 from stagewire_cli.terminal import printable, table
-from stagewire_conformance.registry import registry_of
+from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.scales import factor
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-__all__ = ["event_line", "frame_line", "frame_table", "frame_title"]
+__all__ = ["event_line", "frame_line", "frame_table", "frame_title", "spelled_id"]
 
 Json = dict[str, Any]
 _HEX_FROM = 10
+_ADDRESSES = ("dest", "source", "axis")
 
 
 def frame_title(protocol: Protocol, answer: Json) -> str:
     """Return the first line about a frame: message, id, form, addresses."""
-    entry = registry_of(protocol).messages.get(answer["message"], {})
-    pages = ", ".join(str(page) for page in entry.get("pages", []))
-    known = f" (id {entry['id']:#06x}, page {pages})" if entry.get("id") is not None else ""
-    return (
-        f"{answer['message']}{known}\n"
-        f"form {answer['form']}, dest {answer['dest']:#04x}, source {answer['source']:#04x}"
-    )
+    registry = registry_of(protocol)
+    entry = registry.messages.get(answer["message"], {})
+    known = ""
+    if entry.get("id") is not None:
+        known = f" ({spelled_id(entry)}, {registry.where(entry['pages'])})"
+    whom = [f"{key} {_address(registry, key, answer[key])}" for key in _ADDRESSES if key in answer]
+    return f"{answer['message']}{known}\n{', '.join(['form ' + answer['form'], *whom])}"
+
+
+def spelled_id(entry: Json) -> str:
+    """Return the id of a message, or the byte of a command, as the documents print it."""
+    if entry["kind"] == "message":
+        return f"id {entry['id']:#06x}"
+    return f"{'setup byte' if entry['kind'] == 'setup' else 'byte'} {entry['id']:#04x}"
 
 
 def frame_table(protocol: Protocol, answer: Json) -> Table:
@@ -47,11 +55,17 @@ def frame_table(protocol: Protocol, answer: Json) -> Table:
     return shown
 
 
-def frame_line(answer: Json) -> str:
+def frame_line(protocol: Protocol, answer: Json) -> str:
     """Return a decoded frame in one line, for streams."""
     words = [f"{name}={_raw_text(value)}" for name, value in answer["fields"].items()]
     words += [f"{key}={answer[key]}" for key in ("extra", "data") if answer.get(key)]
-    return _line(answer["message"], answer["form"], answer["dest"], answer["source"], words)
+    if "dest" in answer:
+        whom = _between(answer["source"], answer["dest"])
+    elif "axis" in answer:
+        whom = f"axis {_address(registry_of(protocol), 'axis', answer['axis'])}"
+    else:
+        whom = answer["kind"]
+    return _line(whom, answer["message"], answer["form"], words)
 
 
 def event_line(frame: Frame, fields: str) -> str:
@@ -60,12 +74,22 @@ def event_line(frame: Frame, fields: str) -> str:
     if frame.extra:
         words.append(f"extra={frame.extra.hex()}")
     layout = frame.message.layout
-    return _line(layout.message, layout.form, frame.dest, frame.source, words)
+    return _line(_between(frame.source, frame.dest), layout.message, layout.form, words)
 
 
-def _line(message: str, form: str, dest: int, source: int, words: list[str]) -> str:
-    shown = "" if form in ("header", "data") else f" ({form})"
-    return " ".join([f"{source:#04x}->{dest:#04x} {message}{shown}", *words])
+def _between(source: int, dest: int) -> str:
+    return f"{source:#04x}->{dest:#04x}"
+
+
+def _line(whom: str, message: str, form: str, words: list[str]) -> str:
+    shown = "" if form in ("header", "data", "request") else f" ({form})"
+    return " ".join([f"{whom} {message}{shown}", *words])
+
+
+def _address(registry: Registry, kind: str, value: int) -> str:
+    """Return an address; that of an axis with the name that the document has for it."""
+    names = registry.axes if kind == "axis" else {}
+    return " ".join([f"{value:#04x}", *(f"({name})" for name, id in names.items() if id == value)])
 
 
 def _raw_text(value: int | str) -> str:

@@ -1,48 +1,120 @@
-"""``--message NAME[:FORM]`` and ``--status``: which message is wanted, and what decides its layout."""
+"""What the options of ``stagewire decode`` ask for: which protocol, which way, which message."""
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
+from stagewire.commands import CommandProtocol
 from stagewire.errors import BadValueError, CodecError
+from stagewire.framed import FramedProtocol
 from stagewire.message import Message, UndecidedMessage
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.formats.writer import Task
-from stagewire_conformance.codec import Codec
+from stagewire_cli.formats.task import CommandTask, FramedTask, Task
+from stagewire_cli.protocols import choose, choose_by_message
+from stagewire_conformance.codec import codec_of
 
-__all__ = ["task_of"]
-
-
-def task_of(protocol: Protocol, status: str | None, message: str | None) -> Task:
-    """Return what is to be decoded, from what the user said.
-
-    A form such as ``data:dc`` says the status as well. Raises :class:`CalledWronglyError`.
-    """
-    context = None if status is None else {"status": status}
-    try:
-        Codec(protocol).check_context(context)
-    except BadValueError as error:
-        raise CalledWronglyError(f"--status: {error}") from None
-    if message is None:
-        return Task(protocol, context)
-    only = _wanted(protocol, message, context or {})
-    return Task(protocol, _agreed(only, context), only)
+__all__ = ["Direction", "Selection"]
 
 
-def _wanted(protocol: Protocol, text: str, context: Mapping[str, str]) -> type[Message]:
-    name, colon, form = text.partition(":")
+class Direction(enum.Enum):
+    """What ``--direction`` takes."""
+
+    COMMAND = "command"
+    REPLY = "reply"
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The options that say what is to be decoded, as they were given."""
+
+    protocol: str | None = None
+    status: str | None = None
+    direction: Direction | None = None
+    command: str | None = None
+    message: str | None = None
+
+    def task(self) -> Task:
+        """Return what is to be decoded. Raises :class:`CalledWronglyError`."""
+        protocol = self._protocol()
+        if isinstance(protocol, CommandProtocol):
+            return self._of_commands(protocol)
+        if isinstance(protocol, FramedProtocol):
+            return self._of_frames(protocol)
+        raise CalledWronglyError(f"{protocol.name}: its bytes cannot be decoded by this command")
+
+    def _protocol(self) -> Protocol:
+        """Return the protocol that the options are for; by themselves bytes are taken for frames."""
+        named = {"--command": self.command, "--message": (self.message or "").partition(":")[0]}
+        for option, name in named.items():
+            if name:
+                try:
+                    return choose_by_message(self.protocol, name)
+                except CalledWronglyError as error:
+                    raise CalledWronglyError(f"{option}: {error}") from None
+        kind = FramedProtocol if self.direction is None else CommandProtocol
+        return choose(self.protocol, lambda protocol: isinstance(protocol, kind))
+
+    def _of_frames(self, protocol: FramedProtocol) -> FramedTask:
+        for option, value in (("--direction", self.direction), ("--command", self.command)):
+            if value is not None:
+                raise CalledWronglyError(
+                    f"{option} is for protocols of commands and replies; frames of {protocol.name} say "
+                    "themselves which way they go"
+                )
+        context = None if self.status is None else {"status": self.status}
+        self._check(protocol, context)
+        if self.message is None:
+            return FramedTask(protocol, context)
+        only = _wanted(protocol, self.message, context or {})
+        return FramedTask(protocol, _agreed(only, context), only)
+
+    def _of_commands(self, protocol: CommandProtocol) -> CommandTask:
+        if self.status is not None:
+            self._check(protocol, {"status": self.status})
+        command = self.command
+        if self.direction is Direction.REPLY and command is None:
+            raise CalledWronglyError(
+                "a reply does not say what it answers; name its command by --command"
+            )
+        if self.direction is Direction.COMMAND and command is not None:
+            raise CalledWronglyError("--command is for replies; it contradicts --direction command")
+        if command is not None:
+            command = _class(protocol, "--command", command, None).layout.message
+        if self.message is None:
+            return CommandTask(protocol, command)
+        name, _, form = self.message.partition(":")
+        return CommandTask(protocol, command, _class(protocol, "--message", name, form or None))
+
+    def _check(self, protocol: Protocol, context: Mapping[str, str] | None) -> None:
+        try:
+            codec_of(protocol).check_context(context)
+        except BadValueError as error:
+            raise CalledWronglyError(f"--status: {error}") from None
+
+
+def _class(protocol: Protocol, option: str, name: str, form: str | None) -> Any:
+    """Return the class of a message by a name in any case."""
     spelled = {cls.layout.message.lower(): cls.layout.message for cls in protocol.messages}
-    name = spelled.get(name.lower(), name)
+    try:
+        return protocol.message_class(spelled.get(name.lower(), name), form)
+    except CodecError as error:
+        raise CalledWronglyError(f"{option}: {error}") from None
+
+
+def _wanted(protocol: FramedProtocol, text: str, context: Mapping[str, str]) -> type[Message]:
+    name, colon, form = text.partition(":")
     if not colon:
         for cls in protocol.messages:
-            when = cls.layout.when
-            if cls.layout.message == name and when and when.items() <= context.items():
+            layout = cls.layout
+            named = layout.message.lower() == name.lower()
+            if named and layout.when and layout.when.items() <= context.items():
                 return cls
-    try:
-        return protocol.message_class(name, form if colon else None)
-    except CodecError as error:
-        raise CalledWronglyError(f"--message: {error}") from None
+    found: type[Message] = _class(protocol, "--message", name, form if colon else None)
+    return found
 
 
 def _agreed(only: type[Message], context: dict[str, str] | None) -> dict[str, str] | None:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stagewire.protocol import available_protocols
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.protocols import choose
+from stagewire_cli.protocols import one_or_all
+from stagewire_cli.rendering import spelled_id
 from stagewire_cli.terminal import console, table
 from stagewire_conformance.registry import Registry, registry_of
 
@@ -27,6 +27,8 @@ Examples:
 """
 
 Json = dict[str, Any]
+
+_OF_COMMANDS = ("title", "keyboard", "size", "dummy", "firmware")
 Found = tuple[str, str, str, Json]  # protocol, kind, name, entry
 
 _TABLES = {
@@ -47,12 +49,7 @@ def show(
     as_json: Annotated[bool, typer.Option("--json", help="As it stands in the registry.")] = False,
 ) -> None:
     """Show a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum."""
-    registries = {
-        choice: registry_of(choose(choice))
-        for choice in ([protocol] if protocol else available_protocols())
-    }
-    if not registries:
-        choose(None)
+    registries = {one.name: registry_of(one) for one in one_or_all(protocol)}
     everything = [
         (choice, *entry) for choice, registry in registries.items() for entry in _entries(registry)
     ]
@@ -69,7 +66,7 @@ def show(
     for choice, kind, known, entry in found:
         out.print(f"{kind} {known} ({choice})", style="bold")
         if kind == "message":
-            _message(out, entry)
+            _message(out, registries[choice], entry)
         elif kind == "enumeration":
             _values(out, entry)
         elif kind == "flag table":
@@ -107,10 +104,13 @@ def _like(name: str, everything: list[Found]) -> str:
     return f"; did you mean {' or '.join(names[word] for word in close)}?" if close else ""
 
 
-def _message(out: Console, entry: Json) -> None:
-    id = "without an id" if entry["id"] is None else f"id {entry['id']:#06x}"
-    pages = ", ".join(str(page) for page in entry["pages"])
-    out.print(f"{id}, {str(entry['direction']).replace('_', ' ')}, page {pages}")
+def _message(out: Console, registry: Registry, entry: Json) -> None:
+    id = "without an id" if entry["id"] is None else spelled_id(entry)
+    direction = str(entry["direction"]).replace("_", " ")
+    out.print(f"{id}, {direction}, {registry.where(entry['pages'])}")
+    _plain(out, {key: entry[key] for key in _OF_COMMANDS if entry.get(key) not in (None, False)})
+    if entry["kind"] == "command" and entry["size"] is None:
+        out.print("no size slot")
     for key in ("summary", "note"):
         if entry.get(key):
             out.print(entry[key])
@@ -123,7 +123,7 @@ def _message(out: Console, entry: Json) -> None:
 
 def _layout(out: Console, layout: Json) -> None:
     when = f" when {_text(layout['when'])}" if layout.get("when") else ""
-    length = f", packet of {layout['length']} bytes" if layout["length"] else ""
+    length = f", {layout['length']} bytes of data" if layout["length"] else ""
     out.print(f"\n{layout['form']}{when}{length}")
     if layout.get("note"):
         out.print(layout["note"])

@@ -1,9 +1,11 @@
-"""Frames and stream events as the JSON objects that a testee answers with."""
+"""What a testee answers with: messages as JSON objects, and refusals."""
 
 from __future__ import annotations
 
+from functools import singledispatch
 from typing import Any
 
+from stagewire.commands import CommandFrame, Reply
 from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
@@ -32,8 +34,18 @@ def refusal(error: Refusal | CodecError) -> Json:
     return {"ok": False, "error": error.code, "detail": detail}
 
 
-def frame_answer(frame: Frame) -> Json:
-    """Return what a decoded frame says: message, form, addresses, fields, and bytes beyond them."""
+@singledispatch
+def frame_answer(frame: object) -> Json:
+    """Return what a decoded frame, command or reply says.
+
+    Integers are integers, byte strings hex, text is text; bytes beyond the layout are ``extra``.
+    """
+    raise TypeError(f"{frame!r} is nothing that a protocol decodes to")
+
+
+@frame_answer.register
+def _(frame: Frame) -> Json:
+    """Return message, form, addresses and fields of a frame with a header."""
     message = frame.message
     answer: Json = {
         "message": message.layout.message,
@@ -52,8 +64,37 @@ def frame_answer(frame: Frame) -> Json:
     return answer
 
 
+@frame_answer.register
+def _(frame: CommandFrame) -> Json:
+    """Return command, kind, form, axis and fields; a setup command has no axis."""
+    message = frame.message
+    answer: Json = {
+        "message": message.layout.message,
+        "kind": message.layout.kind,
+        "form": frame.form,
+    }
+    if frame.axis is not None:
+        answer["axis"] = frame.axis
+    answer["fields"] = _fields(message)
+    if frame.extra:
+        answer["extra"] = frame.extra.hex()
+    return answer
+
+
+@frame_answer.register
+def _(reply: Reply) -> Json:
+    """Return the fields of a reply; its axis nobody says."""
+    layout = reply.layout
+    return {
+        "message": layout.message,
+        "kind": layout.kind,
+        "form": layout.form,
+        "fields": _fields(reply),
+    }
+
+
 def _fields(message: Message) -> Json:
-    """Return the fields of a message: integers, hex for byte strings, text.
+    """Return the fields of a message.
 
     A header parameter without a name is shown when it is not zero, or when leaving it out would
     encode as something else.

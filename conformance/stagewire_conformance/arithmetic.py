@@ -1,5 +1,6 @@
 """Exact arithmetic on text such as ``512 * 67``: integers, decimals, ``+ - * /`` and parentheses.
 
+``//`` cuts a quotient off to an integer and ``%`` is what remains, as documents take numbers apart.
 Nothing is evaluated by Python; every number is a fraction, decimals exactly as they are written.
 """
 
@@ -20,6 +21,8 @@ _BINARY: dict[type[ast.operator], Callable[[Fraction, Fraction], Fraction]] = {
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
+    ast.FloorDiv: lambda left, right: Fraction(left // right),
+    ast.Mod: operator.mod,
 }
 
 
@@ -47,7 +50,7 @@ def _value(node: ast.expr, text: str) -> Fraction:
         return Fraction(node.value)
     if isinstance(node, ast.Constant) and type(node.value) is float:
         return Fraction(ast.get_source_segment(text, node) or "")  # as written, not as a float
-    raise ValueError(f"{text!r} holds more than numbers, + - * / and parentheses")
+    raise ValueError(f"{text!r} holds more than numbers, + - * / // % and parentheses")
 
 
 def rounded(value: Fraction, step: Fraction) -> Fraction:

@@ -12,14 +12,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from stagewire.protocol import Protocol
+from stagewire_conformance.claims import check_claim
 from stagewire_conformance.frames import check_capture, check_frame
+from stagewire_conformance.keyboard import check_keyboard
 from stagewire_conformance.registry import Registry, registry_of
-from stagewire_conformance.statements import (
-    check_claim,
-    check_number,
-    check_scaling,
-    check_stated,
-)
+from stagewire_conformance.statements import check_number, check_scaling, check_stated
 from stagewire_conformance.verdict import Findings, Verdict
 
 __all__ = ["run", "run_capture", "run_example"]
@@ -47,12 +44,14 @@ def run_example(protocol: Protocol, entry: Mapping[str, Any]) -> Verdict:
         check_frame(protocol, entry, findings)
         for name, item in entry.get("stated", {}).items():
             check_stated(registry, name, item, entry, findings)
+    elif kind == "keyboard":
+        check_keyboard(protocol, entry, findings)
     elif kind in NUMBERS:
         check_number(registry, entry, findings)
     elif kind == "scaling":
         check_scaling(registry, entry, findings)
     elif kind == "statement":
-        check_claim(registry, entry, findings)
+        check_claim(protocol, entry, findings)
     else:
         findings.problems.append(f"there is no kind of example {kind}")
     return _verdict(entry, findings)

@@ -1,10 +1,12 @@
-"""Hex text to bytes, strictly: what JSON lines and the registry's own files carry."""
+"""Bytes as text: hex as JSON lines carry it, strictly, and the notations of the documents."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from typing import Any
 
-__all__ = ["from_hex", "spaced"]
+__all__ = ["from_hex", "octets", "spaced"]
 
 _STRICT = re.compile(r"(?:[0-9A-Fa-f]{2})*\Z")
 
@@ -23,3 +25,14 @@ def from_hex(text: str) -> bytes:
 def spaced(raw: bytes) -> str:
     """Return bytes as the documents print them: ``13 04 0E 00``."""
     return raw.hex(" ").upper()
+
+
+def octets(entry: Mapping[str, Any], key: str) -> bytes:
+    """Return bytes that an example writes in its notation: hex, ``24 97 03 58`` or ``#FF#41``."""
+    text: str = entry[key]
+    notation = entry.get("notation")
+    if notation == "decimal":
+        return bytes(int(number) for number in text.split())
+    if notation == "hash":
+        return bytes.fromhex(text.replace("#", ""))
+    return bytes.fromhex(text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any
 
@@ -33,6 +33,20 @@ class Registry:
         """Return header parameters and payload fields of a layout by name, in wire order."""
         layout = self.layout(message, form)
         return {} if layout is None else dict(_named(layout))
+
+    @property
+    def axes(self) -> dict[str, int]:
+        """The documented identifiers of axes by name; none where messages have addresses."""
+        name = self.data["framing"].get("axes")
+        values = self.table("enumerations")[name]["values"] if name else {}
+        return {axis: entry["value"] for axis, entry in values.items()}
+
+    def where(self, pages: Iterable[int]) -> str:
+        """Return where in the document something stands: its pages, or the titles of its sections."""
+        sections = self.data["document"].get("sections")
+        if sections is None:
+            return f"page {', '.join(str(page) for page in pages)}"
+        return f"section {', '.join(sections[page - 1] for page in pages)}"
 
     def table(self, kind: str) -> dict[str, Json]:
         """Return a part of the registry, such as ``units`` or ``errata``, by name."""

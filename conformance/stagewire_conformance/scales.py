@@ -58,15 +58,18 @@ def _number(text: str) -> Fraction:
 
 
 def in_unit(value: Fraction, unit: str, wanted: str) -> Fraction:
-    """Return a value in another unit of the same kind, such as 2 s in ms.
+    """Return a value in another unit of the same kind, such as 2 s in ms or 1 mm/s in um/s.
 
     Raises :class:`UnknownScaleError` when the units measure different things.
     """
     if unit == wanted:
         return value
-    for kind in _SAME:
-        if unit in kind and wanted in kind:
-            return value * kind[unit] / kind[wanted]
+    above, _, below = unit.partition("/")
+    wanted_above, _, wanted_below = wanted.partition("/")
+    if below == wanted_below:
+        for kind in _SAME:
+            if above in kind and wanted_above in kind:
+                return value * kind[above] / kind[wanted_above]
     raise UnknownScaleError(f"the registry has it in {wanted}, not in {unit}")
 
 

@@ -1,4 +1,4 @@
-"""Worked examples that are no frames: numbers in bytes, scalings, and what prose claims."""
+"""Worked examples that are numbers: in bytes, and scaled."""
 
 from __future__ import annotations
 
@@ -9,14 +9,12 @@ from typing import Any
 from stagewire.errors import StagewireError
 from stagewire.quantities import Scale, exact, round_half_away
 from stagewire_conformance.arithmetic import evaluate, rounded
-from stagewire_conformance.hexes import spaced
+from stagewire_conformance.hexes import octets, spaced
 from stagewire_conformance.registry import Registry
 from stagewire_conformance.scales import in_unit, printed_factor, scale_of
 from stagewire_conformance.verdict import Findings
 
-__all__ = ["check_claim", "check_number", "check_scaling", "check_stated"]
-
-Json = dict[str, Any]
+__all__ = ["check_number", "check_scaling", "check_stated"]
 
 
 def check_number(registry: Registry, entry: Mapping[str, Any], findings: Findings) -> None:
@@ -24,7 +22,7 @@ def check_number(registry: Registry, entry: Mapping[str, Any], findings: Finding
     size, signed = _format(registry, entry["format"], findings)
     if not size:
         return
-    value, printed = entry["value"], bytes.fromhex(entry["printed"])
+    value, printed = entry["value"], octets(entry, "printed")
     if not isinstance(value, int):
         findings.problems.append(f"{entry['format']} holds integers, not {value}")
         return
@@ -37,7 +35,7 @@ def check_number(registry: Registry, entry: Mapping[str, Any], findings: Finding
         findings.expect(
             made != printed, "unexpected pass: the printed bytes are those of the value"
         )
-        printed = bytes.fromhex(entry["encoded"])
+        printed = octets(entry, "encoded")
     elif entry["verdict"] == "erratum":
         findings.problems.append("`encoded` does not say what the value gives")
     findings.expect(made == printed, f"{value} is {spaced(made)}, not {spaced(printed)}")
@@ -136,62 +134,3 @@ def _way(
     if stated == printed_is.get("decodes", {}).get("fields", {}).get(name):
         return "in the printed bytes"
     return ""
-
-
-def check_claim(registry: Registry, entry: Mapping[str, Any], findings: Findings) -> None:
-    """Check that the registry holds what a statement is taken to mean, where a program can."""
-    claim = entry["claim"]
-    if "prose" in claim:
-        findings.checked = False
-        findings.notes.append("prose; nothing that a program could check")
-        return
-    try:
-        holds, truth = _claim(registry, claim)
-    except LookupError as error:
-        findings.problems.append(str(error.args[0]))
-        return
-    findings.expect(holds, f"{truth}: not what the statement is taken to mean")
-    findings.notes.append(truth)
-
-
-def _claim(registry: Registry, claim: Mapping[str, Any]) -> tuple[bool, str]:
-    """Return whether a claim holds in the registry, and what the registry says."""
-    if "flag" in claim:
-        table, _, bit = claim["flag"].partition(".")
-        bits = _entry(registry, "flags", table)["bits"]
-        if bit not in bits:
-            raise LookupError(f"{table} has no bit {bit}")
-        number = bits[bit]["bit"] + 1  # the document counts from one
-        return number == claim["bit_number"], f"{claim['flag']} is bit {number} counted from one"
-    if "range" in claim:
-        field = _field(registry, claim["range"])
-        ends = {key: claim[key] for key in ("minimum", "maximum") if key in claim}
-        if not ends:
-            raise LookupError(f"the claim says no end of the range of {claim['range']}")
-        truth = f"{claim['range']} takes {field['minimum']} to {field['maximum']}"
-        return all(field[key] == value for key, value in ends.items()), truth
-    if "undefined" in claim:
-        name = claim["undefined"]
-        message = registry.messages.get(name)
-        defined = message is not None and bool(message["layouts"])
-        return not defined, f"{name} has {'a' if defined else 'no'} layout in the registry"
-    if "enum" in claim:
-        values = _entry(registry, "enumerations", claim["enum"])["values"]
-        return claim["missing"] not in values, f"{claim['enum']} has {', '.join(values)}"
-    raise LookupError(f"no such claim is known: {', '.join(claim)}")
-
-
-def _entry(registry: Registry, kind: str, name: str) -> Json:
-    found = registry.table(kind).get(name)
-    if found is None:
-        raise LookupError(f"the registry has no {name} among its {kind}")
-    return found
-
-
-def _field(registry: Registry, name: str) -> Json:
-    message, _, field = name.partition(".")
-    for layout in registry.messages.get(message, {}).get("layouts", []):
-        fields = registry.fields(message, layout["form"])
-        if field in fields:
-            return fields[field]
-    raise LookupError(f"the registry has no field {name}")

@@ -16,7 +16,7 @@ import stagewire
 from stagewire.errors import CodecError, UnknownProtocolError
 from stagewire.protocol import available_protocols, load_protocol
 from stagewire_conformance.answers import Refusal, refusal
-from stagewire_conformance.codec import ENDS, Codec
+from stagewire_conformance.codec import ENDS, KEYS, Codec, codec_of
 from stagewire_conformance.hexes import from_hex
 
 __all__ = ["IMPLEMENTATION", "MAXIMUM_LINE", "OPERATIONS", "TESTEE", "Testee", "lines_of", "serve"]
@@ -59,7 +59,7 @@ class Testee:
         try:
             request = _parse(line)
             id = _id(request)
-            return {"id": id, "ok": True} | _operation(request)(self, request)
+            return {"id": id, "ok": True} | _operation(self, request)(self, request)
         except (Refusal, CodecError) as error:
             return {"id": id} | refusal(error)
         except RecursionError:
@@ -81,14 +81,14 @@ class Testee:
 
     def decode(self, request: Json) -> Json:
         """Decode one frame."""
-        return self._codec(request).decode(_bytes(request["hex"]), request.get("context"))
+        return self._codec(request["protocol"]).decode(_bytes(request["hex"]), request)
 
     def encode(self, request: Json) -> Json:
         """Encode one frame."""
         for key in ("data", "extra"):
             if request.get(key) is not None:
                 _bytes(request[key])
-        return {"hex": self._codec(request).encode(request).hex()}
+        return {"hex": self._codec(request["protocol"]).encode(request).hex()}
 
     def stream(self, request: Json) -> Json:
         """Cut a stream into events."""
@@ -99,13 +99,26 @@ class Testee:
         if not all(isinstance(chunk, str) for chunk in chunks):
             _bad("chunks holds texts, bytes in hex")
         raw = [_bytes(chunk) for chunk in chunks]
-        return self._codec(request).stream(raw, end, request.get("context"))
+        return self._codec(request["protocol"]).stream(raw, request)
 
-    def _codec(self, request: Json) -> Codec:
-        name = request["protocol"]
+    def keys(self, op: str, protocol: object) -> Mapping[str, type]:
+        """Return what a request may say beside what it must: that is the protocol's to decide.
+
+        Without a protocol that is known, it is what any protocol may need.
+        """
+        if op not in KEYS:
+            return {}
+        try:
+            return self._codec(protocol).keys[op]
+        except Refusal:
+            return KEYS[op]
+
+    def _codec(self, name: object) -> Codec:
+        if not isinstance(name, str):
+            raise Refusal("unsupported", f"a protocol has a name, not {_short(name)}")
         if name not in self._codecs:
             try:
-                self._codecs[name] = Codec(load_protocol(name))
+                self._codecs[name] = codec_of(load_protocol(name))
             except UnknownProtocolError as error:
                 raise Refusal("unsupported", str(error)) from None
         return self._codecs[name]
@@ -113,36 +126,30 @@ class Testee:
 
 _Operation = Callable[[Testee, Json], Json]
 
-# operation -> (what answers it, its required keys, its optional keys); "id" and "op" go without saying
+# operation -> (what answers it, its required keys); "id" and "op" go without saying
 _PROTOCOL: dict[str, type] = {"protocol": str}
-_CONTEXT: dict[str, type] = {"context": dict}
-_OPERATIONS: dict[str, tuple[_Operation, dict[str, type], dict[str, type]]] = {
-    "hello": (Testee.hello, {}, {}),
-    "decode": (Testee.decode, {**_PROTOCOL, "hex": str}, _CONTEXT),
-    "encode": (
-        Testee.encode,
-        {**_PROTOCOL, "message": str},
-        # addresses are values like the fields: whether they are right is the codec's to say
-        {"form": str, "fields": dict, "extra": str, "data": str, "dest": object, "source": object}
-        | _CONTEXT,
-    ),
-    "stream": (Testee.stream, {**_PROTOCOL, "chunks": list}, {"end": str, **_CONTEXT}),
+_OPERATIONS: dict[str, tuple[_Operation, dict[str, type]]] = {
+    "hello": (Testee.hello, {}),
+    "decode": (Testee.decode, {**_PROTOCOL, "hex": str}),
+    "encode": (Testee.encode, {**_PROTOCOL, "message": str}),
+    "stream": (Testee.stream, {**_PROTOCOL, "chunks": list}),
 }
 OPERATIONS = tuple(_OPERATIONS)
 _NULLABLE = {"data"}  # null: an undocumented message that was a header without a packet
 
 
-def _operation(request: Json) -> _Operation:
+def _operation(testee: Testee, request: Json) -> _Operation:
     """Return what answers the request, once its shape is known to be right."""
     op = request.get("op")
     if not isinstance(op, str):
         _bad("op names the operation, as text")
     if op not in _OPERATIONS:
         raise Refusal("unsupported", f"there is no operation {op!r} ({', '.join(_OPERATIONS)})")
-    operation, required, optional = _OPERATIONS[op]
+    operation, required = _OPERATIONS[op]
     for key in required:
         if key not in request:
             _bad(f"{op} needs {key}")
+    optional = testee.keys(op, request.get("protocol"))
     types: Mapping[str, type] = {"id": object, "op": str, **required, **optional}
     for key, value in request.items():
         if key not in types:
@@ -155,7 +162,9 @@ def _operation(request: Json) -> _Operation:
     return operation
 
 
-_JSON_NAMES: dict[type, str] = {str: "a text", dict: "an object", list: "a list"}
+_JSON_NAMES: dict[type, str] = {
+    str: "a text", dict: "an object", list: "a list", bool: "true or false"
+}  # fmt: skip
 
 
 def _parse(line: bytes) -> Json:

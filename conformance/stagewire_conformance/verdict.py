@@ -18,7 +18,7 @@ class Verdict:
     :param id: its slug in the examples or captures of the registry.
     :param page: page of the document; None for a capture.
     :param line: line of the document's text; None for a capture.
-    :param kind: tx, rx, lost, stream, number_format, scaling, statement; or a capture's own words.
+    :param kind: tx, rx, lost, keyboard, stream, number_format, scaling, statement; or a capture's own words.
     :param message: the message that it is about, if any.
     :param title: what it is, for people.
     :param expected: reproduced, erratum or rejected.

@@ -8,7 +8,12 @@ from operator import attrgetter
 from typing import Any
 
 from stagewire.columns.shape import Kind, shape_of
-from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire.message import (
+    FramedMessage,
+    Message,
+    UndecidedMessage,
+    UndocumentedMessage,
+)
 
 __all__ = ["AS_JSON", "AS_WORDS", "FieldsText", "compact"]
 
@@ -45,7 +50,9 @@ class FieldsText:
         return text
 
     def _template(self, cls: type[Message]) -> tuple[str, _Values] | None:
-        if issubclass(cls, (UndecidedMessage, UndocumentedMessage)) or cls.layout.unnamed:
+        if not issubclass(cls, FramedMessage) or cls.layout.unnamed:
+            return None
+        if issubclass(cls, (UndecidedMessage, UndocumentedMessage)):
             return None
         places = shape_of(cls).places
         if any(place.kind in (Kind.TEXT, Kind.BYTES) for place in places):

@@ -8,7 +8,8 @@ from typing import TextIO
 from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire_cli.formats.fields import AS_JSON, FieldsText, compact
-from stagewire_cli.formats.writer import PENDING, Task, TextWriter
+from stagewire_cli.formats.task import Decoded, Task
+from stagewire_cli.formats.writer import PENDING, TextWriter
 from stagewire_conformance.answers import frame_answer, refusal
 
 __all__ = ["JsonLinesWriter"]
@@ -27,25 +28,24 @@ class JsonLinesWriter(TextWriter):
         self._count += 1
         return super().frame(offset, raw, name)
 
-    def accepted(self, offset: int, raw: bytes, name: str, frame: Frame) -> None:
+    def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
         """Write what the testee answers."""
-        self._print({"id": self._count, "ok": True} | frame_answer(frame))
+        self._print({"id": self._count, "ok": True} | frame_answer(decoded))
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
         """Write how the testee refuses."""
         self._print({"id": self._count} | refusal(error))
 
-    def message(self, offset: int, kind: str, frame: Frame) -> None:
+    def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message of a stream."""
-        fields = self._fields.of(frame.message)
-        if fields is None:
-            self._print({"offset": offset, "event": kind} | frame_answer(frame))
+        if not isinstance(decoded, Frame) or (fields := self._fields.of(decoded.message)) is None:
+            self._print({"offset": offset, "event": kind} | frame_answer(decoded))
             return
-        layout = frame.message.layout
-        extra = f',"extra":"{frame.extra.hex()}"' if frame.extra else ""
+        layout = decoded.message.layout
+        extra = f',"extra":"{decoded.extra.hex()}"' if decoded.extra else ""
         self.out.write(
             f'{{"offset":{offset},"event":"{kind}","message":"{layout.message}",'
-            f'"form":"{layout.form}","dest":{frame.dest},"source":{frame.source},'
+            f'"form":"{layout.form}","dest":{decoded.dest},"source":{decoded.source},'
             f'"fields":{{{fields}}}{extra}}}\n'
         )
 

@@ -15,30 +15,26 @@ from stagewire.framing import Event
 from stagewire.message import Message
 from stagewire_cli.formats.fields import AS_JSON, FieldsText, compact
 from stagewire_cli.formats.sink import Column, Sink
-from stagewire_cli.formats.writer import EventWriter, Task, Writer
+from stagewire_cli.formats.task import Decoded, FramedTask, Task, message_of
+from stagewire_cli.formats.writer import EventWriter, Writer
 from stagewire_conformance.answers import frame_answer
 
-__all__ = ["GENERAL", "GeneralWriter", "TypedWriter", "typed_columns"]
-
-GENERAL: Final = (
-    Column("offset", "uint64"),
-    Column("event", "string"),
-    Column("message", "string"),
-    Column("form", "string"),
-    Column("dest", "uint8"),
-    Column("source", "uint8"),
-    Column("fields", "string"),
-    Column("extra", "string"),
-    Column("data", "string"),
-    Column("hex", "string"),
-    Column("error", "string"),
-)
-"""The columns that fit everything: what JSON lines say, with the fields of a message as JSON."""
+__all__ = ["GeneralWriter", "TypedWriter", "general_columns", "typed_columns"]
 
 _HELD: Final = 4 * 1024 * 1024
 """Bytes that are no message and wait for a batch: a row of garbage may be a whole block."""
 
 _TYPES: Final = {Kind.TEXT: "string", Kind.BYTES: "binary"}
+
+
+def general_columns(task: Task) -> list[Column]:
+    """Return the columns that fit everything: what JSON lines say, with the fields of a message as JSON."""
+    return [
+        Column("offset", "uint64"),
+        *(Column(name, "string") for name in ("event", "message", "form")),
+        *(Column(name, "uint8") for name in task.addresses),
+        *(Column(name, "string") for name in ("fields", "extra", "data", "hex", "error")),
+    ]
 
 
 class _RowWriter(Writer):
@@ -76,32 +72,33 @@ class GeneralWriter(_RowWriter, EventWriter):
         self._rows: list[tuple[Any, ...]] = []
         self._held = 0
         self._fields = FieldsText(AS_JSON)
+        # message, form, addresses, fields, extra, data
+        self._nothing = (None,) * (len(task.addresses) + 5)
 
-    def accepted(self, offset: int, raw: bytes, name: str, frame: Frame) -> None:
+    def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
         """Write a frame as a message."""
-        self.message(offset, "message", frame)
+        self.message(offset, "message", decoded)
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
         """Write a frame as bytes, and why it is refused."""
-        empty = (None,) * 7
-        self._add((offset, "refused", *empty, raw.hex(), f"{error.code}: {error}"))
+        self._add((offset, "refused", *self._nothing, raw.hex(), f"{error.code}: {error}"))
 
-    def message(self, offset: int, kind: str, frame: Frame) -> None:
+    def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message."""
-        layout = frame.message.layout
-        fields = self._fields.of(frame.message)
-        if fields is None:
-            answer = frame_answer(frame)
-            shown, extra, data = compact(answer["fields"]), answer.get("extra"), answer.get("data")
+        if isinstance(decoded, Frame) and (fields := self._fields.of(decoded.message)) is not None:
+            form, shown = decoded.message.layout.form, f"{{{fields}}}"
+            extra, data = decoded.extra.hex() or None, None
         else:
-            shown, extra, data = f"{{{fields}}}", frame.extra.hex() or None, None
-        addressed = (layout.message, layout.form, frame.dest, frame.source)
-        self._add((offset, kind, *addressed, shown, extra, data, None, None))
+            answer = frame_answer(decoded)
+            form, shown = answer["form"], compact(answer["fields"])
+            extra, data = answer.get("extra"), answer.get("data")
+        name = message_of(decoded).layout.message
+        addressed = self.task.addressed(decoded)
+        self._add((offset, kind, name, form, *addressed, shown, extra, data, None, None))
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:
         """Write bytes."""
-        empty = (None,) * 7
-        self._add((offset, kind, *empty, raw.hex(), None))
+        self._add((offset, kind, *self._nothing, raw.hex(), None))
         self._held += len(raw)
         if self._held > _HELD:
             self._write()
@@ -140,7 +137,7 @@ class TypedWriter(_RowWriter):
     What is no such frame has no place in these columns: a refusal is said on standard error.
     """
 
-    def __init__(self, task: Task, only: type[Message], sink: Sink) -> None:
+    def __init__(self, task: FramedTask, only: type[Message], sink: Sink) -> None:
         super().__init__(task, sink)
         self._sorter = Sorter(task.protocol, task.context, only=[only])
         self._frames = self._sorter.frames.setdefault(only, Frames(only))
@@ -150,7 +147,7 @@ class TypedWriter(_RowWriter):
         self._sorter.take(offset, events)
         self._write_full()
 
-    def accepted(self, offset: int, raw: bytes, name: str, frame: Frame) -> None:
+    def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
         """Write a frame of the message."""
         self._frames.append(offset, raw)
         self._write_full()

@@ -8,11 +8,12 @@ from stagewire.errors import CodecError, DecodeError, UnknownMessageError
 from stagewire.frame import Frame
 from stagewire_cli.explain import explain
 from stagewire_cli.formats.fields import AS_WORDS, FieldsText
-from stagewire_cli.formats.writer import PENDING, Task, TextWriter
+from stagewire_cli.formats.task import Decoded, Task
+from stagewire_cli.formats.writer import PENDING, TextWriter
 from stagewire_cli.rendering import event_line, frame_line, frame_table, frame_title
 from stagewire_cli.terminal import console
 from stagewire_conformance.answers import frame_answer
-from stagewire_conformance.codec import Codec
+from stagewire_conformance.codec import codec_of
 from stagewire_conformance.hexes import spaced
 
 __all__ = ["TableWriter"]
@@ -26,15 +27,15 @@ class TableWriter(TextWriter):
         self._console = console(file=out)
         self._fields = FieldsText(AS_WORDS)
 
-    def accepted(self, offset: int, raw: bytes, name: str, frame: Frame) -> None:
+    def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
         """Write the table of a frame."""
-        answer = frame_answer(frame)
+        answer = frame_answer(decoded)
         self._name(name, raw)
         self._say(frame_title(self.task.protocol, answer))
         if answer["fields"] or answer.get("extra") or answer.get("data"):
             self._console.print(frame_table(self.task.protocol, answer))
         if answer["form"] == "data:undecided":
-            known = Codec(self.task.protocol).contexts()
+            known = codec_of(self.task.protocol).contexts()
             options = [f"--{key} {' or '.join(values)}" for key, values in known.items()]
             self._say(f"the bytes do not say which layout this is; {', '.join(options)} does")
         if name:
@@ -44,13 +45,15 @@ class TableWriter(TextWriter):
         """Write which bytes are wrong, and why."""
         assert isinstance(error, (DecodeError, UnknownMessageError))
         self._name(name, raw)
-        for line in explain(self.task.protocol, raw, error):
+        for line in explain(self.task, raw, error):
             self._say(line)
 
-    def message(self, offset: int, kind: str, frame: Frame) -> None:
+    def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message in one line."""
-        fields = self._fields.of(frame.message)
-        line = frame_line(frame_answer(frame)) if fields is None else event_line(frame, fields)
+        if isinstance(decoded, Frame) and (fields := self._fields.of(decoded.message)) is not None:
+            line = event_line(decoded, fields)
+        else:
+            line = frame_line(self.task.protocol, frame_answer(decoded))
         self.out.write(f"{offset:>9}  {line}\n")
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:

@@ -3,35 +3,18 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 from typing import TextIO
 
 from stagewire.errors import CodecError
-from stagewire.frame import Frame
-from stagewire.framing import Event, Received, Undocumented
-from stagewire.message import Message
-from stagewire.protocol import Protocol
+from stagewire.framing import Event
+from stagewire_cli.formats.task import Decoded, Task
 from stagewire_conformance.codec import EVENT_NAMES
 
-__all__ = ["PENDING", "EventWriter", "Task", "TextWriter", "Writer"]
+__all__ = ["PENDING", "EventWriter", "TextWriter", "Writer"]
 
 PENDING = "pending"
 """The kind of the bytes that are left at the end of a stream, beside the kinds of events."""
-
-
-@dataclass(frozen=True)
-class Task:
-    """What is to be decoded.
-
-    :param protocol: whose bytes they are.
-    :param context: what decides between layouts that bytes cannot tell apart.
-    :param only: the one message class that is wanted; None for everything.
-    """
-
-    protocol: Protocol
-    context: Mapping[str, str] | None = None
-    only: type[Message] | None = None
 
 
 class Writer(abc.ABC):
@@ -49,16 +32,16 @@ class Writer(abc.ABC):
         ``name`` says which of several it is. A frame of a message that is not wanted is left out.
         """
         try:
-            frame = self.task.protocol.decode(raw, self.task.context)
+            decoded = self.task.decode(raw)
         except CodecError as error:
             self.refused(offset, raw, name, error)
             return False
-        if self.task.only in (None, type(frame.message)):
-            self.accepted(offset, raw, name, frame)
+        if self.task.wants(decoded):
+            self.accepted(offset, raw, name, decoded)
         return True
 
     @abc.abstractmethod
-    def accepted(self, offset: int, raw: bytes, name: str, frame: Frame) -> None:
+    def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
         """Write a frame that is right."""
 
     @abc.abstractmethod
@@ -91,13 +74,13 @@ class EventWriter(Writer):
 
     def events(self, offset: int, events: Iterable[Event]) -> None:
         """Write every event; where one message is wanted, its frames alone."""
-        decode, context, only = self.task.protocol.decode, self.task.context, self.task.only
+        found, wants, only = self.task.found, self.task.wants, self.task.only
         for event in events:
             raw = event.raw
-            if isinstance(event, (Received, Undocumented)):
-                frame = decode(raw, context)
-                if only is None or frame.message.__class__ is only:
-                    self.message(offset, EVENT_NAMES[event.__class__], frame)
+            decoded = found(event)
+            if decoded is not None:
+                if only is None or wants(decoded):
+                    self.message(offset, EVENT_NAMES[event.__class__], decoded)
             elif only is None:
                 self.no_message(offset, EVENT_NAMES[event.__class__], raw)
             offset += len(raw)
@@ -108,7 +91,7 @@ class EventWriter(Writer):
             self.no_message(offset, PENDING, raw)
 
     @abc.abstractmethod
-    def message(self, offset: int, kind: str, frame: Frame) -> None:
+    def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message of a stream."""
 
     @abc.abstractmethod

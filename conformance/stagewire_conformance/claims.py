@@ -1,0 +1,181 @@
+"""What prose claims, as far as a program can check it against the registry or the framer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from stagewire.protocol import Protocol
+from stagewire_conformance.codec import codec_of
+from stagewire_conformance.registry import Json, Registry, registry_of
+from stagewire_conformance.verdict import Findings
+
+__all__ = ["check_claim"]
+
+_Claim = Mapping[str, Any]
+
+
+def check_claim(protocol: Protocol, entry: Mapping[str, Any], findings: Findings) -> None:
+    """Check that the registry holds what a statement is taken to mean, where a program can."""
+    claim = entry["claim"]
+    if "prose" in claim:
+        findings.checked = False
+        findings.notes.append("prose; nothing that a program could check")
+        return
+    try:
+        if "stream" in claim:
+            holds, truth = _stream(protocol, claim)
+        else:
+            holds, truth = _claim(registry_of(protocol), claim)
+    except LookupError as error:
+        findings.problems.append(str(error.args[0]))
+        return
+    findings.expect(holds, f"{truth}: not what the statement is taken to mean")
+    findings.notes.append(truth)
+
+
+def _stream(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    """Return whether bytes that come to a controller are cut as claimed, and how they are cut."""
+    raw = bytes.fromhex(claim["stream"])
+    answer = codec_of(protocol).stream([raw], {"end": "device"})
+    found = [event["event"] for event in answer["events"]]
+    waiting = ["what waits for more"] if answer["pending"] else []
+    truth = f"{claim['stream']} is {', '.join([*found, *waiting])}"
+    return not waiting and found == claim["events"], truth
+
+
+def _claim(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    """Return whether all of a claim holds in the registry, and what the registry says."""
+    found = [check(registry, claim) for key, check in _CLAIMS.items() if key in claim]
+    if not found:
+        raise LookupError(f"no such claim is known: {', '.join(claim)}")
+    return all(holds for holds, _ in found), "; ".join(truth for _, truth in found)
+
+
+def _flag(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    name = claim["flag"]
+    table, _, bit = name.partition(".")
+    bits = _entry(registry, "flags", table)["bits"]
+    if bit not in bits:
+        raise LookupError(f"{table} has no bit {bit}")
+    number: int = bits[bit]["bit"]
+    if "of" in claim:
+        value = claim["of"]
+        held = bool(value >> number & 1)
+        return held == claim["set"], f"{name} is {'set' if held else 'clear'} in {value}"
+    if "bit" in claim:
+        return number == claim["bit"], f"{name} is bit {number} counted from zero"
+    return number + 1 == claim["bit_number"], f"{name} is bit {number + 1} counted from one"
+
+
+def _range(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    field = _field(registry, claim["range"])
+    ends = {key: claim[key] for key in ("minimum", "maximum") if key in claim}
+    if not ends:
+        raise LookupError(f"the claim says no end of the range of {claim['range']}")
+    truth = f"{claim['range']} takes {field['minimum']} to {field['maximum']}"
+    return all(field[key] == value for key, value in ends.items()), truth
+
+
+def _undefined(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    name = claim["undefined"]
+    message = registry.messages.get(name)
+    defined = message is not None and bool(message["layouts"])
+    return not defined, f"{name} has {'a' if defined else 'no'} layout in the registry"
+
+
+def _enum(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    values = _entry(registry, "enumerations", claim["enum"])["values"]
+    if "missing" in claim:
+        return claim["missing"] not in values, f"{claim['enum']} has {', '.join(values)}"
+    name = claim["member"]
+    if name not in values:
+        raise LookupError(f"{claim['enum']} has no {name}, only {', '.join(values)}")
+    value = values[name]["value"]
+    return value == claim["value"], f"{claim['enum']} has {value} for {name}"
+
+
+def _format(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    field = _field(registry, claim["format"])
+    sign = "with" if field["signed"] else "without"
+    truth = f"{claim['format']} has {field['size']} bytes {sign} a sign"
+    return field["size"] == claim["size"] and field["signed"] == claim["signed"], truth
+
+
+def _sizes(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    sizes = [command["size"] for command in _commands(registry) if command["size"] is not None]
+    found = {"minimum": min(sizes), "maximum": max(sizes)}
+    truth = f"commands send sizes from {found['minimum']} to {found['maximum']}"
+    return found == claim["sizes"], truth
+
+
+def _without_size(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    found = {command["name"] for command in _commands(registry) if command["size"] is None}
+    truth = f"without the size slot are sent {_list(found)}"
+    return found == set(claim["without_size"]), truth
+
+
+def _dummies(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    found = {command["name"] for command in _commands(registry) if command["dummy"]}
+    return found == set(claim["dummies"]), f"the dummies are {_list(found)}"
+
+
+def _unanswered(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    name = claim["unanswered"]
+    answered = any(layout["form"] == "reply" for layout in _message(registry, name)["layouts"])
+    return not answered, f"{name} has {'a' if answered else 'no'} reply in the registry"
+
+
+def _firmware(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+    stated = _message(registry, claim["message"]) if "message" in claim else registry.data
+    versions = [fact["version"] for fact in stated.get("firmware", ())]
+    of = claim.get("message", "the protocol")
+    truth = f"of {of} something is stated for firmware {', '.join(versions) or 'of no version'}"
+    return claim["firmware"] in versions, truth
+
+
+_CLAIMS: dict[str, Callable[[Registry, _Claim], tuple[bool, str]]] = {
+    "flag": _flag,
+    "range": _range,
+    "undefined": _undefined,
+    "enum": _enum,
+    "format": _format,
+    "sizes": _sizes,
+    "without_size": _without_size,
+    "dummies": _dummies,
+    "unanswered": _unanswered,
+    "firmware": _firmware,
+}
+
+
+def _commands(registry: Registry) -> list[Json]:
+    found = [message for message in registry.messages.values() if message["kind"] == "command"]
+    if not found:
+        raise LookupError("the registry has no commands")
+    return found
+
+
+def _message(registry: Registry, name: str) -> Json:
+    if name not in registry.messages:
+        raise LookupError(f"the registry has no message {name}")
+    return registry.messages[name]
+
+
+def _entry(registry: Registry, kind: str, name: str) -> Json:
+    found = registry.table(kind).get(name)
+    if found is None:
+        raise LookupError(f"the registry has no {name} among its {kind}")
+    return found
+
+
+def _field(registry: Registry, name: str) -> Json:
+    message, _, field = name.partition(".")
+    for layout in registry.messages.get(message, {}).get("layouts", []):
+        fields = registry.fields(message, layout["form"])
+        if field in fields:
+            return fields[field]
+    raise LookupError(f"the registry has no field {name}")
+
+
+def _list(names: set[str]) -> str:
+    return ", ".join(sorted(names)) or "none"

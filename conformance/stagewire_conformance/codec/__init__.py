@@ -1,0 +1,41 @@
+"""The operations of the testee on one protocol: decode, encode and stream, from and to JSON values.
+
+There is one codec for each way in which messages are framed: :mod:`.framed` for frames that a header
+begins, :mod:`.commands` for commands in slots. Which one serves a protocol follows from its class.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+from stagewire.commands import CommandProtocol
+from stagewire.errors import UnsupportedError
+from stagewire.framed import FramedProtocol
+from stagewire.protocol import Protocol
+from stagewire_conformance.codec.base import ENDS, Codec
+from stagewire_conformance.codec.commands import CommandCodec
+from stagewire_conformance.codec.events import EVENT_NAMES
+from stagewire_conformance.codec.framed import FramedCodec
+
+__all__ = ["ENDS", "EVENT_NAMES", "KEYS", "Codec", "codec_of"]
+
+_KINDS = (FramedCodec, CommandCodec)
+
+KEYS = {
+    operation: {key: kind for codec in _KINDS for key, kind in codec.keys[operation].items()}
+    for operation in FramedCodec.keys
+}
+"""What a request may say beside what every protocol needs, whichever the protocol is."""
+
+
+@cache
+def codec_of(protocol: Protocol) -> Codec:
+    """Return the codec for a protocol.
+
+    Raises :class:`~stagewire.errors.UnsupportedError` for a protocol that is framed in no known way.
+    """
+    if isinstance(protocol, FramedProtocol):
+        return FramedCodec(protocol)
+    if isinstance(protocol, CommandProtocol):
+        return CommandCodec(protocol)
+    raise UnsupportedError(f"there is no codec for {protocol!r}, a {type(protocol).__name__}")

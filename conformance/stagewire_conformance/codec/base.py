@@ -1,0 +1,125 @@
+"""What the codecs of all protocols have in common."""
+
+from __future__ import annotations
+
+import abc
+import typing
+from collections.abc import Iterable, Mapping
+from typing import Any, ClassVar
+
+from stagewire.errors import BadValueError
+from stagewire.framing import End, Event, join_garbage
+from stagewire.message import Layout
+from stagewire.protocol import Protocol
+from stagewire_conformance.codec.events import EVENT_NAMES
+from stagewire_conformance.hexes import from_hex
+from stagewire_conformance.registry import registry_of
+
+__all__ = ["ENDS", "Codec", "Context", "Json", "Reader"]
+
+Json = dict[str, Any]
+Context = Mapping[str, str]
+
+ENDS = {end.value: end for end in End}
+
+
+class Reader(typing.Protocol):
+    """What cuts a stream into events."""
+
+    def feed(self, data: bytes) -> list[Event]:
+        """Take the next bytes and return what they complete."""
+        ...
+
+    @property
+    def pending(self) -> bytes | bytearray | memoryview:
+        """The bytes that wait for more."""
+        ...
+
+
+class Codec(abc.ABC):
+    """One protocol, spoken to in JSON values.
+
+    A request is a mapping with the keys of the testee protocol; what it has to hold at least, and of
+    which type, is known to be right.
+    """
+
+    keys: ClassVar[Mapping[str, Mapping[str, type]]]
+    """Operation -> what its requests may say beside what every protocol needs, with types."""
+
+    def __init__(self, protocol: Protocol) -> None:
+        self.protocol = protocol
+
+    @abc.abstractmethod
+    def decode(self, raw: bytes, request: Mapping[str, Any]) -> Json:
+        """Return what the bytes of exactly one message say; raise as the protocol does."""
+
+    @abc.abstractmethod
+    def encode(self, request: Mapping[str, Any]) -> bytes:
+        """Return the bytes that ``message``, ``form``, ``fields`` and the rest describe.
+
+        Every field is checked. Raises an error of :mod:`stagewire.errors` with its refusal code.
+        """
+
+    def stream(self, chunks: Iterable[bytes], request: Mapping[str, Any]) -> Json:
+        """Return the events of a stream that comes in ``chunks``, and what is left at its end."""
+        reader = self._reader(request)
+        events: list[Event] = []
+        for chunk in chunks:
+            events.extend(reader.feed(chunk))
+        return {
+            "events": [self.event_answer(event, request) for event in join_garbage(events)],
+            "pending": bytes(reader.pending).hex(),
+        }
+
+    def event_answer(self, event: Event, request: Mapping[str, Any]) -> Json:
+        """Return one event of a stream as the object that a testee answers with."""
+        said = self._said(event, request)
+        answer: Json = {"event": EVENT_NAMES[type(event)]}
+        return answer | ({"hex": event.raw.hex()} if said is None else said)
+
+    @abc.abstractmethod
+    def reading(self, wanted: Mapping[str, Any]) -> Json:
+        """Return what a decoder has to be told beside the bytes to read what is wanted."""
+
+    @abc.abstractmethod
+    def _reader(self, request: Mapping[str, Any]) -> Reader:
+        """Return what reads the stream of a request."""
+
+    @abc.abstractmethod
+    def _said(self, event: Event, request: Mapping[str, Any]) -> Json | None:
+        """Return what the message in an event says, None for an event that holds none."""
+
+    def contexts(self) -> dict[str, list[str]]:
+        """Return what a receiver may have to know, and the values that it can have."""
+        known: dict[str, set[str]] = {}
+        for cls in self.protocol.messages:
+            for key, value in cls.layout.when.items():
+                known.setdefault(key, set()).add(value)
+        return {key: sorted(values) for key, values in sorted(known.items())}
+
+    def check_context(self, context: Context | None) -> None:
+        """Raise :class:`BadValueError` for a context that decides nothing in this protocol."""
+        if not context:
+            return
+        known = self.contexts()
+        for key, value in context.items():
+            if key not in known:
+                raise BadValueError(f"no layout depends on {key!r} (known: {', '.join(known)})")
+            if value not in known[key]:
+                raise BadValueError(f"{key} is one of {', '.join(known[key])}, not {value!r}")
+
+    def _from_json(self, layout: Layout, fields: Mapping[str, Any]) -> Json:
+        """Return the fields with hex text made bytes where the layout holds a byte string."""
+        known = registry_of(self.protocol).fields(layout.message, layout.form)
+        made = dict(fields)
+        for name, value in fields.items():
+            if known.get(name, {}).get("kind") == "bytes":
+                if not isinstance(value, str):
+                    raise BadValueError(
+                        f"{layout.message}.{name} takes bytes in hex, not {value!r}"
+                    )
+                try:
+                    made[name] = from_hex(value)
+                except ValueError as error:
+                    raise BadValueError(f"{layout.message}.{name}: {error}") from None
+        return made

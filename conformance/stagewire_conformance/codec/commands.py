@@ -1,0 +1,137 @@
+"""The codec of protocols of commands: no header, and replies that only the command explains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, NoReturn
+
+from stagewire.commands import (
+    FORMS,
+    Command,
+    CommandFrame,
+    CommandProtocol,
+    CommandReceived,
+    ReplyReceived,
+    SetupCommand,
+)
+from stagewire.commands.rule import SLOTS
+from stagewire.errors import BadValueError, MissingFieldError
+from stagewire.framing import Event
+from stagewire_conformance.answers import Refusal, frame_answer
+from stagewire_conformance.codec.base import Codec, Json, Reader
+from stagewire_conformance.hexes import from_hex
+
+__all__ = ["DIRECTIONS", "CommandCodec"]
+
+DIRECTIONS = ("command", "reply")
+
+
+class CommandCodec(Codec):
+    """A protocol of commands: an axis, forms with and without the size slot, and replies."""
+
+    protocol: CommandProtocol
+    keys: ClassVar[Mapping[str, Mapping[str, type]]] = {
+        "decode": {"direction": str, "command": str},
+        # the axis is a value like the fields: whether it is right is the codec's to say
+        "encode": {
+            "kind": str, "form": str, "direction": str, "axis": object, "fields": dict,
+            "extra": str, "allow_dummy": bool, "refuse_prefix_bytes": bool,
+        },
+        "stream": {"end": str, "command": str},
+    }  # fmt: skip
+
+    def decode(self, raw: bytes, request: Mapping[str, Any]) -> Json:
+        """Return what the bytes of exactly one command say, or those of the reply to ``command``."""
+        if _direction(request) == "command":
+            if "command" in request:
+                _bad("command says what a reply answers; give direction reply, too")
+            return frame_answer(self.protocol.decode(raw))
+        if "command" not in request:
+            _bad("a reply says nothing of its command: decode needs command")
+        return frame_answer(self.protocol.decode_reply(raw, request["command"]))
+
+    def encode(self, request: Mapping[str, Any]) -> bytes:
+        """Return the bytes of a command or of a reply."""
+        name, form = request["message"], self._form(request)
+        cls = self.protocol.message_class(name, form)
+        kind = request.get("kind", cls.layout.kind)
+        if kind != cls.layout.kind:
+            raise BadValueError(f"{name} is a {cls.layout.kind}, not a {kind}")
+        fields = self._from_json(cls.layout, request.get("fields", {}))
+        message: Any = self.protocol.build(name, fields, form)
+        if form == "reply":
+            _check_reply(request)
+            raw: bytes = message.pack()
+            return raw
+        if issubclass(cls, Command) and "axis" not in request:
+            raise MissingFieldError(f"{name} lacks axis")
+        extra = from_hex(request.get("extra", ""))
+        frame = CommandFrame(message, request.get("axis"), extra, FORMS[form])
+        return frame.encode(
+            allow_dummy=request.get("allow_dummy", False),
+            refuse_prefix_bytes=request.get("refuse_prefix_bytes", False),
+        )
+
+    def reading(self, wanted: Mapping[str, Any]) -> Json:
+        """Return which command a wanted reply answers; a command needs nothing."""
+        if self._form(wanted) != "reply":
+            return {}
+        return {"direction": "reply", "command": wanted["message"]}
+
+    def _reader(self, request: Mapping[str, Any]) -> Reader:
+        """Return a framer of commands, or at the host's end a decoder of the one reply that is due."""
+        if request.get("end", "none") != "host":
+            if "command" in request:
+                _bad("command says what the host asked; give end host, too")
+            return self.protocol.framer()
+        if "command" not in request:
+            _bad("replies have no frame: a stream at the end host needs command")
+        replies = self.protocol.replies()
+        replies.sent(self._asked(request["command"]))
+        return replies
+
+    def _asked(self, name: str) -> CommandFrame:
+        """Return a frame of a command; what it carries, and to which axis, decides nothing here."""
+        cls: Any = self.protocol.message_class(name, "request")
+        if issubclass(cls, SetupCommand):
+            return CommandFrame(cls())
+        zeros = bytes(SLOTS + cls.layout.length + 1)
+        return CommandFrame(cls.unpack(zeros), next(iter(self.protocol.axes.values())))
+
+    def _said(self, event: Event, request: Mapping[str, Any]) -> Json | None:
+        if isinstance(event, CommandReceived):
+            return frame_answer(event.frame)
+        if isinstance(event, ReplyReceived):
+            return frame_answer(event.reply)
+        return None
+
+    def _form(self, request: Mapping[str, Any]) -> str:
+        """Return the form that is meant; ``direction`` chooses where ``form`` leaves it open."""
+        form: str | None = request.get("form")
+        if "direction" not in request and form is not None:
+            return form
+        direction = _direction(request)
+        if form is None:
+            return "reply" if direction == "reply" else "request"
+        if (form == "reply") != (direction == "reply"):
+            raise BadValueError(f"{request['message']}: form {form} is no {direction}")
+        return form
+
+
+def _check_reply(request: Mapping[str, Any]) -> None:
+    """Raise :class:`BadValueError` for what only a command has; null, false and no bytes are nothing."""
+    for key in ("axis", "extra", "allow_dummy", "refuse_prefix_bytes"):
+        value = request.get(key)
+        if value is not None and value is not False and value != "":
+            raise BadValueError(f"{request['message']}: a reply has no {key}; only a command has")
+
+
+def _direction(request: Mapping[str, Any]) -> str:
+    direction: str = request.get("direction", "command")
+    if direction not in DIRECTIONS:
+        _bad(f"direction is one of {', '.join(DIRECTIONS)}, not {direction!r}")
+    return direction
+
+
+def _bad(detail: str) -> NoReturn:
+    raise Refusal("bad_request", detail)

@@ -1,0 +1,25 @@
+"""The events of all framers by the names that the testee protocol has for them."""
+
+from __future__ import annotations
+
+from stagewire.commands import (
+    BadCommandLength,
+    CommandReceived,
+    ReplyReceived,
+    UnknownCommand,
+)
+from stagewire.framing import BadLength, Event, Garbage, Received, Undocumented, Unknown
+
+__all__ = ["EVENT_NAMES"]
+
+EVENT_NAMES: dict[type[Event], str] = {
+    Received: "message",
+    CommandReceived: "message",
+    ReplyReceived: "message",
+    Undocumented: "undocumented",
+    Unknown: "unknown",
+    UnknownCommand: "unknown",
+    BadLength: "bad_length",
+    BadCommandLength: "bad_length",
+    Garbage: "garbage",
+}

@@ -1,0 +1,103 @@
+"""The codec of protocols whose frames begin with a header."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from stagewire.errors import BadLengthError, BadValueError, MissingFieldError
+from stagewire.frame import Frame
+from stagewire.framed import FramedProtocol
+from stagewire.framing import Event, Received, Undocumented
+from stagewire.message import UndecidedMessage, UndocumentedMessage
+from stagewire_conformance.answers import frame_answer
+from stagewire_conformance.codec.base import ENDS, Codec, Context, Json, Reader
+from stagewire_conformance.hexes import from_hex
+
+__all__ = ["FramedCodec"]
+
+
+class FramedCodec(Codec):
+    """A protocol of frames: two addresses, and a context where bytes do not tell layouts apart."""
+
+    protocol: FramedProtocol
+    keys: ClassVar[Mapping[str, Mapping[str, type]]] = {
+        "decode": {"context": dict},
+        # addresses are values like the fields: whether they are right is the codec's to say
+        "encode": {
+            "form": str, "fields": dict, "extra": str, "data": str, "dest": object,
+            "source": object, "context": dict,
+        },
+        "stream": {"end": str, "context": dict},
+    }  # fmt: skip
+
+    def decode(self, raw: bytes, request: Mapping[str, Any]) -> Json:
+        """Return what the bytes of exactly one frame say; ``context`` decides between layouts."""
+        context = request.get("context")
+        self.check_context(context)
+        return frame_answer(self.protocol.decode(raw, context))
+
+    def encode(self, request: Mapping[str, Any]) -> bytes:
+        """Return the bytes of a frame."""
+        self.check_context(request.get("context"))
+        return self._frame(request).encode()
+
+    def reading(self, wanted: Mapping[str, Any]) -> Json:
+        """Return the context that is stated, or else the one that the wanted form needs."""
+        layout = self.protocol.message_class(wanted["message"], wanted.get("form")).layout
+        context = wanted.get("context") or dict(layout.when)
+        return {"context": context} if context else {}
+
+    def _reader(self, request: Mapping[str, Any]) -> Reader:
+        self.check_context(request.get("context"))
+        return self.protocol.framer(ENDS[request.get("end", "none")])
+
+    def _said(self, event: Event, request: Mapping[str, Any]) -> Json | None:
+        if not isinstance(event, (Received, Undocumented)):
+            return None
+        return frame_answer(self.protocol.decode(event.raw, request.get("context")))
+
+    def _frame(self, request: Mapping[str, Any]) -> Frame:
+        name = request["message"]
+        form = self._form(name, request.get("form"), request.get("context"))
+        cls = self.protocol.message_class(name, form)
+        fields = self._from_json(cls.layout, request.get("fields", {}))
+        data = _hex(request, "data")
+        extra = _hex(request, "extra") or b""
+        if issubclass(cls, UndecidedMessage) and data is not None:
+            size = cls.layout.length
+            if len(data) < size:
+                raise BadLengthError(f"{name}: its packet has {size} bytes, data has {len(data)}")
+            data, extra = data[:size], data[size:] + extra
+        if issubclass(cls, UndocumentedMessage):
+            if extra:
+                raise BadValueError(f"{name} has no layout that extra bytes could follow")
+            if data is None and "data" in request:  # a header without a packet
+                fields = {"param1": 0, "param2": 0} | fields
+            elif data is not None and fields:
+                raise BadValueError(f"{name} carries data or parameters, not both")
+        message = self.protocol.build(name, fields, form, data)
+        for address in ("dest", "source"):
+            if address not in request:
+                raise MissingFieldError(f"{name} lacks {address}")
+        return Frame(message, request["dest"], request["source"], extra)
+
+    def _form(self, name: str, form: str | None, context: Context | None) -> str | None:
+        """Return the form that is meant; ``context`` chooses where ``form`` leaves it open."""
+        if not context:
+            return form
+        for cls in self.protocol.messages:
+            layout = cls.layout
+            if layout.message != name or not layout.when:
+                continue
+            agrees = layout.when.items() <= context.items()
+            if form is None and agrees:
+                return layout.form
+            if form == layout.form and not agrees:
+                raise BadValueError(f"{name}: form {form} contradicts the context {dict(context)}")
+        return form
+
+
+def _hex(request: Mapping[str, Any], key: str) -> bytes | None:
+    value = request.get(key)
+    return None if value is None else from_hex(value)
