@@ -11,7 +11,7 @@ SPEC := spec
 OUT := generated
 REPORT := build/junit.xml
 
-BENCHMARKS := codec_speed framing_speed columns start_up framing_time capture_memory framing_experiment
+BENCHMARKS := codec_speed framing_speed commands columns start_up framing_time capture_memory framing_experiment
 EXECUTIONS := 10000000
 SECONDS := 60
 SEED := 1

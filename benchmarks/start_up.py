@@ -24,6 +24,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("runtime", "generated/python", "generator", "conformance", "cli")
 BARE = [sys.executable, "-c", "pass"]
 IMPORT = [sys.executable, "-c", "import stagewire_apt"]
+RUNTIME = [sys.executable, "-c", "import stagewire"]
+COMMANDS = [sys.executable, "-c", "import stagewire_ms2000"]
 
 
 class Processes:
@@ -64,21 +66,22 @@ def milliseconds(seconds: float) -> str:
 
 
 def importing() -> bool:
-    """Measure ``import stagewire_apt`` over bare Python."""
+    """Measure ``import stagewire_apt`` over bare Python, ``import stagewire_ms2000`` over the runtime."""
     processes = Processes()
     contenders = {
         "bare Python": processes.runner("bare Python", BARE),
         "import stagewire_apt": processes.runner("import stagewire_apt", IMPORT),
+        "import stagewire": processes.runner("import stagewire", RUNTIME),
+        "import stagewire_ms2000": processes.runner("import stagewire_ms2000", COMMANDS),
     }
-    bound = Bound(
-        "import stagewire_apt",
-        "bare Python",
-        at_most=20,
-        difference=True,
-        scale=1e3,
-        unit="ms",
-    )
-    kept = report("Import the library", interleave(contenders, 15), [bound], milliseconds)
+    bounds = [
+        Bound(name, over, at_most=at_most, difference=True, scale=1e3, unit="ms")
+        for name, over, at_most in (
+            ("import stagewire_apt", "bare Python", 20),
+            ("import stagewire_ms2000", "import stagewire", 10),
+        )
+    ]
+    kept = report("Import the library", interleave(contenders, 15), bounds, milliseconds)
     more = statistics.median(memory("import stagewire_apt") - memory("pass") for _ in range(9))
     print(
         f"  {'memory over bare Python':<58}{more:>9.2f}  <= 5 MiB{'' if more <= 5 else '     NOT KEPT'}"

@@ -19,6 +19,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = {
     "stagewire": ROOT / "runtime",
     "stagewire_apt": ROOT / "generated" / "python",
+    "stagewire_ms2000": ROOT / "generated" / "python",
     "stagewire_cli": ROOT / "cli",
     "stagewire_conformance": ROOT / "conformance",
     "stagewire_generator": ROOT / "generator",
@@ -115,9 +116,15 @@ def test_every_package_is_typed(names: list[str]) -> None:
 
 
 @pytest.mark.parametrize("kind", ["registry", "vectors"])
-def test_the_json_is_the_generated_one(unpacked: Path, kind: str) -> None:
-    packed = (unpacked / "stagewire_apt" / f"{kind}.json").read_bytes()
-    assert packed == (ROOT / "generated" / kind / "thorlabs_apt.json").read_bytes()
+@pytest.mark.parametrize(
+    ("package", "protocol"),
+    [("stagewire_apt", "thorlabs_apt"), ("stagewire_ms2000", "asi_ms2000")],
+)
+def test_the_json_is_the_generated_one(
+    unpacked: Path, package: str, protocol: str, kind: str
+) -> None:
+    packed = (unpacked / package / f"{kind}.json").read_bytes()
+    assert packed == (ROOT / "generated" / kind / f"{protocol}.json").read_bytes()
 
 
 def test_entry_points(unpacked: Path) -> None:
@@ -126,7 +133,10 @@ def test_entry_points(unpacked: Path) -> None:
     points.read_string(path.read_text(encoding="utf-8"))
     assert {section: dict(points[section]) for section in points.sections()} == {
         "console_scripts": {"stagewire": "stagewire_cli.main:run"},
-        "stagewire.protocols": {"thorlabs_apt": "stagewire_apt:PROTOCOL"},
+        "stagewire.protocols": {
+            "asi_ms2000": "stagewire_ms2000:PROTOCOL",
+            "thorlabs_apt": "stagewire_apt:PROTOCOL",
+        },
     }
 
 
@@ -164,7 +174,7 @@ print(json.dumps([inside, available_protocols(), repr(frame.message), len(events
     done = python(unpacked, PRELUDE + code, packages, MOVE)
     assert done.stderr == ""
     message = "MotMoveAbsolute(chan_ident=1, absolute_distance=200000)"
-    assert json.loads(done.stdout) == [True, ["thorlabs_apt"], message, 1]
+    assert json.loads(done.stdout) == [True, ["asi_ms2000", "thorlabs_apt"], message, 1]
 
 
 @pytest.mark.parametrize(
@@ -174,7 +184,7 @@ print(json.dumps([inside, available_protocols(), repr(frame.message), len(events
         (["show", "MOT_MOVE_ABSOLUTE"], "id 0x0453"),
         (["decode", MOVE], "form data, dest 0x50, source 0x01"),
         (["encode", "MOT_MOVE_ABSOLUTE", "--form", "data", "chan_ident=1", "absolute_distance=200000"], MOVE),
-        (["testee"], '"protocols":["thorlabs_apt"]'),
+        (["testee"], '"protocols":["asi_ms2000","thorlabs_apt"]'),
         (["conformance", "examples"], " 0 failed, "),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
@@ -197,12 +207,13 @@ def test_a_missing_extra_is_named(unpacked: Path, words: list[object], name: str
 
 def test_the_generator_of_the_wheel_checks_and_compares(unpacked: Path, tmp_path: Path) -> None:
     """The schemas come with the wheel, not with the spec."""
-    shutil.copytree(ROOT / "spec" / "thorlabs_apt", tmp_path / "spec" / "thorlabs_apt")
+    for name in ("asi_ms2000", "thorlabs_apt"):
+        shutil.copytree(ROOT / "spec" / name, tmp_path / "spec" / name)
     for kind in ("examples", "captures"):
         shutil.copytree(ROOT / "conformance" / kind, tmp_path / "conformance" / kind)
     done = python(unpacked, COMMAND, "check", tmp_path / "spec", hidden=())
     assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.startswith("thorlabs_apt: ok; ")
+    assert "thorlabs_apt: ok; " in done.stdout
     words = ["generate", "--spec", tmp_path / "spec", "--out", ROOT / "generated", "--check"]
     done = python(unpacked, COMMAND, *words, hidden=())
     assert done.returncode == 0, done.stdout + done.stderr

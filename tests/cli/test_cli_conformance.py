@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from stagewire.protocol import Protocol, load_protocol
+from stagewire.protocol import Protocol, available_protocols, load_protocol
 from stagewire_cli import conformance
 from stagewire_conformance import Verdict
 
@@ -19,36 +19,46 @@ def verdict(outcome: str) -> Verdict:
     return Verdict("a-slug", 30, 1135, "tx", "MOT_X", "A title", "reproduced", outcome, "why\x1b")
 
 
-def test_all_of_them(stagewire: Stagewire) -> None:
-    vectors = load_protocol("thorlabs_apt").vectors()
-    result = stagewire("conformance", "examples")
+@pytest.mark.parametrize("name", available_protocols())
+def test_all_of_them(stagewire: Stagewire, name: str) -> None:
+    vectors = load_protocol(name).vectors()
+    result = stagewire("conformance", "examples", "--protocol", name)
     failed = [line for line in result.out.splitlines() if " failed  " in line]
     assert failed == []
     assert result.code == 0
     summary = result.out.splitlines()[-1]
-    assert summary.startswith(f"{len(vectors['examples'])} examples and ")
+    assert summary.startswith(f"{name}: {len(vectors['examples'])} examples and ")
     assert " 0 failed, " in summary
     for example in vectors["examples"]:
         assert f"{example['id']} " in result.out
 
 
+def test_without_a_protocol_every_protocol_is_run(stagewire: Stagewire) -> None:
+    result = stagewire("conformance", "examples")
+    assert result.code == 0
+    for name in available_protocols():
+        own = stagewire("conformance", "examples", "--protocol", name)
+        assert own.out.splitlines()[-1] in result.out.splitlines()
+
+
 def test_json(stagewire: Stagewire) -> None:
     result = stagewire("conformance", "examples", "--json")
     rows = [json.loads(line) for line in result.out.splitlines()]
-    assert {"id", "page", "line", "kind", "expected", "outcome", "detail"} <= set(rows[0])
+    assert {"protocol", "id", "page", "line", "kind", "expected", "outcome", "detail"} <= set(
+        rows[0]
+    )
 
 
-def test_coverage(stagewire: Stagewire) -> None:
-    protocol = load_protocol("thorlabs_apt")
-    rows = [
-        json.loads(line)
-        for line in stagewire("conformance", "examples", "--coverage", "--json").out.splitlines()
-    ]
+@pytest.mark.parametrize("name", available_protocols())
+def test_coverage(stagewire: Stagewire, name: str) -> None:
+    protocol = load_protocol(name)
+    asked = ("conformance", "examples", "--coverage", "--protocol", name)
+    rows = [json.loads(line) for line in stagewire(*asked, "--json").out.splitlines()]
     names = {entry["name"] for entry in protocol.registry()["messages"]}
     assert {row["message"] for row in rows} == names
     examples = [e for e in protocol.vectors()["examples"] if e.get("message") in names]
     assert sum(row["examples"] for row in rows) == len(examples)
-    text = stagewire("conformance", "examples", "--coverage")
+    text = stagewire(*asked)
     assert text.code == 0
     assert f" of {len(rows)} messages have worked examples" in text.out
 

@@ -26,7 +26,7 @@ from stagewire_apt import messages as m
 from stagewire_cli import decode, inputs
 from stagewire_cli.inputs import Source
 from stagewire_conformance.answers import frame_answer
-from stagewire_conformance.codec import event_answer
+from stagewire_conformance.codec import codec_of
 from stagewire_conformance.hexes import spaced
 
 if TYPE_CHECKING:
@@ -77,7 +77,9 @@ def events_of(path: Path, status: str | None = None) -> list[dict[str, Any]]:
     context = {"status": status} if status else None
     offset, answers = 0, []
     for event in framer.feed(path.read_bytes()):
-        answers.append({"offset": offset} | event_answer(PROTOCOL, event, context))
+        answers.append(
+            {"offset": offset} | codec_of(PROTOCOL).event_answer(event, {"context": context})
+        )
         offset += len(event.raw)
     if framer.pending:
         answers.append({"offset": offset, "pending": framer.pending.hex()})

@@ -33,7 +33,10 @@ def break_it(spec: Path) -> None:
 def test_check(stagewire: Stagewire) -> None:
     result = stagewire("check", SPEC)
     assert result.code == 0, result.out
-    assert result.out.startswith("thorlabs_apt: ok; ")
+    assert [line.split(";")[0] for line in result.out.splitlines()] == [
+        "asi_ms2000: ok",
+        "thorlabs_apt: ok",
+    ]
     for what in ("messages", "layouts", "fields", "errata", "witness places", "examples"):
         assert f" {what}" in result.out
 

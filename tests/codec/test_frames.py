@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from stagewire import End, Frame
+from stagewire.framed import FramedProtocol
 from stagewire.framing import Direction, Received
 from stagewire.message import Layout, UndecidedMessage
-from stagewire.protocol import Protocol
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 
@@ -92,7 +92,7 @@ class Nothing(UndecidedMessage):
 
 
 def test_an_undecided_message_that_shares_no_field() -> None:
-    protocol = Protocol("one", "One", "one", [Nothing], 1, frozenset({0x50}), {})
+    protocol = FramedProtocol("one", "One", "one", [Nothing], 1, frozenset({0x50}), {})
     made = protocol.build("NOTHING", {}, "data:undecided", b"abcd")
     assert made == Nothing(b"abcd")
     assert made.pack(1, 0x50) == bytes.fromhex("7707 0400 8150") + b"abcd"

@@ -19,9 +19,9 @@ from stagewire.errors import (
     UnknownFieldError,
     UnsupportedError,
 )
+from stagewire.framed import FramedProtocol
 from stagewire.framing import Direction, Received
 from stagewire.message import Layout, Message, UndecidedMessage
-from stagewire.protocol import Protocol
 from stagewire_apt import PROTOCOL, enumerations, flags
 from stagewire_apt import messages as m
 
@@ -51,7 +51,7 @@ def test_the_architecture_s_example_decodes() -> None:
 def test_any_buffer_decodes_whether_its_header_was_seen_before_or_not(
     buffer: Callable[[bytes], bytes], before: bool
 ) -> None:
-    protocol = Protocol("own", "Own", "own", [m.MotMoveAbsolute], 1, frozenset({0x50}), {})
+    protocol = FramedProtocol("own", "Own", "own", [m.MotMoveAbsolute], 1, frozenset({0x50}), {})
     if before:
         protocol.decode(MOVE)
     assert protocol.decode(buffer(MOVE)) == m.decode(MOVE)
@@ -285,7 +285,7 @@ class Long(UndecidedMessage):
 def test_a_packet_is_read_by_the_longest_layout_that_it_fills(
     length: int, cls: type[Message]
 ) -> None:
-    two = Protocol("two", "Two", "two", [Short, Long], 1, frozenset({0x50}), {})
+    two = FramedProtocol("two", "Two", "two", [Short, Long], 1, frozenset({0x50}), {})
     frame = two.decode(bytes((0xFE, 0x04, length, 0, 0x81, 0x50)) + bytes(length))
     assert type(frame.message) is cls
     assert len(frame.extra) == length - cls.layout.length

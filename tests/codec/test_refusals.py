@@ -256,7 +256,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: load_protocol("nonsense"),
         UnknownProtocolError,
-        "no protocol nonsense is installed (there are: thorlabs_apt)",
+        "no protocol nonsense is installed (there are: asi_ms2000, thorlabs_apt)",
     ),
     # Streams
     (

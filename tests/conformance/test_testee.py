@@ -4,60 +4,19 @@ from __future__ import annotations
 
 import io
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
+from asking import SCHEMA, ask, code, one, refused
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from stagewire_conformance.testee import MAXIMUM_LINE, lines_of, serve
+from stagewire_conformance.testee import MAXIMUM_LINE, lines_of
 
-SCHEMA = json.loads(
-    (Path(__file__).parents[2] / "spec/schema/testee.schema.json").read_text(encoding="utf-8")
-)
 APT = "thorlabs_apt"
 MOVE = "53040600d0010100400d0300"
 COMPLETED = "64040e008150010068aaa0010000000030000080"
-
-
-def validator(name: str) -> Draft202012Validator:
-    return Draft202012Validator({"$ref": f"#/$defs/{name}", "$defs": SCHEMA["$defs"]})
-
-
-ANSWER = validator("answer")
-REQUEST = validator("request")
-
-
-def ask(*lines: bytes) -> list[dict[str, Any]]:
-    written: list[str] = []
-    serve(lines, written.append)
-    assert all(text.endswith("\n") and text.count("\n") == 1 for text in written)
-    answers = [json.loads(text) for text in written]
-    for answer in answers:
-        ANSWER.validate(answer)
-        assert "internal error" not in answer.get("detail", "")
-    return answers
-
-
-def one(**request: Any) -> dict[str, Any]:
-    request = {"id": 1, **request}
-    REQUEST.validate(request)
-    (answer,) = ask(json.dumps(request).encode())
-    assert answer.pop("id") == 1
-    return answer
-
-
-def refused(**request: Any) -> str:
-    answer = one(**request)
-    assert answer["ok"] is False
-    return str(answer["error"])
-
-
-def code(line: bytes | str) -> tuple[Any, str]:
-    (answer,) = ask(line.encode() if isinstance(line, str) else line)
-    return answer["id"], answer.get("error", "")
 
 
 def encode(**request: Any) -> dict[str, Any]:

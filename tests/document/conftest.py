@@ -1,4 +1,4 @@
-"""The reading of the document and the files that it is compared with."""
+"""The reading of the documents and the files that they are compared with."""
 
 from __future__ import annotations
 
@@ -12,30 +12,50 @@ import yaml
 
 from . import extract, text
 
-PRINTED = text.ROOT / "spec" / "thorlabs_apt" / "printed"
+SPEC = text.ROOT / "spec"
 EXAMPLES = text.ROOT / "conformance" / "examples" / "thorlabs_apt.yaml"
 UNREADABLE = text.ROOT / "tests" / "document" / "unreadable.yaml"
 CHAPTERS = ("generic", "motor", "motor_2", "solenoid", "piezo")
 
 
-@pytest.fixture(scope="session")
-def reading() -> extract.Reading:
-    path = text.find()
+def document(protocol: str) -> text.Document:
+    """Return the document of a protocol; where it is not at hand its tests are skipped, or fail in CI."""
+    path = text.find(protocol)
     if path is None:
         reason = f"the text of the vendor's document is not here (see {text.VARIABLE})"
         if os.environ.get("CI"):
             pytest.fail(reason)
         pytest.skip(reason)
-    return extract.read(text.Document.read(path))
+    return text.Document.read(path)
+
+
+def witness(protocol: str) -> dict[str, Any]:
+    """Return the files of the witness of a protocol by their names."""
+    return {
+        path.stem: yaml.safe_load(path.read_text(encoding="utf-8"))
+        for path in sorted((SPEC / protocol / "printed").glob("*.yaml"))
+    }
+
+
+@pytest.fixture(scope="session")
+def reading() -> extract.Reading:
+    return extract.read(document("thorlabs_apt"))
 
 
 @pytest.fixture(scope="session")
 def printed() -> dict[str, Any]:
-    """Return the files of the witness by their names."""
-    return {
-        path.stem: yaml.safe_load(path.read_text(encoding="utf-8"))
-        for path in sorted(PRINTED.glob("*.yaml"))
-    }
+    return witness("thorlabs_apt")
+
+
+@pytest.fixture(scope="session")
+def command_document() -> text.Document:
+    """Return the document of commands without a header."""
+    return document("asi_ms2000")
+
+
+@pytest.fixture(scope="session")
+def printed_commands() -> dict[str, Any]:
+    return witness("asi_ms2000")
 
 
 @pytest.fixture(scope="session")

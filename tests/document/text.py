@@ -1,4 +1,4 @@
-"""The text of the vendor's document: where it lies, its lines, and on which page a line stands."""
+"""The text of a vendor's document: where it lies, its lines, and on which page a line stands."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-NAME = "000_10158ebefc6a9f15.txt"
+NAMES = {"thorlabs_apt": "000_10158ebefc6a9f15.txt", "asi_ms2000": "001_d6e265560c7eb5e3.txt"}
 VARIABLE = "STAGEWIRE_DOCUMENTS"
 
 FOOTER = re.compile(r"^\**Thorlabs Confidential\**(?: Page (?P<page>\d+) of \d+)?(?P<rest>.*)$")
 
 
-def find() -> Path | None:
-    """Return the path of the text, or None where it is not at hand."""
+def find(protocol: str) -> Path | None:
+    """Return the path of the text of a protocol's document, or None where it is not at hand."""
     named = os.environ.get(VARIABLE)
     folder = Path(named) if named else ROOT.parent / "shared" / "documents"
-    path = folder / NAME
+    path = folder / NAMES[protocol]
     return path if path.is_file() else None
 
 

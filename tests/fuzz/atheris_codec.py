@@ -1,17 +1,18 @@
 """Fuzz the codec and the framer, guided by coverage, and count that it was done.
 
-    python tests/fuzz/atheris_codec.py                       # 10 million executions, two processes
+    python tests/fuzz/atheris_codec.py                       # 10 million executions, three processes
     python tests/fuzz/atheris_codec.py --executions 100000 --seed 7
     python tests/fuzz/atheris_codec.py --replay build/fuzz/stream-crash-…
 
-Two of five executions frame a stream, the others decode or encode a single frame, which is faster
-(``properties.py``). The corpus begins with the worked examples and captures; inputs are changed by
-``streams.py``, and now and then by libFuzzer's own mutations. The exit is 1 when a property was
+Four of ten executions frame a stream, five decode or encode a single frame, which is faster
+(``properties.py``), and one reads a stream of commands and of replies (``command_properties.py``). The
+corpus begins with the worked examples and captures; inputs are changed by ``streams.py`` and
+``command_streams.py``, and now and then by libFuzzer's own mutations. The exit is 1 when a property was
 broken, an undocumented exception came, fewer executions than asked for went through all their
 checks, or something that should be met (a kind of event, a refusal) never came. What broke a
 property is kept below ``build/fuzz``.
 
-An execution is counted by the worker itself, after its last check, in memory that both processes
+An execution is counted by the worker itself, after its last check, in memory that all processes
 share: a worker that dies early cannot pass for one that is done.
 """
 
@@ -32,7 +33,11 @@ from typing import NamedTuple
 
 EXECUTIONS = 10_000_000
 BUILD = Path("build/fuzz")
-SHARES = {"stream": 2, "codec": 3}  # in fifths
+SHARES = {
+    "stream": 8,
+    "codec": 11,
+    "commands": 1,
+}  # in twentieths: an input of commands is many streams
 LONGEST = 512
 _SECONDS_AN_INPUT = 20
 _MEBIBYTES = 1024
@@ -48,7 +53,7 @@ def work(target: str, executions: int, seed: int, folder: Path) -> None:
     """Fuzz one target; libFuzzer ends the process."""
     import atheris
 
-    with atheris.instrument_imports(include=["stagewire", "stagewire_apt"]):
+    with atheris.instrument_imports(include=["stagewire", "stagewire_apt", "stagewire_ms2000"]):
         import properties
         import streams
 
@@ -65,7 +70,7 @@ def work(target: str, executions: int, seed: int, folder: Path) -> None:
         counts[0] += 1
 
     rng = Random(seed)
-    change = streams.change_stream if target == "stream" else streams.change_codec
+    change: Callable[[Random, bytes], bytes] = getattr(streams, f"change_{target}")
 
     def mutate(data: bytes, longest: int, _: int) -> bytes:
         if rng.random() < 0.1:
@@ -86,7 +91,7 @@ def work(target: str, executions: int, seed: int, folder: Path) -> None:
     atheris.Fuzz()
 
 
-# Both processes
+# All processes
 
 
 class Worker(NamedTuple):
@@ -165,12 +170,14 @@ def report(worker: Worker, seconds: float, names: tuple[str, ...]) -> list[str]:
 
 
 def fuzz(executions: int, seed: int) -> int:
-    """Run both workers; return the exit code."""
+    """Run a worker for each target; return the exit code."""
     from properties import SEEN
 
     BUILD.mkdir(parents=True, exist_ok=True)
-    streams = executions * SHARES["stream"] // sum(SHARES.values())
-    shares = {"stream": streams, "codec": executions - streams}
+    shares = {
+        target: executions * share // sum(SHARES.values()) for target, share in SHARES.items()
+    }
+    shares["codec"] += executions - sum(shares.values())
     workers = [
         start(target, share, seed + number, SEEN)
         for number, (target, share) in enumerate(shares.items())

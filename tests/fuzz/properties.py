@@ -3,18 +3,17 @@
 Each takes one input, some control bytes and what they control, and raises :class:`AssertionError` when a
 property is broken; anything else that it raises is an undocumented exception. The coverage-guided fuzzer
 (``atheris_codec.py``) and the seeded run of the tests call the same functions.
-
-What was seen is counted, so that a run that never met a frame cannot pass for one that found no fault.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, MutableSequence
-from enum import IntEnum
+from collections.abc import Callable, Iterator
 from itertools import cycle
 from typing import Any
 
+from command_properties import check_commands
 from streams import STREAM_CONTROLS
+from tally import SEEN, Seen, count, count_in
 
 from stagewire.direction import Direction
 from stagewire.errors import (
@@ -45,41 +44,7 @@ from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
 from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
 from stagewire_apt import PROTOCOL
 
-__all__ = ["SEEN", "check_codec", "check_stream", "count_in"]
-
-
-class Seen(IntEnum):
-    """What is counted, and where in the tally."""
-
-    MESSAGE = 0
-    UNDOCUMENTED = 1
-    UNKNOWN = 2
-    BAD_LENGTH = 3
-    GARBAGE = 4
-    EXTRA = 5
-    PENDING = 6
-    ABANDONED = 7
-    WHOLE_FIRST = 8
-    DECODED = 9
-    UNDECIDED = 10
-    TRUNCATED = 11
-    TRAILING = 12
-    WRONG_LENGTH = 13
-    UNKNOWN_MESSAGE = 14
-    BUILT = 15
-    NOT_BUILT = 16
-
-
-SEEN = tuple(member.name.lower() for member in Seen)
-
-_tally: MutableSequence[int] = [0] * len(SEEN)
-
-
-def count_in(tally: MutableSequence[int]) -> None:
-    """Count in ``tally`` from now on: one integer for each name of :data:`SEEN`."""
-    global _tally
-    _tally = tally
-
+__all__ = ["SEEN", "check_codec", "check_commands", "check_stream", "count_in"]
 
 MAXIMAL_FRAME = HEADER_SIZE + MAXIMUM_PACKET
 ENDS = (End.HOST, End.DEVICE, End.NONE)
@@ -197,10 +162,10 @@ def _check_abandoned(stream: bytes, where: int, framer: Framer, end: End, contex
     cut = len(stream) * where // 255
     framer.reset()
     before = framer.feed(stream[:cut])
-    _tally[Seen.PENDING] += bool(framer.pending)
+    count(Seen.PENDING, bool(framer.pending))
     given_up = framer.abandon()
     assert not framer.pending, "something is pending after giving up"
-    _tally[Seen.ABANDONED] += bool(given_up)
+    count(Seen.ABANDONED, bool(given_up))
     for event in given_up:
         _check_event(event, end, context)
     after = framer.feed(stream[cut:])
@@ -242,7 +207,7 @@ def _check_first(stream: bytes, events: list[Event], end: End) -> None:
         lost_its_flag = parameters and parameters in _LENGTHS[layout.id]
         if lost_its_flag or (layout.only_zero and parameters):
             return
-    _tally[Seen.WHOLE_FIRST] += 1
+    count(Seen.WHOLE_FIRST)
     assert events[:1] == [Received(raw)], "a right frame in step was not given out"
 
 
@@ -252,13 +217,13 @@ def _check_event(event: Event, end: End, context: Context) -> None:
     kind = event.__class__
     assert raw, "an event without bytes"
     if kind is Garbage:
-        _tally[Seen.GARBAGE] += 1
+        count(Seen.GARBAGE)
         return
     assert len(raw) == _declared(raw) <= MAXIMAL_FRAME, "not one whole frame"
     addresses = raw[4] & ~DATA_FLAG, raw[5]
     if kind is Unknown or kind is BadLength:
         expected = UnknownMessageError if kind is Unknown else BadLengthError
-        _tally[Seen.UNKNOWN if kind is Unknown else Seen.BAD_LENGTH] += 1
+        count(Seen.UNKNOWN if kind is Unknown else Seen.BAD_LENGTH)
         if kind is Unknown:
             assert addresses in RIGHT[end.receives], "an unknown frame for somebody else"
         try:
@@ -273,12 +238,12 @@ def _check_event(event: Event, end: End, context: Context) -> None:
         assert frame == PROTOCOL.decode(raw, context), "not what the framer was told"
     message = frame.message
     if kind is Undocumented:  # framed like an unknown one: by its addresses, not by its direction
-        _tally[Seen.UNDOCUMENTED] += 1
+        count(Seen.UNDOCUMENTED)
         assert isinstance(message, UndocumentedMessage), "undocumented, and yet it has a layout"
         assert addresses in RIGHT[end.receives], "an undocumented frame for somebody else"
     else:
-        _tally[Seen.MESSAGE] += 1
-        _tally[Seen.EXTRA] += bool(frame.extra)
+        count(Seen.MESSAGE)
+        count(Seen.EXTRA, bool(frame.extra))
         assert message.layout.direction & end.receives, "a message of the other direction"
         assert not isinstance(message, UndocumentedMessage), "a message without a layout"
         assert addresses == (0, 0) or addresses in RIGHT[Direction.BOTH], "foreign addresses"
@@ -317,10 +282,10 @@ def _check_decode(raw: bytes, context: Context) -> None:
     try:
         frame = PROTOCOL.decode(raw, context)
     except DECODE_REFUSALS as error:
-        _tally[_REFUSED[error.__class__]] += 1
+        count(_REFUSED[error.__class__])
         _check_refused(raw, error)
         return
-    _tally[Seen.DECODED] += 1
+    count(Seen.DECODED)
     assert frame.encode() == raw, "decoded and encoded, other bytes"
     again = PROTOCOL.decode(memoryview(raw), context)
     assert again == frame, "decoded twice, unequal"
@@ -353,7 +318,7 @@ def _check_rebuilt(message: Message) -> None:
     data = None
     if isinstance(message, (UndecidedMessage, UndocumentedMessage)):
         data = values.pop("data")
-        _tally[Seen.UNDECIDED] += isinstance(message, UndecidedMessage)
+        count(Seen.UNDECIDED, isinstance(message, UndecidedMessage))
         if data is not None:
             values.clear()
     try:
@@ -384,9 +349,9 @@ def _check_build(reader: _Reader) -> None:
         frame = Frame(message, dest, source, extra)
         raw = frame.encode()
     except BUILD_REFUSALS:
-        _tally[Seen.NOT_BUILT] += 1
+        count(Seen.NOT_BUILT)
         return
-    _tally[Seen.BUILT] += 1
+    count(Seen.BUILT)
     layout = message.layout
     decoded = PROTOCOL.decode(raw, layout.when or None)
     assert decoded.encode() == raw, "encoded and decoded, other bytes"

@@ -1,7 +1,8 @@
 """What users give to the commands that read a spec: its YAML files, and a folder to write to.
 
-The small good spec of the generator's tests has a file of every kind. One to three of its files are damaged,
-in their text or in the tree that the text spells, or the files themselves are lost, moved or doubled.
+The small good specs of the generator's tests, one of messages and one of commands, have a file of every kind.
+One to three of their files are damaged, in their text or in the tree that the text spells, or the files
+themselves are lost, moved or doubled.
 """
 
 from __future__ import annotations
@@ -25,9 +26,11 @@ from sandbox import Case, Content, Link, Ran, Wrong
 
 __all__ = ["KINDS", "diff", "manifest", "spec_text", "spec_tree"]
 
-GOOD = Path(__file__).parents[1] / "generator" / "good_spec"
+_GENERATOR = Path(__file__).parents[1] / "generator"
 FILES = {
-    path.relative_to(GOOD).as_posix(): path.read_bytes() for path in sorted(GOOD.rglob("*.yaml"))
+    path.relative_to(good).as_posix(): path.read_bytes()
+    for good in (_GENERATOR / "good_spec", _GENERATOR / "good_commands")
+    for path in sorted(good.rglob("*.yaml"))
 }
 KINDS = sorted({Path(name).parts[-2] if name.count("/") > 1 else Path(name).stem for name in FILES})
 """The kinds of files of a spec, after their folders or names."""
@@ -36,13 +39,25 @@ OUT = "out"
 _ODD_NAMES = (
     "tiny/messages/a b.yaml", "tiny/messages/.yaml", "tiny/messages/é.yaml", "tiny/messages/con.yaml",
     "tiny/messages/deep/more.yaml", "tiny/extra.yaml", "tiny/units.yml", "other/protocol.yaml",
+    "turtle/stages.yaml", "turtle/messages/core.yaml", "tiny/messages/walk.yaml",
     "protocol.yaml", "tiny/printed/core.yaml/file.yaml", "conformance/examples/other.yaml", "tiny/\x1b.yaml",
 )  # fmt: skip
 
 
+@cache
+def _good() -> Path:
+    """Return a folder with all good files, those of both protocols; it goes with the process."""
+    folder = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    for name, content in FILES.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return folder
+
+
 def _commands(rng: Random) -> tuple[str, ...]:
     """Return a command line that reads the spec, perhaps by the folder of its protocol."""
-    folder = "spec" if rng.random() < 0.8 else "spec/tiny"
+    folder = "spec" if rng.random() < 0.8 else rng.choice(("spec/tiny", "spec/turtle"))
     if rng.random() < 0.5:
         return ("check", folder)
     target = ["--target", rng.choice(("python", "registry", "vectors"))] * (rng.random() < 0.1)
@@ -63,7 +78,7 @@ def _case(rng: Random, files: dict[str, Content]) -> Case:
     return Case(
         arguments,
         files={f"spec/{name}": content for name, content in files.items()},
-        base=GOOD,
+        base=_good(),
         may_write=OUT if written else "",
         holds=_generated if written else _checked,
     )
@@ -208,8 +223,8 @@ def manifest(rng: Random) -> Case:
         files[link] = Link(target)
     arguments = ("generate", "--spec", "spec", "--out", OUT)
     if rng.random() < 0.3:  # then nothing may be written at all
-        return Case((*arguments, "--check"), files=files, base=GOOD, holds=_kept)
-    return Case(arguments, files=files, base=GOOD, may_write=OUT, holds=_kept)
+        return Case((*arguments, "--check"), files=files, base=_good(), holds=_kept)
+    return Case(arguments, files=files, base=_good(), may_write=OUT, holds=_kept)
 
 
 def _kept(case: Case, ran: Ran) -> None:
@@ -257,7 +272,7 @@ def diff(rng: Random) -> Case:
     if rng.random() < 0.05:
         options += ["--spec", rng.choice(("spec", "spec/tiny", "..", "", "-x", "a" * 300))]
     arguments = ("diff", *options, "--", *sides)
-    return Case(arguments, files=files, base=GOOD, may_start=("git",), holds=_compared)
+    return Case(arguments, files=files, base=_good(), may_start=("git",), holds=_compared)
 
 
 def _compared(case: Case, ran: Ran) -> None:
@@ -271,7 +286,7 @@ def _repository() -> Path:
     """Return a git repository with the good spec in two revisions; it goes with the process."""
     folder = Path(tempfile.mkdtemp())
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    shutil.copytree(GOOD, folder / "spec")
+    shutil.copytree(_good(), folder / "spec")
     git = ["git", "-c", "user.name=nobody", "-c", "user.email=nobody@example.org"]
     # nothing of the user's: in a hook of git, GIT_DIR is the repository that is being committed to
     environment = {key: value for key, value in os.environ.items() if not key.startswith("GIT_")}

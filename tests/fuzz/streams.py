@@ -11,6 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from random import Random
 
+import command_streams
+from command_streams import change_commands
+
 from stagewire.direction import Direction
 from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
 from stagewire.message import UndocumentedMessage
@@ -19,6 +22,7 @@ from stagewire_apt import PROTOCOL
 __all__ = [
     "beginnings",
     "change_codec",
+    "change_commands",
     "change_stream",
     "damaged",
     "frame",
@@ -112,6 +116,8 @@ def _byte(rng: Random) -> int:
 
 def beginnings(target: str) -> list[bytes]:
     """Return the inputs that a fuzzer begins with: what was published, and one of each layout."""
+    if target == "commands":
+        return command_streams.beginnings()
     rng = Random(0)
     if target == "stream":
         made = [bytes((number, 200, 7, 255)) + raw for number, raw in enumerate(PUBLISHED)]

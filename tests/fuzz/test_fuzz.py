@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from random import Random
 
+import command_streams
 import properties
 import pytest
 import spec_cases
@@ -21,6 +22,7 @@ import user_input
 from sandbox import Case, Ran, Sandbox, Wrong
 
 import stagewire_cli.main
+from stagewire.commands import CommandFrame, CommandFramer, ReplyDecoder
 from stagewire.frame import Frame
 from stagewire.framing import Event, Framer
 from stagewire_apt import PROTOCOL
@@ -61,7 +63,7 @@ def seen() -> Iterator[list[int]]:
     properties.count_in([0] * len(properties.SEEN))
 
 
-def run_properties(streamed: int, coded: int) -> None:
+def run_properties(streamed: int, coded: int, commanded: int = 0) -> None:
     rng = Random(SEED)
     for data in streams.beginnings("stream"):
         properties.check_stream(data)
@@ -76,10 +78,15 @@ def run_properties(streamed: int, coded: int) -> None:
         data = streams.change_codec(rng, data)
         properties.check_codec(data)
         properties.check_codec(streams.new_codec(rng))
+    data = b""
+    for _ in range(commanded):
+        data = command_streams.change_commands(rng, data)
+        properties.check_commands(data)
+        properties.check_commands(command_streams.new_commands(rng))
 
 
 def test_the_properties_hold_and_everything_comes_up(seen: list[int]) -> None:
-    run_properties(3000, 10_000)
+    run_properties(3000, 10_000, 3000)
     assert [name for name, number in zip(properties.SEEN, seen, strict=True) if not number] == []
 
 
@@ -103,21 +110,49 @@ def drop_extra(encode: Callable[[Frame], bytes]) -> Callable[[Frame], bytes]:
     return lambda frame: frame.message.pack(frame.dest, frame.source)
 
 
+def drop_ignored(encode: Callable[..., bytes]) -> Callable[..., bytes]:
+    def broken(frame: CommandFrame, **options: bool) -> bytes:
+        if frame.extra:
+            frame = CommandFrame(frame.message, frame.axis, sized=frame.sized)
+        return encode(frame, **options)
+
+    return broken
+
+
+def forget_to_poison(abandon: Callable[[ReplyDecoder], list[Event]]) -> Callable[..., list[Event]]:
+    def broken(decoder: ReplyDecoder) -> list[Event]:
+        events = abandon(decoder)
+        decoder.drained()
+        return events
+
+    return broken
+
+
 @pytest.mark.parametrize(
     ("owner", "name", "breaking"),
     [
         (Framer, "feed", lose_garbage),
         (Framer, "feed", look_at_reads),
         (Frame, "encode", drop_extra),
+        (CommandFramer, "feed", lose_garbage),
+        (CommandFrame, "encode", drop_ignored),
+        (ReplyDecoder, "abandon", forget_to_poison),
     ],
-    ids=["garbage is lost", "what is read at once counts", "extra bytes are lost"],
+    ids=[
+        "garbage is lost",
+        "what is read at once counts",
+        "extra bytes are lost",
+        "garbage between commands is lost",
+        "ignored bytes are lost",
+        "a late reply answers the next request",
+    ],
 )
 def test_a_broken_codec_is_found(
     owner: type, name: str, breaking: Callable[..., object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(owner, name, breaking(getattr(owner, name)))
     with pytest.raises(AssertionError):
-        run_properties(300, 300)
+        run_properties(300, 300, 300)
 
 
 def test_an_undocumented_exception_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

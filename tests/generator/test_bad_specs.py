@@ -2,7 +2,8 @@
 
 The first comments of a broken file say what is expected (``# expect: file:line:column: code message``) and
 which file of the good spec it takes the place of (``# replaces: messages/core.yaml``). A folder is laid over
-the good spec as it stands; what is expected stands in one of its files.
+the good spec as it stands; what is expected stands in one of its files. The good spec is the one of framed
+messages, unless another is named (``# over: good_commands``).
 """
 
 from __future__ import annotations
@@ -17,10 +18,13 @@ from stagewire_cli.main import main
 from stagewire_generator.diagnostics import CODES, SpecError
 from stagewire_generator.pipeline import check
 
-BAD = Path(__file__).parents[1] / "bad_specs"
+HERE = Path(__file__).parent
+BAD = HERE.parent / "bad_specs"
 CASES = sorted(BAD.iterdir())
 _EXPECT = re.compile(r"^# expect: (.*)$", re.MULTILINE)
 _REPLACES = re.compile(r"^# replaces: (\S+)$", re.MULTILINE)
+_OVER = re.compile(r"^# over: (\S+)$", re.MULTILINE)
+PROTOCOLS = {"good_spec": "tiny", "good_commands": "turtle"}
 
 
 def texts(case: Path) -> dict[Path, str]:
@@ -32,6 +36,12 @@ def expected(case: Path) -> list[str]:
     return [line for text in texts(case).values() for line in _EXPECT.findall(text)]
 
 
+def over(case: Path) -> str:
+    """Return the name of the good spec that a case is laid over."""
+    [name] = [n for text in texts(case).values() for n in _OVER.findall(text)] or ["good_spec"]
+    return name
+
+
 def apply(case: Path, spec: Path) -> None:
     if case.is_dir():
         shutil.copytree(case, spec, dirs_exist_ok=True)
@@ -39,11 +49,13 @@ def apply(case: Path, spec: Path) -> None:
     found = _REPLACES.findall(texts(case)[case])
     assert len(found) == 1, f"{case.name} does not say what it replaces"
     beside = found[0].startswith("conformance/")
-    shutil.copyfile(case, spec / found[0] if beside else spec / "tiny" / found[0])
+    folder = spec if beside else spec / PROTOCOLS[over(case)]
+    shutil.copyfile(case, folder / found[0])
 
 
-def test_the_good_spec_is_good(good_spec: Path) -> None:
-    assert [protocol.name for protocol in check(good_spec)] == ["tiny"]
+@pytest.mark.parametrize("name", PROTOCOLS)
+def test_the_good_spec_is_good(name: str) -> None:
+    assert [protocol.name for protocol in check(HERE / name)] == [PROTOCOLS[name]]
 
 
 def test_every_code_has_a_bad_spec() -> None:
@@ -52,9 +64,8 @@ def test_every_code_has_a_bad_spec() -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
-def test_bad_spec(
-    case: Path, spec: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_spec(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = Path(shutil.copytree(HERE / over(case), tmp_path / "spec"))
     apply(case, spec)
     wanted = expected(case)
     assert case.stem.split("-")[0].upper() in {line.split(" ")[1] for line in wanted}
@@ -137,6 +148,6 @@ def test_codes_have_title_and_hint(code: str) -> None:
 
 
 def test_documentation_lists_every_code() -> None:
-    text = (BAD.parents[1] / "docs" / "diagnostics.md").read_text(encoding="utf-8")
+    text = (HERE.parents[1] / "docs" / "diagnostics.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (SW\d+) \| (.*) \| (.*) \|$", text, re.MULTILINE)
     assert rows == [(name, code.title, code.hint) for name, code in CODES.items()]

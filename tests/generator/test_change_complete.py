@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -26,6 +27,7 @@ from stagewire_generator.change.attributes import (
 from stagewire_generator.model import Protocol
 
 ROOT = Path(__file__).parents[2]
+KeyPath = tuple[str, ...]
 
 DATACLASSES = [
     thing for name in model.__all__ if dataclasses.is_dataclass(thing := getattr(model, name))
@@ -149,28 +151,77 @@ def rebuilt(thing: Any, target: Any, instead: Any) -> Any:
     return thing
 
 
-def test_no_attribute_can_change_unnoticed(protocol: Protocol) -> None:
-    found: dict[tuple[type, str], Any] = {}
-    objects(protocol, found)
+def test_no_attribute_can_change_unnoticed(protocol: Protocol, commands: Protocol) -> None:
     tried = set()
-    for (cls, name), thing in found.items():
-        entry = ATTRIBUTES.get(cls, {}).get(name)
-        if entry is None or isinstance(entry, Ignored):
-            continue
-        new = rebuilt(protocol, thing, replace(thing, **{name: altered(getattr(thing, name))}))
-        assert compare([protocol], [new]), (cls.__name__, name)
-        tried.add((cls, name))
+    for whole in (protocol, commands):
+        found: dict[tuple[type, str], Any] = {}
+        objects(whole, found)
+        for (cls, name), thing in found.items():
+            entry = ATTRIBUTES.get(cls, {}).get(name)
+            if entry is None or isinstance(entry, Ignored):
+                continue
+            new = rebuilt(whole, thing, replace(thing, **{name: altered(getattr(thing, name))}))
+            assert compare([whole], [new]), (whole.name, cls.__name__, name)
+            tried.add((cls, name))
     wanted = {
         (cls, name)
         for cls, table in ATTRIBUTES.items()
         for name, entry in table.items()
         if not isinstance(entry, Ignored)
     }
-    # What is a thing of its own, or nothing, in the good spec: the things are tried by themselves.
+    # What is a thing of its own, or nothing, in both specs: the things are tried by themselves.
     assert {f"{cls.__name__}.{name}" for cls, name in wanted - tried} == {
         "Factor.page", "Field.enum", "Field.flags", "Field.format", "Field.quantity",
         "FlagTable.format", "Layout.param1", "Layout.param2", "Quantity.factor",
     }  # fmt: skip
+
+
+def leaves(data: Any, path: KeyPath = ()) -> Iterator[KeyPath]:
+    """Yield the path of every value in plain data."""
+    if isinstance(data, dict) and data:
+        for key, value in data.items():
+            yield from leaves(value, (*path, key))
+    else:
+        yield path
+
+
+def with_leaf(data: Any, path: KeyPath, value: Any) -> Any:
+    if not path:
+        return value
+    return {**data, path[0]: with_leaf(data[path[0]], path[1:], value)}
+
+
+def value_at(data: Any, path: KeyPath) -> Any:
+    for key in path:
+        data = data[key]
+    return data
+
+
+@pytest.mark.parametrize("attribute", ["document", "formats", "framing", "contexts", "units"])
+def test_no_plain_fact_can_change_unnoticed(
+    protocol: Protocol, commands: Protocol, attribute: str
+) -> None:
+    for whole in (protocol, commands):
+        data = getattr(whole, attribute)
+        for path in leaves(data) if data else ():
+            value = value_at(data, path)
+            if isinstance(value, list):
+                other: Any = [altered(value[0]), *value[1:]] if value else ["more"]
+            else:
+                other = altered(value)
+            new = replace(whole, **{attribute: with_leaf(data, path, other)})
+            assert compare([whole], [new]), (whole.name, attribute, path)
+
+
+def test_every_fact_of_the_framing_is_wire(protocol: Protocol, commands: Protocol) -> None:
+    """But for the page; and whatever the kind is, another kind is another framing."""
+    for whole, other in ((protocol, commands), (commands, protocol)):
+        for key, value in whole.framing.items():
+            new = other.framing["kind"] if key == "kind" else altered(value)
+            changed = replace(whole, framing={**whole.framing, key: new or []})
+            [change] = compare([whole], [changed])
+            assert change.kind == ("page" if key == "page" else "framing"), key
+            assert (change.level is ChangeClass.WIRE) == (key != "page"), key
 
 
 def test_the_schema_names_every_kind_and_class() -> None:

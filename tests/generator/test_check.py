@@ -12,12 +12,20 @@ from stagewire_generator.diagnostics import SpecError
 from stagewire_generator.pipeline import Counts
 
 
-def test_counts(good_spec: Path) -> None:
+def test_counts(good_spec: Path, good_commands: Path) -> None:
     counts: dict[str, Counts] = {}
     check(good_spec, counts=counts)
+    check(good_commands, counts=counts)
     assert counts == {
-        "tiny": Counts(messages=12, layouts=13, fields=32, errata=2, places=47, examples=1)
+        "tiny": Counts(messages=12, layouts=13, fields=32, errata=2, places=47, examples=1),
+        "turtle": Counts(messages=10, layouts=14, fields=14, errata=8, places=178, examples=34),
     }
+
+
+def test_two_protocols_in_one_spec(spec: Path, good_commands: Path) -> None:
+    """One with a header and one with slots, each checked by its own rules."""
+    shutil.copytree(good_commands, spec, dirs_exist_ok=True)
+    assert [p.framing["kind"] for p in check(spec)] == ["header", "slots"]
 
 
 def test_progress(good_spec: Path) -> None:

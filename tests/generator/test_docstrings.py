@@ -1,4 +1,4 @@
-"""What the docstring of a generated message says: what it is for, its fields, its errata."""
+"""What the docstring of a generated class says: what it is for, its fields, its errata."""
 
 from __future__ import annotations
 
@@ -106,8 +106,89 @@ Erratum ``tiny-lamp-test``: printed the names; encoded messages without a layout
 }
 
 
-@pytest.mark.parametrize("name", DOCSTRINGS)
-def test_docstring(files: dict[str, str], name: str) -> None:
+COMMANDS = {
+    "Wake": """\
+``WAKE`` (0xFE 0x57), two bytes.
+
+Wakes the turtle.
+
+It never snaps.
+
+Firmware 1.3: At once.
+
+Section Setup. Typed as ``W``.""",
+    "GoTo": """\
+``GO_TO`` (0x47), 6 bytes of data, size 6.
+
+Walks to a place.
+
+Slowly.
+
+Two numbers.
+
+Section Go to. Typed as ``G``.
+
+:param place: raw counts of um, counts_per_um 10; -8388608 to 8388607.
+:param height: 0 to 1000.
+
+Erratum ``turtle-height``: printed 1; encoded 0.""",
+    "Mood": """\
+``MOOD`` (0x3F), no data, no size slot.
+
+Asks for the mood.
+
+Section Mood. Typed as ``?``.""",
+    "MoodReply": """\
+The reply to ``MOOD``, 1 byte.
+
+It has no frame: only the command that was sent says what its bytes are.
+
+:param mood: :class:`~.Feeling`; 0 to 255.""",
+    "WhereReply": """\
+The reply to ``WHERE``, 7 bytes.
+
+It has no frame: only the command that was sent says what its bytes are.
+
+Place, height and eyes.
+
+:param place: of the nose; raw counts of um, counts_per_um 10; -8388608 to 8388607.
+:param height: 0 to 16777215.
+:param eyes_wide: :class:`~.Eyes`; 0 to 255.""",
+    "Spin": """\
+``SPIN`` (0x53), 2 bytes of data, size 2.
+
+Spins.
+
+A dummy function: refused unless ``allow_dummy`` is given.
+
+Section Spin (about). Typed as ``S``.
+
+:param turns: -32768 to 32767; by default 1.
+
+Erratum ``turtle-spin-byte``: printed 0x35; encoded 0x53.""",
+    "Name": """\
+``NAME`` (0x4E), 4 bytes of data, size 4.
+
+Gives it a name, and tells the old one.
+
+Firmware 1.5: Names may be long.
+
+Section Name. Typed as ``N``.
+
+:param name: text of at most 3 characters.
+:param spare: reserved, sent as zero; 0 to 255.""",
+    "Halt": """\
+``HALT`` (0x48), no data, size 0.
+
+Stops at once.
+
+Section Halt. Typed as ``H``.
+
+Erratum ``turtle-stop``: printed Stop; encoded Halt.""",
+}
+
+
+def docstring(files: dict[str, str], name: str) -> str | None:
     modules = [text for path, text in files.items() if "/messages/" in path]
     [found] = [
         node
@@ -115,4 +196,14 @@ def test_docstring(files: dict[str, str], name: str) -> None:
         for node in ast.parse(text).body
         if isinstance(node, ast.ClassDef) and node.name == name
     ]
-    assert ast.get_docstring(found) == DOCSTRINGS[name]
+    return ast.get_docstring(found)
+
+
+@pytest.mark.parametrize("name", DOCSTRINGS)
+def test_docstring(files: dict[str, str], name: str) -> None:
+    assert docstring(files, name) == DOCSTRINGS[name]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_docstring_of_a_command(command_files: dict[str, str], name: str) -> None:
+    assert docstring(command_files, name) == COMMANDS[name]

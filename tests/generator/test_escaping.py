@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
-from stagewire_generator import check, render
+from stagewire_generator import check, pipeline, render
 
 ROOT = Path(__file__).parents[2]
-PACKAGE = "stagewire_tiny"
 
 
 def load(path: Path) -> Any:
@@ -45,26 +43,6 @@ def ruff_check(folder: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "ruff", "check", "--isolated", "--no-cache"]
     command += ["--select=F", "--ignore=F401", str(folder)]
     return subprocess.run(command, capture_output=True, text=True, check=False, encoding="utf-8")
-
-
-@pytest.fixture
-def imported() -> Iterator[Callable[[Path], Any]]:
-    """Import the package below a folder, afresh."""
-    before = list(sys.path)
-
-    def forget() -> None:
-        for name in [n for n in sys.modules if n.split(".")[0] == PACKAGE]:
-            del sys.modules[name]
-
-    def load_package(folder: Path) -> Any:
-        forget()
-        sys.path[:] = [str(folder / "python"), *before]
-        importlib.invalidate_caches()
-        return importlib.import_module(PACKAGE)
-
-    yield load_package
-    forget()
-    sys.path[:] = before
 
 
 def stretched(spec: Path, words: str) -> None:
@@ -217,3 +195,135 @@ def test_formatting_of_little(
         "python/stagewire_tiny/messages/__init__.py",
         "python/stagewire_tiny/messages/extra.py",
     ]
+
+
+COMMAND_FORMATS = {
+    "u8": 1, "s24": 3, "char[3]": 3, "u24": 3, "u16": 2, "u8[3]": 3, "s16": 2
+}  # fmt: skip
+STEMS = ("a", "a_field", "a_field_with_a_long_name", "a_field_with_a_longer_name")
+
+
+def fields_of(stem: str, count: int, note: Callable[[int], str]) -> tuple[dict[str, Any], int]:
+    """Return so many fields of every format and role, and their size."""
+    kinds = list(COMMAND_FORMATS)
+    fields: dict[str, Any] = {}
+    for n in range(count):
+        field: dict[str, Any] = {"format": kinds[(n + count) % len(kinds)]}
+        if n % 5 == 3:
+            field["role"] = "reserved"
+        elif field["format"] == "u16" and n % 3 == 0:
+            field |= {"role": "constant", "value": 500 + n}
+        elif field["format"] == "s24":
+            field |= {"quantity": "distance", "note": note(4 * n + count)}
+        fields[f"{stem}_{n + 1}"] = field
+    return fields, sum(COMMAND_FORMATS[field["format"]] for field in fields.values())
+
+
+def many_commands(spec: Path, words: str) -> None:
+    """Add commands and replies with one to twenty fields, with texts and names of many lengths."""
+    turtle = spec / "turtle"
+
+    def text(length: int) -> str:
+        return (words * length)[:length].strip() or "x"
+
+    commands: dict[str, Any] = {}
+    for count in range(1, 21):
+        for stem in STEMS:
+            number = len(commands)
+            fields, size = fields_of(stem, count, text)
+            part = {"fields": fields, "note": text(8 * count)}
+            commands[f"M{'X' * (number % 40)}_{number}"] = {
+                "byte": 0x80 + number, "page": 3, "title": "Listing", "summary": text(5 * number + 1),
+                "note": text(200 - number), "size": size, "dummy": True,
+                "firmware": [{"version": "9." * (count % 9) + "1", "note": text(3 * number + 1)}],
+                **({"request": part} if number % 3 < 2 else {}),
+                **({"reply": part} if number % 3 > 0 else {}),
+            }  # fmt: skip
+    setup = {
+        f"S_{'Y' * n}": {
+            "byte": 0x60 + n, "page": 1, "title": "Setup", "summary": text(n), "note": text(7 * n),
+        }
+        for n in range(1, 40)
+    }  # fmt: skip
+    chapter = {"chapter": "more", "title": text(100), "page": 3, "order": 9}
+    more = {**chapter, "commands": commands, "setup_commands": setup}
+    save(turtle / "messages" / "more.yaml", more)
+    walk = load(turtle / "messages" / "walk.yaml")
+    axes = walk["enumerations"]["axis"]["values"]
+    axes |= {f"AXIS_{'Z' * n}": {"value": 0x40 + n, "note": text(n)} for n in range(1, 40)}
+    bits = walk["flags"]["eyes"]["bits"]
+    bits |= {f"bit_{n}": {"bit": n, "note": text(20 * n)} for n in range(2, 8)}
+    save(turtle / "messages" / "walk.yaml", walk)
+    quantities = load(turtle / "quantities.yaml")
+    for n in range(1, 120):
+        factor = ("counts_per_um", "um_per_count")[n % 2]
+        quantities["quantities"][f"q{'u' * (n % 60)}_{n}"] = {
+            "unit": "um", "page": 3, "summary": text(n),
+            "scale": {factor: n, "printed": text(n % 30 + 1), "source": text(n)},
+        }  # fmt: skip
+    save(turtle / "quantities.yaml", quantities)
+    head = load(turtle / "protocol.yaml")
+    head["framing"]["terminator"] = 0xFD  # which none of the sizes is
+    save(turtle / "protocol.yaml", head)
+
+
+def test_formatting_of_commands(
+    good_commands: Path,
+    tmp_path: Path,
+    imported: Callable[[Path], Any],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(pipeline, "check_errata", lambda *_: None)  # nothing of this is printed
+    for number, words in enumerate(["word ", "x", 'say "it" ', "字", "\\ "]):
+        spec = Path(shutil.copytree(good_commands, tmp_path / "spec" / str(number)))
+        many_commands(spec, words)
+        write(render(check(spec)), tmp_path / "out" / str(number))
+    result = ruff_format(tmp_path / "out")
+    assert result.stdout == ""
+    assert result.returncode == 0, result.stderr
+    assert ruff_check(tmp_path / "out").stdout == "All checks passed!\n"
+    package = imported(tmp_path / "out" / "0")
+    kinds = [kind for kind in package.messages.MESSAGES if kind.layout.length]
+    assert len(kinds) > 100
+    for kind in kinds:
+        made = kind.unpack(bytes(range(3 + kind.layout.length)))
+        assert type(made).keep(made.values()) == made
+
+
+def test_formatting_of_few_commands(
+    good_commands: Path, tmp_path: Path, imported: Callable[[Path], Any]
+) -> None:
+    """No flags, no quantities, no field at all, and a chapter of setup commands alone."""
+    spec = Path(shutil.copytree(good_commands, tmp_path / "spec"))
+    turtle = spec / "turtle"
+    for name in ("quantities", "units", "printed/wording", "printed/document", "errata/walk"):
+        (turtle / f"{name}.yaml").unlink()
+    shutil.rmtree(spec / "conformance")
+    walk = load(turtle / "messages" / "walk.yaml")
+    walk["commands"] = {"HALT": walk["commands"]["HALT"]}
+    del walk["flags"], walk["enumerations"]["feeling"]
+    save(turtle / "messages" / "walk.yaml", walk)
+    printed = load(turtle / "printed" / "commands.yaml")
+    printed["commands"] = [c for c in printed["commands"] if c["title"] == "Halt"]
+    printed["mentions"] = [{"line": 120, "name": "Halt"}]
+    save(turtle / "printed" / "commands.yaml", printed)
+    form = load(turtle / "printed" / "format.yaml")
+    form["bytes"][3][1] = "BYTES 4-3"
+    form["sizes"][1]["to"] = "0"
+    form["exceptions"] = [{"line": 24, "count": "zero"}]
+    save(turtle / "printed" / "format.yaml", form)
+    head = load(turtle / "protocol.yaml")
+    head["firmware"] = head["firmware"][:1]
+    save(turtle / "protocol.yaml", head)
+    files = render(check(spec))
+    write(files, tmp_path / "out")
+    result = ruff_format(tmp_path / "out")
+    assert result.stdout == ""
+    assert result.returncode == 0, result.stderr
+    assert ruff_check(tmp_path / "out").stdout == "All checks passed!\n"
+    messages = imported(tmp_path / "out").messages
+    assert messages.Halt().pack(1) == b"\x01\x48\x00\x2e"
+    assert messages.Wake().pack() == b"\xfe\x57"
+    for module in ("walk", "setup"):
+        assert "Struct" not in files[f"python/stagewire_turtle/messages/{module}.py"]
+    assert "import" not in files["python/stagewire_turtle/quantities.py"]

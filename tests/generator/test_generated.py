@@ -14,6 +14,7 @@ import jsonschema
 import pytest
 
 from stagewire_generator import check, render
+from stagewire_generator.model import Protocol
 from stagewire_generator.targets.canonical import canonical
 
 ROOT = Path(__file__).parents[2]
@@ -31,10 +32,11 @@ def validate(data: Any, kind: str) -> None:
     assert [f"{e.json_path}: {e.message}" for e in validator.iter_errors(data)] == []
 
 
-@pytest.fixture(params=["good", "committed"])
-def tree(request: pytest.FixtureRequest, files: dict[str, str]) -> dict[str, bytes]:
+@pytest.fixture(params=["files", "command_files", "committed"])
+def tree(request: pytest.FixtureRequest) -> dict[str, bytes]:
     if request.param == "committed":
         return COMMITTED
+    files = request.getfixturevalue(request.param)
     return {path: text.encode("utf-8") for path, text in files.items()}
 
 
@@ -95,6 +97,11 @@ def test_lists_are_sorted(tree: dict[str, bytes]) -> None:
         assert slugs == sorted(slugs)
         for message in data["messages"]:
             assert message["errata"] == sorted(message["errata"])
+            if data["framing"]["kind"] == "slots":
+                assert [layout["form"] for layout in message["layouts"]] in (
+                    ["request"],
+                    ["request", "reply"],
+                )
             for layout in message["layouts"]:
                 ends = [(f["offset"], f["offset"] + f["size"]) for f in layout["fields"]]
                 assert all(left[1] == right[0] for left, right in pairwise(ends))
@@ -136,12 +143,28 @@ def test_exact_scales(files: dict[str, str]) -> None:
     assert velocity == {"numerator": 16777216, "denominator": 125}
 
 
-def test_targets_are_part_of_the_whole(good_spec: Path, files: dict[str, str]) -> None:
-    protocols = check(good_spec)
+@pytest.mark.parametrize("name", ["files", "command_files"])
+def test_targets_are_part_of_the_whole(
+    protocol: Protocol, commands: Protocol, request: pytest.FixtureRequest, name: str
+) -> None:
+    protocols = [protocol if name == "files" else commands]
+    files = request.getfixturevalue(name)
     for target in ("python", "registry", "vectors"):
         part = render(protocols, [target])
         assert part
         assert part == {p: t for p, t in files.items() if p.startswith(f"{target}/")}
+
+
+def test_nothing_drifted() -> None:
+    """What is committed is what the registry makes, byte for byte."""
+    made = {path: text.encode("utf-8") for path, text in render(check(ROOT / "spec")).items()}
+    assert made.keys() == COMMITTED.keys()
+    assert [path for path in made if made[path] != COMMITTED[path]] == []
+
+
+def test_both_protocols_are_committed() -> None:
+    kinds = {d["protocol"]: d["framing"]["kind"] for d in parsed(COMMITTED, "registry")}
+    assert kinds == {"thorlabs_apt": "header", "asi_ms2000": "slots"}
 
 
 def test_order_of_files_and_entries_does_not_matter(
@@ -155,6 +178,42 @@ def test_order_of_files_and_entries_does_not_matter(
     path.unlink()
     (path.parent / "a.yaml").write_text(text, encoding="utf-8")
     assert render(check(spec)) == files
+
+
+def test_order_of_commands_does_not_matter(
+    commands_spec: Path, command_files: dict[str, str]
+) -> None:
+    path = commands_spec / "turtle" / "messages" / "walk.yaml"
+    text = path.read_text(encoding="utf-8")
+    start, end = text.index("  GO_TO:\n"), text.index("  WHERE:\n")
+    path.write_text(text[:start] + text[end:] + text[start:end], encoding="utf-8")
+    assert render(check(commands_spec)) == command_files
+
+
+def test_facts_of_commands(command_files: dict[str, str]) -> None:
+    data = json.loads(command_files["registry/turtle.json"])
+    assert data["framing"] == {
+        "kind": "slots", "page": 2, "prefix": 0xFE, "terminator": 0x2E, "maximum_length": 255,
+        "axes": "axis",
+    }  # fmt: skip
+    messages = {message["name"]: message for message in data["messages"]}
+    facts = {
+        "WAKE": {
+            "kind": "setup", "id": 0x57, "keyboard": "W", "direction": "to_controller",
+            "firmware": [{"version": "1.3", "note": "at once", "page": 1}],
+        },
+        "MOOD": {"kind": "command", "id": 0x3F, "size": None, "dummy": False, "firmware": []},
+        "SPIN": {"kind": "command", "id": 0x53, "size": 2, "dummy": True, "title": "Spin (about)"},
+    }  # fmt: skip
+    for name, wanted in facts.items():
+        assert {key: messages[name][key] for key in wanted} == wanted
+    assert {"size", "dummy"}.isdisjoint(messages["WAKE"])  # it has no slot
+    tail = data["enumerations"]["axis"]["values"]["TAIL"]
+    assert (tail["value"], tail["keyboard"], tail["reserved"]) == (0x1B, "ESC", True)
+    assert data["quantities"]["distance"]["scale"]["counts_per_um"] == {
+        "numerator": 10, "denominator": 1
+    }  # fmt: skip
+    assert data["units"][0]["baud_rates"]["values"] == [300, 9600]
 
 
 def test_stages_import_what_they_use(spec: Path, files: dict[str, str]) -> None:

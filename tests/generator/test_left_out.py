@@ -23,6 +23,17 @@ OPTIONAL = {
     "errata/core": "fields",
     "printed/core": "columns default last_offset packet ranges structure values",
 }
+OPTIONAL_OF_COMMANDS = {
+    "protocol": "erratum_prefix",
+    "quantities": "printed source",
+    "units": "baud_rates note source",
+    "messages/setup": "firmware",
+    "messages/walk": "default exchange minimum",
+    "errata/walk": "fields",
+    "printed/commands": "bits breakdowns bytes means no_data reads returns size_optional spaces",
+    "printed/format": "commands",
+    "printed/setup": "keyboard post_byte",
+}
 
 
 def keys(data: Any) -> Iterator[str]:
@@ -50,13 +61,24 @@ def made(spec: Path) -> bool:
     return bool(render(protocols))
 
 
-@pytest.mark.parametrize("name", OPTIONAL)
-def test_any_key_may_be_missing(spec: Path, name: str) -> None:
-    path = spec / "tiny" / f"{name}.yaml"
+def missed(spec: Path, name: str) -> set[str]:
+    """Return the keys of a file that it does well without."""
+    path = spec / f"{name}.yaml"
     data = yaml.safe_load(path.read_text(encoding="utf-8"))
     fine = set()
     for key in sorted(set(keys(data))):
         path.write_text(json.dumps(without(data, key)), encoding="utf-8")
         if made(spec):
             fine.add(key)
-    assert fine >= set(OPTIONAL[name].split())
+    return fine
+
+
+@pytest.mark.parametrize("name", OPTIONAL)
+def test_any_key_may_be_missing(spec: Path, name: str) -> None:
+    assert missed(spec, f"tiny/{name}") >= set(OPTIONAL[name].split())
+
+
+@pytest.mark.parametrize("name", OPTIONAL_OF_COMMANDS)
+def test_any_key_of_a_spec_of_commands_may_be_missing(commands_spec: Path, name: str) -> None:
+    wanted = set(OPTIONAL_OF_COMMANDS[name].split())
+    assert missed(commands_spec, f"turtle/{name}") >= wanted

@@ -10,8 +10,10 @@ from typing import Any
 
 import pytest
 
+from stagewire.commands import Command, Reply, SetupCommand
 from stagewire.flags import Enumeration, Flags
-from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire.message import FramedMessage, Message, UndecidedMessage, UndocumentedMessage
+from stagewire.protocol import load_protocol
 from stagewire_generator import check, model
 from stagewire_generator.diagnostics import Diagnostic, Place, SpecError
 from stagewire_generator.model import Factor, Field, Protocol
@@ -40,9 +42,9 @@ def field(protocol: Protocol, owner: str, name: str) -> Field:
     return next(f for layout in layouts for f in layout.all_fields if f.name == name)
 
 
-def test_everything_is_frozen(protocol: Protocol) -> None:
+def test_everything_is_frozen(protocol: Protocol, commands: Protocol) -> None:
     kinds = set()
-    for part in parts(protocol):
+    for part in (*parts(protocol), *parts(commands)):
         kinds.add(type(part).__name__)
         for attribute in fields(part):
             with pytest.raises(FrozenInstanceError):
@@ -52,10 +54,11 @@ def test_everything_is_frozen(protocol: Protocol) -> None:
         assert not hasattr(part, "__dict__")  # no room for anything else
     assert {"Protocol", "Message", "Layout", "Field", "Format", "Enumeration", "FlagTable"} < kinds
     assert {"Quantity", "Factor", "Stage", "Controller", "Erratum", "Chapter", "Place"} < kinds
+    assert "Firmware" in kinds
 
 
-def test_sequences_are_tuples(protocol: Protocol) -> None:
-    for part in parts(protocol):
+def test_sequences_are_tuples(protocol: Protocol, commands: Protocol) -> None:
+    for part in (*parts(protocol), *parts(commands)):
         for attribute in fields(part):
             value = getattr(part, attribute.name)
             assert not isinstance(value, list), f"{type(part).__name__}.{attribute.name}"
@@ -78,6 +81,59 @@ def test_messages_are_sorted(protocol: Protocol) -> None:
     ]
     assert [e.id for e in protocol.errata] == ["tiny-lamp-test", "tiny-move-length"]
     assert [c.name for c in protocol.chapters] == ["core", "extra"]
+
+
+def test_commands_are_sorted(commands: Protocol) -> None:
+    """By their bytes, which setup commands and others share."""
+    assert [(m.name, m.kind, m.id, m.size) for m in commands.messages] == [
+        ("MOOD", "command", 0x3F, None),
+        ("CALL", "command", 0x43, 4),
+        ("GO_TO", "command", 0x47, 6),
+        ("SLEEP", "setup", 0x47, None),
+        ("HALT", "command", 0x48, 0),
+        ("KNOCK", "command", 0x4B, 4),
+        ("NAME", "command", 0x4E, 4),
+        ("SPIN", "command", 0x53, 2),
+        ("WAKE", "setup", 0x57, None),
+        ("WHERE", "command", 0x77, 7),
+    ]
+
+
+def test_a_command_and_its_reply_are_one(commands: Protocol) -> None:
+    layouts = {m.name: [(x.form, x.length) for x in m.layouts] for m in commands.messages}
+    assert layouts["GO_TO"] == [("request", 6)]
+    assert layouts["WHERE"] == [("request", 0), ("reply", 7)]
+    assert layouts["NAME"] == [("request", 4), ("reply", 5)]
+    assert layouts["WAKE"] == [("request", 0)]
+    name = message(commands, "NAME")
+    assert (name.title, name.keyboard, name.words, name.pages) == ("Name", "N", ("name",), (8,))
+    assert [(fact.version, fact.page) for fact in name.firmware] == [("1.5", None)]
+    assert [m.name for m in commands.messages if m.dummy] == ["SPIN"]
+    assert [fact.version for fact in commands.firmware] == ["1.2", "1.4"]
+    request, reply = name.layouts
+    assert [(f.name, f.offset, f.format.kind) for f in request.fields] == [
+        ("name", 0, "text"),
+        ("spare", 3, "integer"),
+    ]
+    assert [(f.name, f.offset, f.format.kind) for f in reply.fields] == [
+        ("name", 0, "text"),
+        ("blob", 3, "bytes"),
+    ]
+
+
+def test_references_of_commands_are_followed(commands: Protocol) -> None:
+    place = field(commands, "WHERE", "place")
+    assert (place.unit, place.minimum, place.maximum) == ("um", -(2**23), 2**23 - 1)
+    assert place.format.is_odd
+    assert not field(commands, "SPIN", "turns").format.is_odd
+    mood = field(commands, "MOOD", "mood")
+    assert mood.enum is not None
+    assert [v.keyboard for v in mood.enum.values] == ["H", ""]
+    [axis, _] = commands.enumerations
+    assert [v.name for v in axis.values if v.reserved] == ["TAIL"]
+    assert field(commands, "GO_TO", "height").errata == ("turtle-height",)
+    assert field(commands, "WHERE", "height").errata == ()
+    assert message(commands, "WHERE").errata == ("turtle-example-size", "turtle-short-form")
 
 
 def test_sets_are_opened(protocol: Protocol) -> None:
@@ -161,17 +217,30 @@ def with_lamp(spec: Path, fields_: str, length: int) -> Path:
     return spec
 
 
+BASES = {
+    Message, FramedMessage, UndecidedMessage, UndocumentedMessage, Command, SetupCommand, Reply
+}  # fmt: skip
+
+
+def members(kind: type[Message]) -> Iterator[str]:
+    """Yield what a class has for anybody to see, but for its fields and their flags."""
+    fields = () if kind in BASES else kind.layout.fields
+    for name in dir(kind):
+        if not name.startswith("_") and name.removesuffix("_flags") not in fields:
+            yield name
+
+
 MEMBERS = sorted(
     {
         name
-        for kind in (Message, UndecidedMessage, UndocumentedMessage)
-        for name in dir(kind)
-        if not name.startswith("_")
+        for kind in (*BASES, *load_protocol("asi_ms2000").messages)
+        for name in members(kind)
     }
-)
+)  # fmt: skip
 
 
 def test_no_field_takes_a_name_of_the_runtime(spec: Path) -> None:
+    assert {"reply", "marks"} < set(MEMBERS)  # which commands have
     with_lamp(spec, ", ".join(f"{n}: {{format: byte}}" for n in MEMBERS), len(MEMBERS))
     with pytest.raises(SpecError) as caught:
         check(spec)

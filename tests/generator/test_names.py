@@ -13,13 +13,25 @@ import pytest
 from stagewire_generator import check, render
 from stagewire_generator.diagnostics import SpecError
 
-GOOD = Path(__file__).parent / "good_spec"
+HERE = Path(__file__).parent
 MODULES = {
-    path.removeprefix("python/stagewire_tiny/"): ast.parse(text)
-    for path, text in render(check(GOOD)).items()
+    path.removeprefix("python/"): ast.parse(text)
+    for spec in ("good_spec", "good_commands")
+    for path, text in render(check(HERE / spec)).items()
     if path.endswith(".py")
 }
-CHAPTERS = ("messages/core.py", "messages/extra.py")
+
+
+def modules(name: str) -> list[ast.Module]:
+    """Return the modules of this name in all packages; ``messages/*`` are those of chapters."""
+    found = [path for path in MODULES if Path(path).match(f"stagewire_*/{name}")]
+    if name == "messages/*.py":
+        found = [path for path in found if not path.endswith("/__init__.py")]
+    assert found
+    return [MODULES[path] for path in found]
+
+
+CHAPTERS = "messages/*.py"
 
 C = """
     alignas alignof auto bool break case char const constexpr continue default do double else enum
@@ -50,13 +62,14 @@ def change(spec: Path, file: str, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def imported(*modules: str) -> set[str]:
-    """Return the names of classes that generated modules import."""
+def imported(*names: str) -> set[str]:
+    """Return the names of classes that generated modules import, but not from each other."""
     return {
         alias.name
-        for module in modules
-        for node in ast.walk(MODULES[module])
-        if isinstance(node, ast.ImportFrom) and not (node.module or "").startswith("stagewire_tiny")
+        for name in names
+        for module in modules(name)
+        for node in ast.walk(module)
+        if isinstance(node, ast.ImportFrom) and not (node.module or "").startswith("stagewire_")
         for alias in node.names
         if alias.name[0].isupper()
     }
@@ -70,7 +83,7 @@ def words(name: str) -> list[str]:
 KEPT = {"False", "None", "True"}
 
 
-@pytest.mark.parametrize("name", sorted(KEPT | imported(*CHAPTERS, "messages/__init__.py")))
+@pytest.mark.parametrize("name", sorted(KEPT | imported(CHAPTERS, "messages/__init__.py")))
 def test_no_message_takes_the_name_of_what_its_module_imports(spec: Path, name: str) -> None:
     taken = "_".join(words(name)).upper()
     change(spec, "messages/extra.yaml", "  LAMP:\n", f'  "{taken}":\n')
@@ -79,7 +92,23 @@ def test_no_message_takes_the_name_of_what_its_module_imports(spec: Path, name: 
     assert refused(spec) == [f"{taken}: the class {name}"]
 
 
-@pytest.mark.parametrize("name", sorted(KEPT | imported("flags.py", *CHAPTERS)))
+def test_what_is_imported_is_found() -> None:
+    """The base classes of both kinds of protocols, and what makes their protocol objects."""
+    assert imported(CHAPTERS, "messages/__init__.py") >= {
+        "Command", "CommandProtocol", "Direction", "FramedMessage", "FramedProtocol", "Layout",
+        "Message", "Reply", "Self", "SetupCommand", "Struct",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["MESSAGES", "PROTOCOL"])
+def test_no_message_takes_the_name_of_a_constant(spec: Path, name: str) -> None:
+    """Words of one letter each make a class in capitals."""
+    change(spec, "messages/extra.yaml", "  LAMP:\n", f"  {'_'.join(name)}:\n")
+    change(spec, "messages/extra.yaml", "spelling: lamp\n", f"spelling: {' '.join(name.lower())}\n")
+    assert refused(spec) == [f"{'_'.join(name)}: the class {name}"]
+
+
+@pytest.mark.parametrize("name", sorted(KEPT | imported("flags.py", CHAPTERS)))
 def test_no_flag_table_takes_the_name_of_what_its_users_import(spec: Path, name: str) -> None:
     taken = "_".join(words(name))
     quoted = f'"{taken}"'
@@ -105,8 +134,8 @@ def test_no_stage_takes_the_name_of_what_its_module_imports(spec: Path, name: st
 
 def used_by_methods() -> Iterator[str]:
     """Yield what the methods that have fields for variables name beside them."""
-    for module in CHAPTERS:
-        for kind in MODULES[module].body:
+    for module in modules(CHAPTERS):
+        for kind in module.body:
             if not isinstance(kind, ast.ClassDef):
                 continue
             own = {n.target.id for n in kind.body
@@ -136,8 +165,31 @@ def with_bits(spec: Path, names: list[str]) -> Path:
 
 def test_no_field_takes_a_name_that_its_methods_use(spec: Path) -> None:
     names = sorted(set(used_by_methods()) - {"str"})  # of `str` only the annotation is used
-    assert {"cls", "draft", "raw", "check_integer", "check_text", "check_bytes"} <= set(names)
+    assert {"cls", "draft", "raw", "int", "check_integer", "check_text", "check_bytes"} <= set(
+        names
+    )
     assert refused(with_fields(spec, names)) == [f"LAMP: the field {name}" for name in names]
+
+
+FORMATS = {"u8": 1, "u16": 2, "u24": 3, "s24": 3, "char[3]": 3, "u8[2]": 2}
+
+
+@pytest.mark.parametrize("form", ["request", "reply"])
+@pytest.mark.parametrize("format", FORMATS)
+def test_no_field_of_a_command_takes_a_name_that_its_methods_use(
+    commands_spec: Path, form: str, format: str
+) -> None:
+    """An integer of 24 bits and a text have a variable of their name before they are converted."""
+    kept = {*used_by_methods(), "int", "reply", "marks", "layout", "pack", "unpack"} - {"str"}
+    names = sorted(kept)
+    fields = ", ".join(f'"{name}": {{format: "{format}"}}' for name in names)
+    text = (
+        "chapter: more\ntitle: More\npage: 3\norder: 9\ncommands:\n"
+        "  LOAD: {byte: 0x4C, page: 3, title: Load, summary: x, "
+        f"size: {FORMATS[format] * len(names)}, {form}: {{fields: {{{fields}}}}}}}\n"
+    )
+    (commands_spec / "turtle" / "messages" / "more.yaml").write_text(text, encoding="utf-8")
+    assert refused(commands_spec) == [f"LOAD: the field {name}" for name in names]
 
 
 every_language = pytest.mark.parametrize(

@@ -7,7 +7,16 @@ from fractions import Fraction
 
 import pytest
 
-from stagewire_generator.lint.witness.reading import find_field, limit, number, same_name, squash
+from stagewire_generator.lint.witness.reading import (
+    count,
+    find_field,
+    limit,
+    number,
+    same_name,
+    signed,
+    squash,
+    unit,
+)
 from stagewire_generator.model import Factor, Field, Protocol
 
 BYTE, WORD = 0xFF, 0xFFFF
@@ -104,3 +113,30 @@ def test_limits_that_are_no_times(protocol: Protocol) -> None:
     assert limit("1s", field(protocol, "wait")) is None
     assert limit("1s", field(protocol, "marker")) is None
     assert limit("7", field(protocol, "wait")) == 7
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("two", 2),
+        ("zero", 0),
+        ("nine", 9),
+        ("02", 2),
+        ("12", 12),
+        ("ten", "ten"),
+        ("", ""),
+        ("-1", "-1"),
+    ],
+)
+def test_counts_in_figures_and_in_words(text: str, wanted: int | str) -> None:
+    assert count(text) == wanted
+
+
+def test_signs_and_units() -> None:
+    """What nobody knows stays as it is, and is then a difference."""
+    assert signed("two's compliment") is signed("two's complement") is signed("signed") is True
+    assert signed("straight") is False
+    assert signed("odd") == "odd"
+    assert unit("tenths of a micron") == unit("tenths of microns") == "1/10 um"
+    assert unit(r"$\mu\text{m/s}$") == unit("μ m/s") == "1/1 um/s"
+    assert unit("furlongs") == "furlongs"

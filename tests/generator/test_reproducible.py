@@ -17,7 +17,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 COMMAND = "from stagewire_cli.main import run; run()"
-SPECS = {"good": ROOT / "tests" / "generator" / "good_spec", "registry": ROOT / "spec"}
+HERE = Path(__file__).parent
+SPECS = {"good": HERE / "good_spec", "commands": HERE / "good_commands", "registry": ROOT / "spec"}
 RUNS = {
     "plain": {"PYTHONHASHSEED": "0", "LC_ALL": "C.UTF-8", "TZ": "UTC"},
     "other seed": {"PYTHONHASHSEED": "4711", "LC_ALL": "C", "TZ": "Asia/Tokyo"},

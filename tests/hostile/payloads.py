@@ -181,7 +181,10 @@ _OURS = [
     "Scale", "Stage", "UnknownScale", "check_integer", "check_text", "check_bytes", "check_addresses",
     "MESSAGES", "PROTOCOL", "decode", "messages", "enumerations", "flags", "stages", "registry",
     "vectors", "bits", "of", "names", "unnamed", "layout_flags", "stagewire", "struct", "typing", "sys",
-    "os", "enum", "fractions", "serial",
+    "os", "enum", "fractions", "serial", "Command", "Reply", "SetupCommand", "setup_command",
+    "FramedMessage", "framed_message", "FramedProtocol", "framed_protocol", "CommandProtocol",
+    "command_protocol", "undecided_message", "undocumented_message", "marks", "axis", "allow_dummy",
+    "from_bytes", "to_bytes", "little", "M_E_S_S_A_G_E_S", "P_R_O_T_O_C_O_L", "quantities",
 ]  # fmt: skip
 _SYSTEM = [
     "con",

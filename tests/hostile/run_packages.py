@@ -1,6 +1,6 @@
 """Import generated packages and let every message go round; run as a program of its own.
 
-Reads folders from standard input, one a line, and writes what is wrong with the package in each as one
+Reads folders from standard input, one a line, and writes what is wrong with the packages in each as one
 JSON object. Nothing else may be printed, and nothing written: packages have no side effects.
 """
 
@@ -15,32 +15,38 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from stagewire.commands import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
 from stagewire.errors import OutOfRangeError
-from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire.message import FramedMessage, Message, UndecidedMessage, UndocumentedMessage
+from stagewire.protocol import _load_json
 
 sys.dont_write_bytecode = True
+
+
+AXIS = 1
+HEAD = {FramedMessage: 6, Command: 3, Reply: 0, SetupCommand: 2}  # bytes in front of the fields
 
 
 def main() -> None:
     before = list(sys.path)
     wrong = {}
     for line in sys.stdin.read().splitlines():
-        [name] = [path.parent.name for path in Path(line).glob("*/__init__.py")]
+        names = sorted(path.parent.name for path in Path(line).glob("*/__init__.py"))
         sys.path[:] = [line, *before]
         importlib.invalidate_caches()
         try:
-            package = importlib.import_module(name)
-            faults = list(look_at(package, Path(line)))
+            faults = [f for name in names for f in look_at(importlib.import_module(name), line)]
+            faults += [] if names else ["no package"]
         except Exception:
             faults = [traceback.format_exc()]
         if faults:
             wrong[line] = "\n".join(faults)
-        for module in [m for m in sys.modules if m.split(".")[0] == name]:
+        for module in [m for m in sys.modules if m.split(".")[0] in names]:
             del sys.modules[module]
     print(json.dumps(wrong))
 
 
-def look_at(package: ModuleType, folder: Path) -> Iterator[str]:
+def look_at(package: ModuleType, folder: str) -> Iterator[str]:
     if not Path(str(package.__file__)).is_relative_to(folder):
         yield f"{package.__name__} was imported from elsewhere"
     for name in package.__all__:
@@ -53,22 +59,24 @@ def look_at(package: ModuleType, folder: Path) -> Iterator[str]:
             yield f"{kind.__name__} is another class"
         for highest in (False, True):
             yield from round_trip(package, kind, highest)
+    if isinstance(package.PROTOCOL, CommandProtocol):
+        yield from streamed(package.PROTOCOL)
     yield from registered(package)
 
 
 def round_trip(package: ModuleType, kind: type[Message], highest: bool) -> Iterator[str]:
     made = example(kind, highest)
-    raw = made.pack(0x50, 0x01)
+    raw = packed(made)
     if kind.unpack(raw) != made:
         yield f"{made} comes back as {kind.unpack(raw)}"
     if set(made.values()) != set(kind.layout.fields):
         yield f"{kind.__name__} has other values than fields"
     if made.replace(**made.values()) != made or type(made).keep(made.values()) != made:
         yield f"{made} cannot be made again"
-    frame = package.decode(raw, context=kind.layout.when)
-    if type(frame.message).__name__.removesuffix("Undecided") not in kind.__name__:
-        yield f"{made} is decoded as {frame.message}"
-    if frame.message.pack(0x50, 0x01) != raw:
+    decoded = decode(package, made, raw)
+    if type(decoded).__name__.removesuffix("Undecided") not in kind.__name__:
+        yield f"{made} is decoded as {decoded}"
+    if packed(decoded) != raw:
         yield f"{made} is packed otherwise once it was decoded"
     repr(made)
     for field in kind.layout.fields:
@@ -76,12 +84,45 @@ def round_trip(package: ModuleType, kind: type[Message], highest: bool) -> Itera
             int(getattr(made, f"{field}_flags"))
 
 
+def packed(message: Message) -> bytes:
+    if isinstance(message, FramedMessage):
+        return message.pack(0x50, 0x01)
+    if isinstance(message, Command):
+        return message.pack(AXIS, allow_dummy=True)
+    assert isinstance(message, Reply | SetupCommand)
+    return message.pack()
+
+
+def decode(package: ModuleType, made: Message, raw: bytes) -> Any:
+    if isinstance(made, FramedMessage):
+        return package.decode(raw, context=made.layout.when).message
+    if isinstance(made, Reply):
+        return package.PROTOCOL.decode_reply(raw, made.layout.message)
+    return package.decode(raw).message
+
+
+def streamed(protocol: CommandProtocol) -> Iterator[str]:
+    """Look at a stream of all commands, in both forms."""
+    frames = []
+    for kind in protocol.messages:
+        if issubclass(kind, Command):
+            made = example(kind, True)
+            frames += [CommandFrame(made, AXIS, sized=True)]
+            frames += [] if kind.layout.length else [CommandFrame(made, AXIS, sized=False)]
+        elif issubclass(kind, SetupCommand):
+            frames.append(CommandFrame(kind()))
+    stream = b"".join(frame.encode(allow_dummy=True) for frame in frames)
+    found = [getattr(event, "frame", event) for event in protocol.framer().feed(stream)]
+    if found != frames:
+        yield f"a stream of {frames} is read as {found}"
+
+
 def example(kind: type[Message], highest: bool) -> Any:
     if issubclass(kind, UndocumentedMessage):
         return kind(bytes(8))
     if issubclass(kind, UndecidedMessage):
         return kind(bytes([255 * highest]) * kind.layout.length)
-    values = kind.unpack(bytes(6 + kind.layout.length)).values()  # the wire knows no ranges
+    values = kind.unpack(bytes(HEAD[kind.__base__] + kind.layout.length)).values()
     for field, value in values.items():
         if isinstance(value, str):
             values[field] = "é" if highest else ""
@@ -105,8 +146,9 @@ def within(kind: type[Message], values: dict[str, Any], field: str, highest: boo
 
 
 def registered(package: ModuleType) -> Iterator[str]:
+    _load_json.cache_clear()  # it goes by the name of the package, and all have the same
     names = {message["name"] for message in package.PROTOCOL.registry()["messages"]}
-    if names < {kind.layout.message for kind in package.messages.MESSAGES}:
+    if not names >= {kind.layout.message for kind in package.messages.MESSAGES}:
         yield "the registry has fewer messages than the package"
 
 

@@ -19,15 +19,16 @@ MARKUP = "[red]x[/red] [/] [link=file:///etc/passwd]y[/link] :boom: [bold"
 DIST_INFO = """\
 [stagewire.protocols]
 tiny = stagewire_tiny:PROTOCOL
+turtle = stagewire_turtle:PROTOCOL
 """
 
 
 @pytest.fixture(scope="module")
 def installed(files: Files, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a package that has markup in all of its texts, as if it were installed."""
+    """A folder with packages that have markup in all of their texts, as if they were installed."""
     base = tmp_path_factory.mktemp("installed")
     for place in places(files):
-        if place.free and "/printed/" not in place.file and "fields" not in place.path:
+        if place.unread:
             files = changed(files, place, MARKUP[: place.longest])
     folder = write_tree(render(check(write(files, base / "spec"))), base / "out") / "python"
     (folder / "tiny-1.dist-info").mkdir()
@@ -44,8 +45,8 @@ def stagewire(
     monkeypatch.syspath_prepend(str(installed))
     before = set(sys.modules)
 
-    def run(*arguments: str) -> str:
-        main([*arguments, "--protocol", "tiny"])
+    def run(*arguments: str, protocol: str = "tiny") -> str:
+        main([*arguments, "--protocol", protocol])
         captured = capsys.readouterr()
         said = captured.out + captured.err
         assert all(line.isprintable() for line in said.split("\n")), said
@@ -53,7 +54,7 @@ def stagewire(
 
     yield run
     for name in set(sys.modules) - before:
-        if name.split(".")[0] == "stagewire_tiny":
+        if name.split(".")[0] in ("stagewire_tiny", "stagewire_turtle"):
             del sys.modules[name]
 
 
@@ -72,11 +73,33 @@ def test_show(stagewire: Callable[..., str], name: str) -> None:
         assert line.isprintable()
 
 
-def test_examples(stagewire: Callable[..., str]) -> None:
+@pytest.mark.parametrize(
+    "name",
+    [
+        "WAKE",
+        "GO_TO",
+        "WHERE",
+        "SPIN",
+        "axis",
+        "eyes",
+        "distance",
+        "Turtle",
+        "reptile",
+        "turtle-tail",
+    ],
+)
+def test_show_what_commands_have(stagewire: Callable[..., str], name: str) -> None:
+    assert MARKUP in stagewire("show", name, protocol="turtle")
+    for line in stagewire("show", "--json", name, protocol="turtle").splitlines():
+        assert line.isprintable()
+
+
+@pytest.mark.parametrize(("protocol", "title"), [("tiny", "echo"), ("turtle", "wake")])
+def test_examples(stagewire: Callable[..., str], protocol: str, title: str) -> None:
     """Even of an example whose fields hold escapes, as a controller may send them."""
-    said = stagewire("conformance", "examples")
-    assert "echo" in said
-    for line in stagewire("conformance", "examples", "--json").splitlines():
+    said = stagewire("conformance", "examples", protocol=protocol)
+    assert title in said
+    for line in stagewire("conformance", "examples", "--json", protocol=protocol).splitlines():
         if line.startswith("{"):
             json.loads(line)
 
@@ -85,6 +108,12 @@ def test_decode(stagewire: Callable[..., str]) -> None:
     raw = "22 01 10 00 D0 01 61 1B 5B 33 31 6D 9B 0A 00 00 00 00 00 00 00 00"
     said = stagewire("decode", raw)
     assert "POS_ECHO" in said
+
+
+def test_decode_commands(stagewire: Callable[..., str]) -> None:
+    """A text in a command may hold anything, and so may what is no command."""
+    raw = "01 4E 04 1B 5B 9B 00 2E 1B 5D 30 2E"
+    assert "NAME" in stagewire("decode", raw, protocol="turtle")
 
 
 @pytest.mark.parametrize("name", HIDDEN)

@@ -7,7 +7,6 @@ are imported, and every message goes round.
 from __future__ import annotations
 
 import copy
-import json
 import keyword
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -20,10 +19,13 @@ from outputs import faults, ruff, run_packages, write_tree
 from payloads import NAMES
 from places import Files, write
 
-from stagewire_generator import check, render
+from stagewire_generator import check, pipeline, render
 from stagewire_generator.diagnostics import Diagnostic, SpecError
+from stagewire_generator.lint import check_errata
+from stagewire_generator.model import Protocol
 
 PAGE = 8
+Json = dict[str, Any]
 PYTHON = {word for word in keyword.kwlist if word.islower()}
 # Every one of them has to be refused as the name of a field, a value or a bit.
 KEYWORDS = PYTHON | {
@@ -38,7 +40,14 @@ KEYWORDS = PYTHON | {
     "thread_local", "throw", "true", "try", "typedef", "typeid", "typename", "typeof", "typeof_unqual",
     "union", "unsigned", "using", "virtual", "void", "volatile", "wchar_t", "while", "xor", "xor_eq",
 }  # fmt: skip
-MEMBERS = {"layout", "pack", "unpack", "values", "keep", "replace", "data", "mro"}
+MEMBERS = {
+    "layout", "pack", "unpack", "values", "keep", "replace", "data", "mro", "reply", "marks"
+}  # fmt: skip
+CLASSES = {
+    "MESSAGE", "LAYOUT", "NONE", "TRUE", "FALSE", "COMMAND", "REPLY", "SETUP_COMMAND", "FRAMED_MESSAGE",
+    "FRAMED_PROTOCOL", "COMMAND_PROTOCOL", "UNDECIDED_MESSAGE", "UNDOCUMENTED_MESSAGE",
+    "M_E_S_S_A_G_E_S", "P_R_O_T_O_C_O_L",
+}  # fmt: skip
 
 
 def pattern(kind: str, *path: str) -> re.Pattern[str]:
@@ -60,6 +69,7 @@ def fitting(allowed: re.Pattern[str]) -> list[str]:
 SNAKE = fitting(pattern("messages", "$defs", "fields"))
 CAPITALS = fitting(pattern("messages", "properties", "messages"))
 MIXED = fitting(pattern("stages", "properties", "stages"))
+OURS_FIRST = sorted(CAPITALS, key=lambda name: name not in CLASSES)  # there are only so many bytes
 FEW = SNAKE[::4]  # where a name of ours is only a text in Python
 WORDS = [name for name in SNAKE if "_" not in name]
 
@@ -260,6 +270,55 @@ def lists(spec: Spec, names: list[str]) -> None:
     known |= dict.fromkeys(names, known["TP1"])
 
 
+# Names of what only a protocol of commands has
+
+
+def commanded(fill: Callable[[Json, list[str]], None]) -> Callable[[Spec, list[str]], None]:
+    """Return what fills one more chapter of the commands, of which the witness says nothing."""
+
+    def fill_chapter(spec: Spec, names: list[str]) -> None:
+        head = {"chapter": "words", "title": "Words", "page": 3, "order": 9}
+        chapter: Json = {**head, "commands": {}, "setup_commands": {}}
+        fill(chapter, names)
+        spec.files["turtle/messages/words.yaml"] = chapter
+
+    return fill_chapter
+
+
+def command(number: int, **entry: Any) -> Json:
+    """Return a command; there are only so many bytes."""
+    byte = [*range(0x60, 0x77), *range(0x78, 0x100)][number]
+    return {"byte": byte, "page": 3, "title": "Listing", "summary": "Has a name.", **entry}
+
+
+def data_of(form: str, field: Json, size: int) -> Callable[[Spec, list[str]], None]:
+    def fill(chapter: Json, names: list[str]) -> None:
+        for number, part in enumerate(few(names, 15)):
+            data = {form: {"fields": dict.fromkeys(part, field)}}
+            chapter["commands"][f"W{number}"] = command(number, size=size * len(part), **data)
+
+    return commanded(fill)
+
+
+@commanded
+def commands(chapter: Json, names: list[str]) -> None:
+    reply = {"fields": {"x": {"format": "u24"}}}
+    for number, name in enumerate(names[:150]):
+        chapter["commands"][name] = command(number, size=3, reply=reply)
+
+
+@commanded
+def setup_commands(chapter: Json, names: list[str]) -> None:
+    for number, name in enumerate(names[:150]):
+        chapter["setup_commands"][name] = command(number)
+
+
+@commanded
+def axes(chapter: Json, names: list[str]) -> None:
+    values = {name: {"value": number} for number, name in enumerate(names[:200], 0x30)}
+    chapter["enumerations"] = {"word": {"page": 3, "values": values}}
+
+
 def chapters(spec: Spec, names: list[str]) -> None:
     for number, name in enumerate(names):
         message = {
@@ -290,7 +349,7 @@ KINDS: dict[str, tuple[Callable[[Spec, list[str]], None], list[str], set[str]]] 
     ),
     "parameters": (parameters, SNAKE, KEYWORDS | MEMBERS),
     "shared fields": (shared, SNAKE, KEYWORDS | MEMBERS),
-    "messages": (messages, CAPITALS, {"MESSAGE", "LAYOUT", "NONE", "TRUE", "FALSE", "PROTOCOL"}),
+    "messages": (messages, CAPITALS, CLASSES),
     "sets": (sets, CAPITALS[::4], set()),
     "forms": (forms, WORDS, set()),
     "contexts": (contexts, FEW, set()),
@@ -307,6 +366,20 @@ KINDS: dict[str, tuple[Callable[[Spec, list[str]], None], list[str], set[str]]] 
     "units": (units, MIXED, set()),
     "families": (families, FEW, set()),
     "lists": (lists, MIXED, set()),
+    "integers of a request": (
+        data_of("request", {"format": "s24"}, 3), SNAKE, KEYWORDS | MEMBERS,
+    ),
+    "integers of a reply": (data_of("reply", {"format": "u24"}, 3), SNAKE, KEYWORDS | MEMBERS),
+    "texts of a request": (
+        data_of("request", {"format": "char[3]"}, 3), SNAKE, KEYWORDS | MEMBERS,
+    ),
+    "texts of a reply": (data_of("reply", {"format": "char[3]"}, 3), SNAKE, KEYWORDS | MEMBERS),
+    "flags of a reply": (
+        data_of("reply", {"format": "u8", "flags": "eyes"}, 1), SNAKE, KEYWORDS | MEMBERS,
+    ),
+    "commands": (commands, OURS_FIRST[:150], CLASSES),
+    "setup commands": (setup_commands, OURS_FIRST[:150], CLASSES),
+    "axes": (axes, CAPITALS[:150], set()),
     "chapters": (chapters, SNAKE, PYTHON | {"con", "nul", "aux", "com1", "decode", "tuple"}),
 }  # fmt: skip
 
@@ -346,10 +419,17 @@ Settled = dict[str, tuple[dict[str, str], list[str]]]
 @pytest.fixture(scope="module")
 def settled(quick_reading: None, files: Files, tmp_path_factory: pytest.TempPathFactory) -> Settled:
     base = tmp_path_factory.mktemp("names")
-    return {
-        kind: settle(fill, names, files, base / str(number))
-        for number, (kind, (fill, names, _)) in enumerate(KINDS.items())
-    }
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pipeline, "check_errata", witness_of_messages_only)
+        return {
+            kind: settle(fill, names, files, base / str(number))
+            for number, (kind, (fill, names, _)) in enumerate(KINDS.items())
+        }
+
+
+def witness_of_messages_only(protocol: Protocol, *rest: Any) -> Any:
+    """Compare no witness of commands: it has none of the names, and would have much to say."""
+    return None if protocol.name == "turtle" else check_errata(protocol, *rest)
 
 
 def test_there_are_enough() -> None:
@@ -384,7 +464,7 @@ def test_what_is_left_works(settled: Settled, tmp_path: Path) -> None:
 def test_names_arrive(settled: Settled) -> None:
     """A name that is allowed is not changed."""
     for kind, (tree, names) in settled.items():
-        texts = json.dumps(json.loads(tree["registry/tiny.json"]))
+        texts = tree["registry/tiny.json"] + tree["registry/turtle.json"]
         for name in names:
             shown = f"data:{name}" if kind == "forms" else name
             if kind != "blocks":  # which are gone once they are followed
@@ -405,10 +485,17 @@ def test_names_arrive(settled: Settled) -> None:
         ("controllers", ["Foo", "FOO"]),
         ("units", ["Foo", "FOO"]),
         ("lists", ["Foo", "FOO"]),
+        ("commands", ["A_BC", "AB_C"]),
+        ("commands", ["FOO", "FOO_REPLY"]),
+        ("integers of a reply", ["a_bc", "ab_c"]),
+        ("axes", ["A_BC", "AB_C"]),
     ],
     ids=str,
 )
-def test_names_that_fall_together(files: Files, tmp_path: Path, kind: str, pair: list[str]) -> None:
+def test_names_that_fall_together(
+    files: Files, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, pair: list[str]
+) -> None:
+    monkeypatch.setattr(pipeline, "check_errata", witness_of_messages_only)
     spec = Spec(files)
     KINDS[kind][0](spec, pair)
     with pytest.raises(SpecError) as caught:

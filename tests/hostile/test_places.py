@@ -47,8 +47,13 @@ def test_a_new_text_in_a_schema_shows(files: Files, monkeypatch: pytest.MonkeyPa
 
 def test_a_place_that_goes_shows(files: Files) -> None:
     fewer = copy.deepcopy(files)
-    del fewer["tiny/quantities.yaml"]["quantities"]["interval"]["scale"]["printed"]
-    assert unreached(fewer) == {"quantities#/$defs/scale/properties/printed"}
+    del fewer["tiny/stages.yaml"]["stages"]["Slide"]["note"]
+    [name] = places.schema("stages")["properties"]["stages"]["patternProperties"]
+    stage = f"stages#/properties/stages/patternProperties/{name}"
+    assert unreached(fewer) == {f"{stage}/properties/note"}
+    del fewer["turtle/messages/walk.yaml"]["commands"]["WHERE"]["reply"]["note"]
+    del fewer["turtle/messages/walk.yaml"]["commands"]["GO_TO"]["request"]["note"]
+    assert "messages#/$defs/part/properties/note" in unreached(fewer)
 
 
 @pytest.mark.parametrize("is_key", [False, True])

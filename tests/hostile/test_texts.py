@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from outputs import blanked, faults, ruff, run_packages, strings, write_tree
 from payloads import FULL, HIDDEN, TEXTS
-from places import Files, Place, changed, places, write
+from places import Files, KeyPath, Place, changed, places, write
 
 from stagewire_generator import check, render
 from stagewire_generator.diagnostics import SpecError
@@ -17,18 +17,41 @@ STEPS = range(len(TEXTS)) if FULL else range(0, len(TEXTS), 8)
 Trees = dict[int, dict[str, str]]
 
 
+# Texts of a protocol of commands that its witness has, too -> where else they stand.
+HEAD, WALK, SETUP = (
+    f"turtle/{name}.yaml" for name in ("protocol", "messages/walk", "messages/setup")
+)
+PRINTED = {name: f"turtle/printed/{name}.yaml" for name in ("document", "setup", "commands")}
+TOGETHER: dict[tuple[str, KeyPath], list[tuple[str, KeyPath]]] = {
+    (HEAD, ("document", "title")): [(PRINTED["document"], ("title", 1))],
+    (HEAD, ("document", "date")): [(PRINTED["document"], ("updated", 1))],
+    (HEAD, ("document", "sections", 2)): [(PRINTED["document"], ("sections", 2, 1))],
+    (WALK, ("commands", "MOOD", "title")): [
+        (HEAD, ("document", "sections", 5)),
+        (PRINTED["commands"], ("commands", 2, "title")),
+    ],
+    (SETUP, ("setup_commands", "WAKE", "title")): [
+        (PRINTED["setup"], ("tables", 0, "rows", 0, "says")),
+        (PRINTED["setup"], ("tables", 1, "rows", 0, "says")),
+    ],
+}
+
+
 @pytest.fixture(scope="session")
 def free(files: Files) -> list[Place]:
-    """The texts that nothing reads: not those of the witness, nor the bytes of examples."""
-    return [
-        p for p in places(files) if p.free and "/printed/" not in p.file and "fields" not in p.path
-    ]
+    """The texts that nothing reads, and those that may be any as long as the witness has the same."""
+    found = [p for p in places(files) if p.unread or (p.free and (p.file, p.path) in TOGETHER)]
+    assert {(p.file, p.path) for p in found} > TOGETHER.keys()
+    return found
 
 
 def filled(files: Files, free: list[Place], texts: list[str]) -> Files:
     """Return the files with a text in every free place, as long as it may be."""
     for place, text in zip(free, texts, strict=True):
         files = changed(files, place, text[: place.longest])
+        for file, path in TOGETHER.get((place.file, place.path), ()):
+            other = Place(file, path, False, frozenset(), True, place.longest)
+            files = changed(files, other, text[: place.longest])
     return files
 
 
@@ -85,7 +108,7 @@ def test_texts_arrive_unchanged(
     marks = [f"=mark={index:03}" for index in range(len(free))]
     marked = render(check(write(filled(files, free, marks), tmp_path)))
     arrived = set()
-    for path in ("registry/tiny.json", "vectors/tiny.json", "python/stagewire_tiny/registry.json"):
+    for path in (path for path in marked if path.endswith(".json") and path != "manifest.json"):
         at = {
             where: int(text[6:])
             for where, text in strings(json.loads(marked[path]))
@@ -98,12 +121,13 @@ def test_texts_arrive_unchanged(
             for where, index in at.items():
                 assert shown[where] == texts[index][: free[index].longest], (step, free[index])
     # What is missing is for the readers of the spec alone
-    missing = {
-        str(free[index]).partition(":")[2] for index in range(len(free)) if index not in arrived
-    }
+    missing = {str(free[index]) for index in range(len(free)) if index not in arrived}
     assert missing == {
-        "contexts.status.summary", "controllers.TPx.note", "formats.dword.note",
-        "python.title", "stages.Slide.note", "summary",
+        "tiny/protocol.yaml:contexts.status.summary", "tiny/protocol.yaml:formats.dword.note",
+        "tiny/protocol.yaml:python.title", "tiny/protocol.yaml:summary",
+        "tiny/stages.yaml:controllers.TPx.note", "tiny/stages.yaml:stages.Slide.note",
+        "turtle/protocol.yaml:formats.s24.note", "turtle/protocol.yaml:python.title",
+        "turtle/protocol.yaml:summary",
     }  # fmt: skip
 
 
@@ -111,18 +135,25 @@ def test_texts_arrive_in_docstrings(trees: Trees, free: list[Place]) -> None:
     """A text is in the docstrings as it is, but for blanks and what a backslash would do."""
     import ast
 
+    tiny, turtle = "stagewire_tiny", "stagewire_turtle"
+    firmware, title = ("WAKE", "firmware", 0, "note"), ("commands", "MOOD", "title")
     wanted = {
-        ("tiny/messages/core.yaml", ("messages", "POS_MOVE", "note")): "messages/core.py",
-        ("tiny/protocol.yaml", ("title",)): "__init__.py",
-        ("tiny/protocol.yaml", ("python", "title")): "stages.py",
-    }
+        ("tiny/messages/core.yaml", ("messages", "POS_MOVE", "note")): f"{tiny}/messages/core.py",
+        ("tiny/protocol.yaml", ("title",)): f"{tiny}/__init__.py",
+        ("tiny/protocol.yaml", ("python", "title")): f"{tiny}/stages.py",
+        ("turtle/messages/setup.yaml", ("setup_commands", *firmware)): f"{turtle}/messages/setup.py",
+        ("turtle/messages/walk.yaml", ("commands", "GO_TO", "note")): f"{turtle}/messages/walk.py",
+        ("turtle/messages/walk.yaml", ("commands", "WHERE", "reply", "note")): f"{turtle}/messages/walk.py",
+        ("turtle/messages/walk.yaml", title): f"{turtle}/messages/walk.py",
+        ("turtle/quantities.yaml", ("quantities", "distance", "summary")): f"{turtle}/quantities.py",
+    }  # fmt: skip
     found = 0
     for step, files in trees.items():
         for place, text in zip(free, at_step(free, step), strict=True):
             module = wanted.get((place.file, place.path))
             if module is None:
                 continue
-            tree = ast.parse(files[f"python/stagewire_tiny/{module}"])
+            tree = ast.parse(files[f"python/{module}"])
             held = " ".join(
                 node.value
                 for node in ast.walk(tree)
@@ -145,7 +176,8 @@ def test_what_cannot_be_seen_is_refused(
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert {d.code for d in caught.value.diagnostics} <= {"SW007", "SW010"}
-    assert {d.place.file for d in caught.value.diagnostics} == {place.file for place in free}
+    written = {place.file for place in free} | {f for same in TOGETHER.values() for f, _ in same}
+    assert {d.place.file for d in caught.value.diagnostics} == written
     assert all(line.isprintable() for d in caught.value.diagnostics for line in str(d).split("\n"))
     if escaped:
         refused = {d.place for d in caught.value.diagnostics}

@@ -9,6 +9,7 @@ import sys
 import tracemalloc
 from array import array
 from pathlib import Path
+from struct import Struct
 from typing import Any
 
 import pytest
@@ -27,6 +28,8 @@ from stagewire.columns import (
     shape_of,
 )
 from stagewire.columns.reading import read, read_numpy
+from stagewire.commands import Command, Reply
+from stagewire.direction import Direction
 from stagewire.errors import (
     BadLengthError,
     BadValueError,
@@ -35,8 +38,9 @@ from stagewire.errors import (
     TruncatedError,
     UnsupportedError,
 )
+from stagewire.framed import FramedProtocol
 from stagewire.framing import BadLength, Garbage, Received, Undocumented, Unknown
-from stagewire.message import Message, UndocumentedMessage
+from stagewire.message import FramedMessage, Layout, Message, UndocumentedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 
@@ -197,12 +201,53 @@ def test_called_wrongly(read_columns: Any) -> None:
 
 
 def test_a_class_that_does_not_say_where_its_fields_stand() -> None:
-    class ByHand(Message):
+    class ByHand(FramedMessage):
         __slots__ = ()
         layout = m.MotMoveHomed.layout
 
     with pytest.raises(UnsupportedError, match="ByHand does not say where its fields stand"):
         columns(ByHand, b"")
+
+
+class Far(FramedMessage):
+    """As the generator writes a message with integers of three bytes."""
+
+    __slots__ = ("far", "label", "near")
+    layout = Layout(
+        "FAR", 0x04FE, Direction.TO_HOST, "data", ("far", "near", "label"), 8, signed=("far",)
+    )
+    _unpack = Struct("<6x3s3s2s").unpack_from
+    far: int
+    near: int
+    label: str
+
+    @classmethod
+    def unpack(cls, raw: bytes) -> Far:
+        far, near, label = cls._unpack(raw)
+        return cls.keep({
+            "far": int.from_bytes(far, "little", signed=True),
+            "near": int.from_bytes(near, "little"),
+            "label": label.rstrip(b"\0").decode("latin-1"),
+        })  # fmt: skip
+
+
+FAR = FramedProtocol("far", "Far", "far", [Far], 1, frozenset({0x50}), {})
+
+
+@given(rows=st.lists(st.binary(min_size=8, max_size=8), max_size=6))
+def test_integers_of_three_bytes_are_what_decoding_says(rows: list[bytes]) -> None:
+    raw = [bytes.fromhex("FE0408008150") + row for row in rows]
+    frames = [FAR.decode(frame).message.values() for frame in raw]
+    for read_columns in (columns, numpy_columns):
+        found = as_lists(read_columns(Far, b"".join(raw)))
+        for name in Far.layout.fields:
+            assert found[name] == [values[name] for values in frames]
+
+
+@pytest.mark.parametrize("cls", [Command, Reply])
+def test_what_has_no_header_has_no_columns(cls: type[Message]) -> None:
+    with pytest.raises(UnsupportedError, match="has no header"):
+        columns(cls, b"")
 
 
 def test_without_numpy_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,8 +1,9 @@
-"""Wrong registries: every data layout with one field swapped, re-signed or shifted.
+"""Wrong registries: every layout with data, with one field swapped, re-signed or shifted.
 
-A mutant is found when the witness, a worked example or a capture contradicts it. A round trip would find none
-of them: a codec that is wrong in both directions is consistent. Run as a program, it tries all mutants and
-prints the survivors with the reason why nothing in the document could tell:
+A mutant is found when the witness, a worked example or a capture contradicts it, or the size that the
+document prints for a command, which the witness holds, is not that of its data. A round trip would find none
+of them: a codec that is wrong in both directions is consistent. Run as a program, it tries all mutants of
+both protocols and prints the survivors with the reason why nothing in the document could tell:
 
     python tests/teeth/mutants.py
 """
@@ -10,21 +11,26 @@ prints the survivors with the reason why nothing in the document could tell:
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from stagewire_conformance.hexes import octets
 from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.lint.witness import compare_witness
 from stagewire_generator.lint.witness.chapters import compare_section
-from stagewire_generator.lint.witness.comparison import Comparison
+from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.model import Field, Format, Layout, Message, Protocol
-from stagewire_generator.reader import protocol_folders, read
+from stagewire_generator.reader import read
 from stagewire_generator.resolver import resolve
 from stagewire_generator.strict_yaml import Document
 
 ROOT = Path(__file__).parents[2]
+PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
+FRAMES = ("tx", "rx", "lost")
 
 Json = dict[str, Any]
 
@@ -44,18 +50,23 @@ class Mutant:
 class Proof:
     """The registry as it is, and what may contradict a wrong one."""
 
-    def __init__(self, spec: Path = ROOT / "spec") -> None:
+    def __init__(self, name: str) -> None:
         diagnostics = Diagnostics()
-        self.spec = spec
-        self.files = read(protocol_folders(spec)[0], diagnostics, lambda _: None)
+        self.files = read(ROOT / "spec" / name, diagnostics, lambda _: None)
         self.protocol: Protocol = resolve(self.files, diagnostics)
         assert not diagnostics.found
         self.witness: list[Document] = self.files["printed"]
         self.frames: dict[str, list[Json]] = {}
-        for table in (self.protocol.examples["examples"], self.protocol.captures["captures"]):
-            for entry in table.values():
-                if entry.get("message") and "fields" in entry:
-                    self.frames.setdefault(entry["message"], []).append(entry)
+        self.formats: dict[str, list[Json]] = {}  # claims on size and sign, by message
+        for entry in self.protocol.examples["examples"].values():
+            if entry["kind"] in FRAMES:
+                self.frames.setdefault(entry["message"], []).append(entry)
+            elif "format" in entry.get("claim", ()):
+                message = entry["claim"]["format"].partition(".")[0]
+                self.formats.setdefault(message, []).append(entry["claim"])
+        for entry in self.protocol.captures.get("captures", {}).values():
+            if "fields" in entry:
+                self.frames.setdefault(entry["message"], []).append(entry)
 
     def mutants(self) -> Iterator[Mutant]:
         """Yield every mutant; messages that share a field list share its mutation."""
@@ -82,23 +93,37 @@ class Proof:
         ):
             return "witness"
         for message in mutant.messages:
+            if message.kind == "command" and message.size not in lengths(message):
+                return "size"
             for entry in self.frames.get(message.name, []):
                 if contradicts(entry, message):
                     return "example" if "page" in entry else "capture"
+            if any(denies(claim, message) for claim in self.formats.get(message.name, [])):
+                return "statement"
         return ""
 
     def differences(self, messages: tuple[Message, ...]) -> dict[str, tuple[str, str]]:
-        """Return what the witness has against these messages."""
+        """Return what the witness has against these messages.
+
+        Where the document says nothing, it has nothing against another value either.
+        """
         names = {message.name: message for message in messages}
-        whole = tuple(names.get(m.name, m) for m in self.protocol.messages)
-        found: dict[str, tuple[str, str]] = {}
-        for document in self.witness:
-            comparison = Comparison(replace(self.protocol, messages=whole), document)
-            for name, entry in document.data.get("messages", {}).items():
-                if name in names:
-                    compare_section(comparison, name, entry)
-            found |= {d.place: (d.printed, d.encoded) for d in comparison.differences.values()}
-        return found
+        whole = replace(
+            self.protocol, messages=tuple(names.get(m.name, m) for m in self.protocol.messages)
+        )
+        if self.protocol.framing["kind"] == "slots":
+            comparisons = [compare_witness(whole, self.witness)]
+        else:  # without the lists of all messages, which are long and know no fields
+            comparisons = [Comparison(whole, document) for document in self.witness]
+            for comparison in comparisons:
+                for name, entry in comparison.document.data.get("messages", {}).items():
+                    if name in names:
+                        compare_section(comparison, name, entry)
+        return {
+            place: (difference.printed, "" if difference.printed == NOTHING else difference.encoded)
+            for comparison in comparisons
+            for place, difference in comparison.differences.items()
+        }
 
     def reason(self, mutant: Mutant) -> str:
         """Return why nothing in the document could tell."""
@@ -110,6 +135,10 @@ class Proof:
         if mutant.change.startswith("re-signed"):
             return "the document prints no format for it, or none with a sign, and no example is negative"
         return "no table of fields and no example shows this layout"
+
+
+OTHER_SIGN = {"word": "short", "long": "dword", "u16": "s16", "u24": "s24"}
+OTHER_SIGN |= {other: name for name, other in OTHER_SIGN.items()}
 
 
 def mutations(layout: Layout) -> Iterator[tuple[str, tuple[Field, ...]]]:
@@ -126,10 +155,8 @@ def mutations(layout: Layout) -> Iterator[tuple[str, tuple[Field, ...]]]:
         )
     for index, field in enumerate(fields):
         if field.format.kind == "integer" and field.format.size > 1:
-            signed = {"word": "short", "short": "word", "long": "dword", "dword": "long"}
-            format = Format(
-                signed[field.format.name], field.format.size, not field.format.signed, "integer"
-            )
+            size, signed = field.format.size, not field.format.signed
+            format = Format(OTHER_SIGN[field.format.name], size, signed, "integer")
             yield f"re-signed {field.name}", (
                 *fields[:index], replace(field, format=format), *fields[index + 1 :]
             )  # fmt: skip
@@ -149,13 +176,19 @@ def with_fields(message: Message, place: Place, fields: tuple[Field, ...]) -> Me
     return replace(message, layouts=layouts)
 
 
+def lengths(message: Message) -> set[int | None]:
+    """Return the sizes that a command can have: that of its request, or else of its reply."""
+    length = {layout.form: layout.length for layout in message.layouts}
+    return {length["request"] or length.get("reply", 0), *([] if length["request"] else [None])}
+
+
 def contradicts(entry: Json, message: Message) -> bool:
     """Whether a worked frame says something else than the message's layouts."""
     layout = next((x for x in message.layouts if x.form == entry.get("form")), None)
     if layout is None or not layout.fields:
         return False
-    raw = bytes.fromhex(entry.get("encoded", entry["printed"]))
-    payload = raw[6:]
+    raw = octets(entry, "encoded" if "encoded" in entry else "printed")
+    payload = raw if layout.form == "reply" else raw[3:-1] if message.kind == "command" else raw[6:]
     if len(payload) < layout.length:
         return True
     for field in layout.fields:
@@ -165,6 +198,14 @@ def contradicts(entry: Json, message: Message) -> bool:
         if decoded(piece, field.format) != entry["fields"][field.name]:
             return True
     return False
+
+
+def denies(claim: Json, message: Message) -> bool:
+    """Whether a statement on the size and the sign of a field says something else."""
+    name = claim["format"].partition(".")[2]
+    fields = [f for layout in message.layouts for f in layout.fields if f.name == name]
+    said = (claim["size"], claim["signed"])
+    return any((f.format.size, f.format.signed) != said for f in fields)
 
 
 def decoded(piece: bytes, format: Format) -> Any:
@@ -178,18 +219,15 @@ def decoded(piece: bytes, format: Format) -> Any:
 
 def main() -> int:
     """Try all mutants and print the survivors."""
-    proof = Proof()
-    found: dict[str, int] = {}
-    survivors = []
-    for mutant in proof.mutants():
-        by = proof.found_by(mutant)
-        found[by or "survived"] = found.get(by or "survived", 0) + 1
-        if not by:
-            survivors.append(mutant)
-    for mutant in survivors:
-        print(f"survives: {mutant}: {proof.reason(mutant)}")
-    print(", ".join(f"{count} by {by}" if by != "survived" else f"{count} survived"
-                    for by, count in sorted(found.items())))  # fmt: skip
+    for name in PROTOCOLS:
+        proof = Proof(name)
+        found: Counter[str] = Counter()
+        for mutant in proof.mutants():
+            by = proof.found_by(mutant)
+            found[f"by {by}" if by else "survived"] += 1
+            if not by:
+                print(f"survives: {mutant}: {proof.reason(mutant)}")
+        print(f"{name}: {', '.join(f'{found[by]} {by}' for by in sorted(found))}")
     return 0
 
 

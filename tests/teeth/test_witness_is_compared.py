@@ -11,7 +11,7 @@ from mutants import Proof
 
 from stagewire_generator.lint.witness import compare_witness
 
-PROOF = Proof()
+PROOF = Proof("thorlabs_apt")
 
 # Where it stands in the files of the witness (* is any key or row), and what else may be said there.
 CHANGED = {

@@ -1,0 +1,106 @@
+"""The codec and the framer of commands against bare Python.
+
+Encoding is measured on ``WRITE_TARGET_POSITION``, made with all checks and packed, against joining the bytes
+of the same command. Framing is measured on a stream of all kinds of commands in chunks of 4096 bytes; an
+event is decoded only when it is asked for. Its limit is what unpacking the 20 bytes of a DC status update
+takes (``codec_speed.py``), the same for every protocol. That time is linear, ``framing_time.py`` shows.
+
+    python benchmarks/commands.py
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+from struct import Struct
+
+from measure import Bound, Runner, interleave, report, statement
+
+from stagewire.commands import Command, CommandFrame, CommandReceived
+from stagewire_ms2000 import PROTOCOL
+from stagewire_ms2000 import messages as m
+
+NUMBER = 20_000
+COMMANDS = 100_000
+CHUNK = 4096
+SEED = 3
+AXES = (0x18, 0x19, 0x1A)
+
+
+def encoding() -> bool:
+    """Measure the ways from a position to bytes."""
+    names = {
+        "join": b"".join,
+        "axis_byte": b"\x18", "command": b"\x54", "size": b"\x03", "data": b"\xa0\x86\x01", "end": b":",
+        "WriteTargetPosition": m.WriteTargetPosition,
+        "CommandFrame": CommandFrame,
+        "axis": 0x18,
+        "position": 100_000,
+        "made": m.WriteTargetPosition(100_000),
+    }  # fmt: skip
+    limit = "join((axis_byte, command, size, data, end))"
+    ours = "WriteTargetPosition(position).pack(axis)"
+    frame = "CommandFrame(WriteTargetPosition(position), axis).encode()"
+    assert eval(limit, names) == eval(ours, names) == eval(frame, names)
+    contenders = {
+        "bytes joined": statement(limit, names, NUMBER),
+        "command made, checked and packed": statement(ours, names, NUMBER),
+        "command packed": statement("made.pack(axis)", names, NUMBER),
+        "in a frame": statement(frame, names, NUMBER),
+    }
+    bounds = [Bound("command made, checked and packed", "bytes joined", at_most=8)]
+    return report("Encode a move to a position", interleave(contenders), bounds)
+
+
+def stream(count: int) -> bytes:
+    """Return a stream of commands of all kinds, the same in every run."""
+    rng = random.Random(SEED)
+    classes = [cls for cls in PROTOCOL.messages if issubclass(cls, Command)]
+    made = []
+    for _ in range(count):
+        cls = rng.choice(classes)
+        data = rng.randbytes(3 + cls.layout.length)
+        made.append(cls.unpack(data).pack(rng.choice(AXES), allow_dummy=True))
+    return b"".join(made)
+
+
+def framing() -> bool:
+    """Measure the framer, with and without decoding what it finds."""
+    data = stream(COMMANDS)
+    parts = [data[start : start + CHUNK] for start in range(0, len(data), CHUNK)]
+    status = bytes.fromhex("91 04 0E 00 81 50 01 00 80 BB 00 00 0A 00 00 00 00 04 00 80")
+    names = {"unpack_from": Struct("<HlhHL").unpack_from, "raw": status}
+    contenders = {
+        "Struct.unpack_from": statement("unpack_from(raw, 6)", names, NUMBER),
+        "framing": reading(parts, COMMANDS, decode=False),
+        "framing and decoding": reading(parts, COMMANDS, decode=True),
+    }
+    bounds = [Bound("framing", "Struct.unpack_from", at_most=20)]
+    return report(
+        f"Frame a stream of {COMMANDS:,} commands, per command", interleave(contenders), bounds
+    )
+
+
+def reading(parts: list[bytes], count: int, decode: bool) -> Runner:
+    """Return a runner that frames the stream, and decodes what it finds."""
+
+    def run() -> float:
+        framer = PROTOCOL.framer()
+        commands = 0
+        start = time.process_time()
+        for part in parts:
+            for event in framer.feed(part):
+                if decode and type(event) is CommandReceived:
+                    event.frame  # noqa: B018 - made when it is asked for
+                commands += 1
+        seconds = time.process_time() - start
+        assert commands == count
+        assert not framer.pending
+        return seconds / count
+
+    return run
+
+
+if __name__ == "__main__":
+    sys.exit(0 if all([encoding(), framing()]) else 1)

@@ -1,0 +1,174 @@
+"""What must hold of commands and replies, whatever comes; as ``properties.py`` of messages."""
+
+from __future__ import annotations
+
+from itertools import cycle, pairwise
+
+from command_streams import COMMAND_CONTROLS
+from tally import Seen, count
+
+from stagewire.commands import (
+    BadCommandLength,
+    Command,
+    CommandFrame,
+    CommandReceived,
+    ReplyReceived,
+    UnknownCommand,
+)
+from stagewire.errors import (
+    BadLengthError,
+    OutOfRangeError,
+    OutstandingReplyError,
+    TrailingBytesError,
+    TruncatedError,
+    UnknownMessageError,
+)
+from stagewire.framing import Event, Garbage, join_garbage
+from stagewire_ms2000 import PROTOCOL
+
+__all__ = ["check_commands"]
+
+LONGEST = 3 + 255 + 1
+REFUSALS = (TruncatedError, TrailingBytesError, BadLengthError, UnknownMessageError)
+REQUESTS = tuple(
+    CommandFrame(cls(), 0x18)
+    for cls in PROTOCOL.messages
+    if issubclass(cls, Command) and cls.reply is not None
+)
+
+
+def check_commands(data: bytes) -> None:
+    """Read a stream as a controller does and as a host does, whole and in chunks."""
+    controls, stream = (
+        data[:COMMAND_CONTROLS].ljust(COMMAND_CONTROLS, b"\0"),
+        data[COMMAND_CONTROLS:],
+    )
+    edges = _edges(len(stream), controls[0], controls[1])
+    _check_framer(stream, edges)
+    _check_decode(stream)
+    _check_replies(stream, edges, controls[2], controls[3])
+
+
+def _edges(length: int, first: int, second: int) -> list[int]:
+    """Return where the stream is cut."""
+    edges = [0]
+    sizes = cycle((1,) if first < 16 else (first % 40 + 1, second % 300 + 1, 1))
+    while edges[-1] < length:
+        edges.append(min(edges[-1] + next(sizes), length))
+    return edges
+
+
+def _check_framer(stream: bytes, edges: list[int]) -> None:
+    framer = PROTOCOL.framer()
+    events = framer.feed(stream)
+    pending = framer.pending
+    assert b"".join([event.raw for event in events]) + pending == stream, "bytes went astray"
+    assert len(pending) < LONGEST, f"{len(pending)} bytes are pending"
+    count(Seen.COMMAND_PENDING, bool(pending))
+    for event in events:
+        _check_event(event)
+
+    other = PROTOCOL.framer()
+    in_chunks: list[Event] = []
+    fed = out = 0
+    for start, stop in pairwise(edges):
+        new = other.feed(stream[start:stop])
+        fed += stop - start
+        out += sum([len(event.raw) for event in new])
+        assert out + len(other.pending) == fed, "bytes went astray"
+        assert len(other.pending) < LONGEST, f"{len(other.pending)} bytes are pending"
+        in_chunks += new
+    assert join_garbage(in_chunks) == join_garbage(events), "the events depend on the chunks"
+    assert other.pending == pending, "what is pending depends on the chunks"
+
+
+def _check_event(event: Event) -> None:
+    """What an event says of its bytes is what the codec says of them."""
+    raw = event.raw
+    assert raw, "an event without bytes"
+    if isinstance(event, CommandReceived):
+        _check_frame(event.frame, raw)
+    elif isinstance(event, (UnknownCommand, BadCommandLength)):
+        unknown = isinstance(event, UnknownCommand)
+        count(Seen.UNKNOWN_COMMAND if unknown else Seen.BAD_COMMAND)
+        expected = UnknownMessageError if unknown else BadLengthError
+        try:
+            PROTOCOL.decode(raw)
+        except expected:
+            return
+        raise AssertionError(f"{event!r} decodes")
+    else:
+        assert type(event) is Garbage, f"an event of kind {type(event)}"
+        count(Seen.COMMAND_GARBAGE)
+
+
+def _check_frame(frame: CommandFrame, raw: bytes) -> None:
+    """A frame encodes to the bytes that came, is equal to itself made anew, and safe when it has to be."""
+    message = frame.message
+    layout = message.layout
+    count(Seen.SETUP_COMMAND if frame.axis is None else Seen.COMMAND)
+    count(Seen.IGNORED_BYTES, bool(frame.extra))
+    assert len(raw) <= LONGEST, "a command that is too long"
+    assert frame.encode(allow_dummy=True) == raw, "not the bytes that came"
+    assert PROTOCOL.decode(memoryview(raw)) == frame, "decoded twice, unequal"
+    assert CommandFrame(message, frame.axis, frame.extra, frame.sized) == frame
+    assert PROTOCOL.message_class(layout.message, frame.form) is type(message)
+    try:
+        assert PROTOCOL.build(layout.message, message.values(), frame.form) == message
+    except OutOfRangeError:
+        count(Seen.OUT_OF_RANGE)
+    marks = PROTOCOL.marks
+    looks = any(a == marks.prefix and b in marks.setup for a, b in pairwise(raw))
+    try:
+        assert frame.encode(allow_dummy=True, refuse_prefix_bytes=True) == raw
+        assert frame.axis is None or not looks, "it holds a setup command and was not refused"
+    except OutOfRangeError:
+        count(Seen.LOOKS_LIKE_SETUP)
+        assert looks, "refused, and yet it holds no setup command"
+
+
+def _check_decode(raw: bytes) -> None:
+    """Exactly what the framer takes for one whole command is decoded."""
+    framer = PROTOCOL.framer()
+    events = framer.feed(raw)
+    one = [type(event) for event in events] == [CommandReceived] and not framer.pending
+    try:
+        PROTOCOL.decode(raw)
+    except REFUSALS:
+        count(Seen.COMMAND_REFUSED)
+        assert not one, "refused, and yet a whole command"
+    else:
+        assert one, "decoded, and yet not one whole command"
+
+
+def _check_replies(stream: bytes, edges: list[int], first: int, silence: int) -> None:
+    """Ask whenever nothing is outstanding: each reply is as long as its request says, and none is shifted."""
+    decoder = PROTOCOL.replies()
+    out = b""
+    late = False  # whether a reply that was given up may still come
+    for turn, (start, stop) in enumerate(pairwise(edges)):
+        request = REQUESTS[(first + turn) % len(REQUESTS)]
+        if decoder.outstanding is None:
+            try:
+                decoder.sent(request)
+            except OutstandingReplyError:
+                assert late, "refused, and yet no reply can come"
+            else:
+                assert not late, "sent while a late reply may come"
+                assert len(out) == start, "sent while bytes are pending"
+        events = decoder.feed(stream[start:stop])
+        count(Seen.LATE_REPLY, late)
+        for event in events:
+            if isinstance(event, ReplyReceived):
+                assert not late, "a late reply was taken for an answer"
+                count(Seen.REPLY)
+                assert event.reply.pack() == event.raw, "not the bytes that came"
+                assert PROTOCOL.decode_reply(event.raw, event.request) == event.reply
+        if turn == silence % 16:
+            late = decoder.outstanding is not None
+            events += decoder.abandon()
+        elif turn == silence % 16 + silence // 16:
+            late = False
+            decoder.drained()
+        out += b"".join([event.raw for event in events])
+        assert out + decoder.pending == stream[:stop], "bytes went astray"
