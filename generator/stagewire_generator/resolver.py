@@ -310,12 +310,17 @@ class _Resolver:
 
     def command(self, document: Document, section: str, name: str, entry: Json) -> None:
         path = (section, name)
-        layouts = []
+        layouts: list[model.Layout] = []
+        whole = True
         for form in ("request", "reply"):
             if form in entry or form == "request":
                 at = (*path, form) if form in entry else path
-                layouts.append(self.part(document, at, entry.get(form, {}), form, entry["page"]))
-        size = entry.get("size", "none")
+                layout, all_made = self.request_or_reply(document, at, entry, form)
+                layouts.append(layout)
+                whole = whole and all_made
+        size = None if entry.get("size", "none") == "none" else entry["size"]
+        if whole:
+            self.check_size(name, size, {x.form: x.length for x in layouts}, document.place(*path))
         self.message(
             document, path, name, entry, tuple(layouts), dict(entry.get("exchange", {})),
             id=entry["byte"],
@@ -326,19 +331,36 @@ class _Resolver:
             kind="command" if section == "commands" else "setup",
             title=entry["title"],
             keyboard=entry.get("keyboard", ""),
-            size=None if size == "none" else size,
+            size=size,
             dummy=entry.get("dummy", False),
             firmware=_firmware(entry),
         )  # fmt: skip
 
-    def part(
-        self, document: Document, path: KeyPath, entry: Json, form: str, page: int
-    ) -> model.Layout:
-        """Return the request or the reply of a command; its length is the sum of its fields."""
-        fields, _ = self.fields(document, (*path, "fields"), entry.get("fields", {}), page)
+    def request_or_reply(
+        self, document: Document, path: KeyPath, command: Json, form: str
+    ) -> tuple[model.Layout, bool]:
+        """Return the request or the reply of a command, and whether all its fields could be made.
+
+        Its length is the sum of its fields.
+        """
+        entry, page = command.get(form, {}), command["page"]
+        fields, all_made = self.fields(document, (*path, "fields"), entry.get("fields", {}), page)
         length = sum(field.format.size for field in fields)
         note, place = entry.get("note", ""), document.place(*path)
-        return model.Layout(form, {}, None, None, length, fields, note, place)
+        return model.Layout(form, {}, None, None, length, fields, note, place), all_made
+
+    def check_size(
+        self, name: str, size: int | None, lengths: Mapping[str, int], place: Place
+    ) -> None:
+        """Check that a size is that of the data of the request, or else of the reply."""
+        request, data = lengths["request"], lengths["request"] or lengths.get("reply", 0)
+        if size is None and request:
+            what = f"{name} has no size slot, and {request} bytes of data"
+            hint = "only a command without data may lack it"
+            self.diagnostics.add(place, "SW031", what, hint)
+        elif size not in (None, data):
+            what = f"{name}: the size is {size}, the fields take {data} bytes"
+            self.diagnostics.add(place, "SW031", what, "correct the size or the fields")
 
     def message(
         self,

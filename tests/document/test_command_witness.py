@@ -32,7 +32,7 @@ def facts(node: Any) -> int:
 def test_chapters(
     command_document: Document, printed_commands: Data, chapter: str, compared: Counts
 ) -> None:
-    expected = printed_commands[chapter]
+    expected = {k: v for k, v in printed_commands[chapter].items() if k != "vocabulary"}
     assert CHAPTERS[chapter](command_document) == expected
     compared[f"facts of the chapter {chapter}"] = facts(expected)
 

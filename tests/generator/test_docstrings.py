@@ -35,7 +35,7 @@ Kept until it is switched off.
 
 Moves to a position.
 
-Completes with ``POS_MOVED``.
+Completes with ``POS_MOVED``. Muted by ``POS_ALIVE``.
 
 Not without a slide.
 
@@ -121,6 +121,8 @@ Section Setup. Typed as ``W``.""",
 ``GO_TO`` (0x47), 6 bytes of data, size 6.
 
 Walks to a place.
+
+Stops ``HALT``.
 
 Slowly.
 

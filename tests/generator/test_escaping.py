@@ -200,7 +200,10 @@ def test_formatting_of_little(
 COMMAND_FORMATS = {
     "u8": 1, "s24": 3, "char[3]": 3, "u24": 3, "u16": 2, "u8[3]": 3, "s16": 2
 }  # fmt: skip
-STEMS = ("a", "a_field", "a_field_with_a_long_name", "a_field_with_a_longer_name")
+STEMS = (
+    "a", "a_field", "a_field_with_a_long_name", "a_field_with_a_longer_name",
+    "a_field_with_a_name_longer_than_that", "a_field_with_a_name_that_is_longer_than_any_of_them",
+)  # fmt: skip
 
 
 def fields_of(stem: str, count: int, note: Callable[[int], str]) -> tuple[dict[str, Any], int]:
@@ -213,6 +216,8 @@ def fields_of(stem: str, count: int, note: Callable[[int], str]) -> tuple[dict[s
             field["role"] = "reserved"
         elif field["format"] == "u16" and n % 3 == 0:
             field |= {"role": "constant", "value": 500 + n}
+        elif field["format"] == "u8":
+            field["flags"] = "eyes"
         elif field["format"] == "s24":
             field |= {"quantity": "distance", "note": note(4 * n + count)}
         fields[f"{stem}_{n + 1}"] = field
@@ -235,7 +240,7 @@ def many_commands(spec: Path, words: str) -> None:
             commands[f"M{'X' * (number % 40)}_{number}"] = {
                 "byte": 0x80 + number, "page": 3, "title": "Listing", "summary": text(5 * number + 1),
                 "note": text(200 - number), "size": size, "dummy": True,
-                "firmware": [{"version": "9." * (count % 9) + "1", "note": text(3 * number + 1)}],
+                "firmware": [{"version": "9." * (count % 9) + "1", "note": text(2 * number + 1)}],
                 **({"request": part} if number % 3 < 2 else {}),
                 **({"reply": part} if number % 3 > 0 else {}),
             }  # fmt: skip

@@ -37,10 +37,11 @@ def test_the_package_works(turtle: Any) -> None:
     moved = m.GoTo(place=-10000, height=100).pack(1)
     assert moved.hex(" ") == "01 47 06 f0 d8 ff 64 00 00 2e"
     assert turtle.decode(moved).message == m.GoTo(-10000, 100)
-    assert m.Knock(2).pack(2).hex(" ") == "02 4b 04 02 00 2e 2e 2e"
+    assert m.Knock(strength=2, eyes=0).pack(2).hex(" ") == "02 4b 04 02 00 2e 2e 2e"
     where = turtle.PROTOCOL.decode_reply(bytes.fromhex("f0d8ff64000003"), "WHERE")
     assert where == m.WhereReply(place=-10000, height=100, eyes_wide=3)
     assert where.eyes_wide_flags.shell
+    assert m.Knock(strength=2, eyes=2).eyes_flags.shell
     assert m.Name("Bo").pack(1).hex(" ") == "01 4e 04 42 6f 00 00 2e"
     assert turtle.quantities.DISTANCE.to_counts(1) == 10
     assert turtle.enumerations.Axis.TAIL == 0x1B
@@ -72,7 +73,8 @@ def test_it_has_every_key_of_the_language(good_commands: Path) -> None:
         assert shown["messages"] >= definition("messages", "$defs", name, "properties").keys()
     for name in (
         "ascii_reply", "axis", "bit", "breakdown", "command", "command_mention", "exceptions",
-        "limits", "number_format", "setup_row", "setup_table", "size_range",
+        "limits", "number_format", "printed_unit", "setup_row", "setup_table", "size_range",
+        "vocabulary",
     ):  # fmt: skip
         assert shown["printed"] >= definition("printed", "$defs", name, "properties").keys()
     path = good_commands / "conformance" / "examples" / "turtle.yaml"

@@ -13,10 +13,9 @@ from stagewire_generator.lint.witness.reading import (
     limit,
     number,
     same_name,
-    signed,
     squash,
-    unit,
 )
+from stagewire_generator.lint.witness.vocabulary import Vocabulary, amount
 from stagewire_generator.model import Factor, Field, Protocol
 
 BYTE, WORD = 0xFF, 0xFFFF
@@ -132,11 +131,40 @@ def test_counts_in_figures_and_in_words(text: str, wanted: int | str) -> None:
     assert count(text) == wanted
 
 
+WORDS = Vocabulary.of(
+    {
+        "slots": {}, "whole_slot": "range", "no_size": "None", "axis": "Axis", "cleared": ["off"],
+        "signed": ["two's complement"], "unsigned": ["straight"],
+        "units": [
+            {"printed": "tenths of a micron", "unit": "um", "factor": "1/10"},
+            {"printed": "μ m/s", "unit": "um/s", "factor": 1},
+        ],
+        "notations": {"setup": {"dec": "{prefix} {byte:02}", "hex": "#{prefix:02X}{byte:02X} {key}"}},
+    }
+)  # fmt: skip
+
+
 def test_signs_and_units() -> None:
     """What nobody knows stays as it is, and is then a difference."""
-    assert signed("two's compliment") is signed("two's complement") is signed("signed") is True
-    assert signed("straight") is False
-    assert signed("odd") == "odd"
-    assert unit("tenths of a micron") == unit("tenths of microns") == "1/10 um"
-    assert unit(r"$\mu\text{m/s}$") == unit("μ m/s") == "1/1 um/s"
-    assert unit("furlongs") == "furlongs"
+    assert WORDS.signed("two's complement") is True
+    assert WORDS.signed("straight") is False
+    assert WORDS.signed("odd") == "odd"
+    assert WORDS.unit("tenths of a micron") == amount(Fraction(1, 10), "um") == "1/10 um"
+    assert WORDS.unit("μ m/s") == "1 um/s"
+    assert WORDS.unit("furlongs") == "furlongs"
+
+
+def test_notations() -> None:
+    assert WORDS.written("setup", "dec", 7, prefix=255) == "255 07"
+    assert WORDS.written("setup", "hex", 0x0A, prefix=255, key="{byte}") == "#FF0A {byte}"
+    assert WORDS.written("setup", "keyboard", 7) == WORDS.written("axes", "dec", 7) == ""
+    assert Vocabulary().written("setup", "dec", 7) == ""
+
+
+@pytest.mark.parametrize(
+    "notation", ["{byte.real}", "{byte:9999}", "{0}", "{}", "{{byte}", "{BYTE}"]
+)
+def test_a_notation_is_no_format_of_python(notation: str) -> None:
+    """What is no placeholder stays; a spec must not reach into objects or ask for endless blanks."""
+    words = Vocabulary(notations={"setup": {"dec": notation}})
+    assert words.written("setup", "dec", 7) == notation.replace("{byte}", "7")

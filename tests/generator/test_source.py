@@ -7,6 +7,7 @@ import ast
 import pytest
 
 from stagewire_generator.targets.python.source import (
+    assigned,
     bracketed,
     call,
     docstring,
@@ -112,6 +113,13 @@ def test_brackets_break_beyond_the_limit() -> None:
     fits = "x" * 97
     assert call("f", [fits], "", 0) == f"f({fits})"
     assert call("f", [fits], "", 1) == f"f(\n     {fits},\n )"
+
+
+def test_assignments_break_beyond_the_limit() -> None:
+    assert assigned("a", "b", 8) == "a = b"
+    fits = "x" * 88  # and 8 of indent, and `a = `
+    assert assigned("a", fits, 8) == f"a = {fits}"
+    assert assigned("a", fits + "x", 8) == f"a = (\n            {fits}x\n        )"
 
 
 def test_paragraphs() -> None:

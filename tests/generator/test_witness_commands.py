@@ -1,7 +1,8 @@
 """Each kind of difference between a registry of commands and its witness: place, line, both sides.
 
 The witness of the small spec agrees with its registry, but for words that are misspelt; each case
-changes a passage of one file.
+changes a passage of one file. Its words, units and notations are those of no other document: they
+are data, and so it has a vocabulary of its own.
 """
 
 from __future__ import annotations
@@ -70,14 +71,14 @@ CASES: list[tuple[str, str, str, Found]] = [
     ("document", "  - [10, FORM]\n", "  - [10, FORM]\n  - [11, Flight]\n", {}),  # 3 is a command's
     ("setup", '[3, "254"]', '[3, "255"]', {"frame/prefix": ("255", "254")}),
     ("setup", "[3, two]", "[3, three]", {"setup/length": ("3", "2")}),
-    ("setup", "dec: 254 87", "dec: 254 88", {"setup/WAKE/dec": ("254 88", "254 87")}),
-    ("setup", "'R'", "'S'", {"setup/REST/keyboard": ("Alt[254] 'S'", "Alt[254] 'R'")}),
-    ("setup", "post_byte: W", "post_byte: w", {"setup/WAKE/post_byte": ("w", "W")}),
-    ("setup", "#FE#52", "#FF#52", {"setup2/REST/hex": ("#FF#52", "#FE#52")}),
-    ("setup", 'FE#52", says: Rest', 'FE#52", says: Rests', {"setup2/REST/title": ("Rests", "Rest")}),
+    ("setup", "dec: 254/87", "dec: 254/88", {"setup/WAKE/dec": ("254/88", "254/87")}),
+    ("setup", "+R", "+S", {"setup/REST/keyboard": ("[254]+S", "[254]+R")}),
+    ("setup", "<W>", "<w>", {"setup/WAKE/post_byte": ("<w>", "<W>")}),
+    ("setup", "FE.52h", "FF.52h", {"setup2/REST/hex": ("FF.52h", "FE.52h")}),
+    ("setup", "FE.52h, says: Rest", "FE.52h, says: Rests", {"setup2/REST/title": ("Rests", "Rest")}),
     (
         "setup",
-        '      - {line: 9, hex: "#FE#52", says: Rest}\n',
+        "      - {line: 9, hex: FE.52h, says: Rest}\n",
         "",
         {"setup2/REST/missing": ("nothing", "REST")},
     ),
@@ -85,15 +86,15 @@ CASES: list[tuple[str, str, str, Found]] = [
         "firmware/1.0": ("nothing", "1.0"),
         "firmware/1.1": ("1.1", "nothing"),
     }),
-    ("format", "BYTE1, Axis", "BYTE1, Leg", {"frame/bytes/axis": ("False", "True")}),
-    ("format", "Group 3, Data Size", "Group 3, Size", {"frame/groups/size": ("False", "True")}),
-    ("format", "BYTE2", "BYTE 9", {"frame/bytes/command/number": ("9", "2")}),
-    ("format", "LAST BYTE", "BYTE", {"frame/bytes/end": ("False", "True")}),
-    ("format", "BYTE1", "BYTE", {"frame/bytes/axis/number": ("nothing", "1")}),
-    ("format", "Group 5", "Group 6", {"frame/groups/end/number": ("6", "5")}),
-    ("format", "  - [21, Group 5, Last Byte]\n", "", {"frame/groups": ("4", "5")}),
-    ("format", "BYTES 4-8", "BYTES 4-9", {"frame/bytes/last": ("9", "8")}),
-    ("format", 'to: "255"', 'to: "256"', {"size/rangeoftheslot/to": ("256", "255")}),
+    ("format", "Octet 1, Which string", "Octet 1, Which axis", {"frame/bytes/axis": ("False", "True")}),
+    ("format", "Part 3, How Many", "Part 3, Data Size", {"frame/groups/size": ("False", "True")}),
+    ("format", "Octet 2", "Octet 9", {"frame/bytes/command/number": ("9", "2")}),
+    ("format", "Final octet", "LAST OCTET", {"frame/bytes/end": ("False", "True")}),
+    ("format", "Octet 1", "Octet", {"frame/bytes/axis/number": ("nothing", "1")}),
+    ("format", "Part 5", "Part 6", {"frame/groups/end/number": ("6", "5")}),
+    ("format", "  - [21, Part 5, Final Part]\n", "", {"frame/groups": ("4", "5")}),
+    ("format", "Octets 4-8", "Octets 4-9", {"frame/bytes/last": ("9", "8")}),
+    ("format", 'to: "255"', 'to: "256"', {"size/whatispossible/to": ("256", "255")}),
     ("format", 'in use, from: "0"', 'in use, from: "1"', {"size/inuse/from": ("1", "0")}),
     ("format", "count: one", "count: two", {"exceptions/count": ("2", "1")}),
     ("format", '[["?", asks]]', "[[W, asks]]", {
@@ -105,10 +106,10 @@ CASES: list[tuple[str, str, str, Found]] = [
         "exceptions/key-33": ("key-33", "nothing"),
     }),
     ("format", 'dec: "27"', 'dec: "26"', {"axis/TAIL/dec": ("26", "27")}),
-    ("format", "0x01", "0x1", {"axis/LEFT/hex": ("0x1", "0x01")}),
+    ("format", "$01", '"0x01"', {"axis/LEFT/hex": ("0x01", "$01")}),
     ("format", "keyboard: ESC", "keyboard: Esc", {"axis/TAIL/keyboard": ("Esc", "ESC")}),
     ("format", ", reserved: true", "", {"axis/TAIL/reserved": ("False", "True")}),
-    ("format", "name: Left Axis", "name: Nose", {
+    ("format", "name: Left String", "name: Nose", {
         "axis/nose": ("Nose", "nothing"),
         "axis/LEFT/missing": ("nothing", "LEFT"),
     }),
@@ -117,23 +118,21 @@ CASES: list[tuple[str, str, str, Found]] = [
         "command/CALL/title": ("Calls", "Call"),
         "command/CALL/page": ("Calls", "Call"),
     }),
-    ("commands", '[31, "70"]', '[31, "7"]', {"command/FLY/dec": ("7", "70")}),
-    ("commands", "0x4C", "4C", {"command/LAND/hex": ("4C", "0x4C")}),
+    ("commands", "[31, no. 70]", '[31, "70"]', {"command/FLY/dec": ("70", "no. 70")}),
+    ("commands", "$4C", '"0x4C"', {"command/LAND/hex": ("0x4C", "$4C")}),
     ("commands", "[83, L]", '[83, ""]', {"command/LAND/keyboard": ("", "L")}),
-    ("commands", "[64, None]", '[64, "0"]', {"command/MOOD/size": ("0", "None")}),
-    ("commands", "size: [84, \"0\"]", "size: [84, None]", {"command/LAND/size": ("None", "0")}),
+    ("commands", "[64, nought]", '[64, "0"]', {"command/MOOD/size": ("0", "nought")}),
+    ("commands", 'size: [84, "0"]', "size: [84, None]", {"command/LAND/size": ("None", "0")}),
     ("commands", "bytes: two", "bytes: three", {"format/FLY/bytes": ("3", "2")}),
-    ("commands", "sign: signed", "sign: straight", {"format/FLY/signed": ("False", "True")}),
-    ("commands", "sign: signed", "sign: odd", {"format/FLY/signed": ("odd", "True")}),
-    ("commands", "sign: signed, ", "", {"format/FLY/signed": ("nothing", "True")}),
-    ("commands", "tenths of microns", "milliseconds", {
-        "format/FLY/unit": ("1/1 ms", "1/10 um")
-    }),
-    ("commands", ", unit: tenths of a micron", "", {
+    ("commands", "either way", "one way", {"format/FLY/signed": ("False", "True")}),
+    ("commands", "either way", "signed", {"format/FLY/signed": ("signed", "True")}),
+    ("commands", "sign: either way, ", "", {"format/FLY/signed": ("nothing", "True")}),
+    ("commands", "unit: hairs", "unit: microns", {"format/FLY/unit": ("microns", "1/10 um")}),
+    ("commands", ", unit: a hair", "", {
         "format/WHERE/way/unit": ("nothing", "1/10 um")
     }),
-    ("commands", "sign: straight}", "sign: straight, unit: milliseconds}", {
-        "format/WHERE/height/unit": ("1/1 ms", "no unit")
+    ("commands", "sign: one way}", "sign: one way, unit: hairs}", {
+        "format/WHERE/height/unit": ("1/10 um", "no unit")
     }),
     ("commands", "of: the way", "of: the angle", {
         "format/WHERE": ("the angle", "no such field"),
@@ -157,7 +156,7 @@ CASES: list[tuple[str, str, str, Found]] = [
         "bits/WHERE/2": ("0 pulling down, 1 pulling down", "pulling_down")
     }),
     ("commands", "of: Line", "of: Rope", {
-        "bits/WHERE/0": ("0 Rope not tight, 1 Rope tight", "line_tight")
+        "bits/WHERE/0": ("0 Rope hardly tight, 1 Rope tight", "line_tight")
     }),
     ("commands", 'always: "1"', 'always: "0"', {
         "bits/WHERE/1": ("always 0, servos are on", "servo")
@@ -200,7 +199,7 @@ CASES: list[tuple[str, str, str, Found]] = [
     ("commands", 'line: 38, axis: "1"', 'line: 38, axis: "27"', {
         "breakdown/FLY/axis": ("27", "1")
     }),
-    ("commands", "axis_name: left axis", "axis_name: right axis", {
+    ("commands", "axis_name: left string", "axis_name: right string", {
         "breakdown/FLY/axis": ("1", "no such axis")
     }),
     ("commands", 'command: "87"', 'command: "70"', {"breakdown/WHERE/command": ("70", "87")}),
@@ -223,14 +222,54 @@ def test_a_difference(
     assert found(changed(kite, tmp_path, chapter, old, new)) == SPELLING | wanted
 
 
+VOCABULARY: list[tuple[str, str, Found]] = [
+    ("size: how many", "size: data", {
+        "frame/bytes/size": ("False", "True"),
+        "frame/groups/size": ("False", "True"),
+    }),
+    ("no_size: nought", "no_size: None", {"command/MOOD/size": ("nought", "None")}),
+    ("[either way, to and fro]", "[to and fro]", {"format/FLY/signed": ("either way", "True")}),
+    ("unsigned: [one way]", "unsigned: [straight]", {
+        "format/WHERE/height/signed": ("one way", "False")
+    }),
+    ("{printed: hairs, unit: um, factor: 1/10}", "{printed: hairs, unit: um, factor: 3}", {
+        "format/FLY/unit": ("3 um", "1/10 um")
+    }),
+    ("{printed: a hair, unit: um,", "{printed: a hair, unit: ms,", {
+        "format/WHERE/way/unit": ("1/10 ms", "1/10 um")
+    }),
+    ('"[{prefix}]+{key}"', '"Alt[{prefix}] \'{key}\'"', {
+        "setup/WAKE/keyboard": ("[254]+W", "Alt[254] 'W'"),
+        "setup/REST/keyboard": ("[254]+R", "Alt[254] 'R'"),
+    }),
+    ('"<{key}>"', '"<{word}>"', {"setup/WAKE/post_byte": ("<W>", "<{word}>")}),
+    ('axes: {dec: "{byte}"', 'axes: {dec: "{byte:02}"', {"axis/LEFT/dec": ("1", "01")}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "wanted"), VOCABULARY)
+def test_what_a_word_means_is_data(
+    kite: Protocol, tmp_path: Path, old: str, new: str, wanted: Found
+) -> None:
+    assert found(changed(kite, tmp_path, "format", old, new)) == SPELLING | wanted
+
+
+def test_without_a_vocabulary_no_word_is_understood(kite: Protocol) -> None:
+    witness = [d for d in read(SPEC / "kite" / "printed") if d.data["chapter"] != "format"]
+    told = found(compare_witness(kite, witness))
+    assert told["format/FLY/signed"] == ("either way", "True")
+    assert told["format/FLY/unit"] == ("hairs", "1/10 um")
+    assert told["command/FLY/hex"] == ("$46", "")
+
+
 def test_the_line_of_a_difference(kite: Protocol, tmp_path: Path) -> None:
-    comparison = changed(kite, tmp_path, "commands", '[31, "70"]', '[31, "7"]')
+    comparison = changed(kite, tmp_path, "commands", "[31, no. 70]", '[31, "70"]')
     assert str(comparison.differences["command/FLY/dec"].at) == "commands.yaml:6:5"
 
 
 UNKNOWN = [
-    ("commands", 'title: Call\n    line: 50\n    dec: [51, "67"]', "Shout", "CALL"),
-    ("setup", "{line: 5, dec: 254 87, keyboard: \"Alt[254] 'W'\", says: Wake up.", "Shout", ""),
+    ("commands", "title: Call\n    line: 50\n    dec: [51, no. 67]", "Shout", "CALL"),
+    ("setup", '{line: 5, dec: 254/87, keyboard: "[254]+W", says: Wake up.', "Shout", ""),
     ("commands", "{line: 91, name: Fly}", "Flee", ""),
     ("commands", '{line: 90, name: Land, dec: "76", keyboard: L}', "7", ""),
 ]
@@ -284,7 +323,7 @@ def test_a_chapter_of_the_other_kind(
 def test_axes_that_nothing_defines(kite: Protocol) -> None:
     """The lint on framing says so; the witness goes on."""
     comparison = compare_witness(replace(kite, enumerations=()), read(SPEC / "kite" / "printed"))
-    assert found(comparison)["axis/leftaxis"] == ("Left Axis", "nothing")
+    assert found(comparison)["axis/leftstring"] == ("Left String", "nothing")
     assert found(comparison)["breakdown/FLY/axis"] == ("1", "no such axis")
 
 
@@ -325,9 +364,9 @@ def test_every_text_is_compared(kite: Protocol, chapter: str) -> None:
     assert (
         unnoticed
         == {
-            "commands": ["not tight", "pulling up"],  # the registry has only what a set bit means
+            "commands": ["hardly tight", "pulling up"],  # the registry has what a set bit means
             "document": [],
-            "format": ["End", "asks"],
+            "format": ["Stop", "asks"],
             "setup": ["Typed", "Sent"],
             "wording": [],
         }[chapter]

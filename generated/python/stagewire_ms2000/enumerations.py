@@ -38,6 +38,6 @@ class Busy(Enumeration):
     """
 
     BUSY = 0x42
-    """There is a motor signal, or a command is being carried out."""
+    """There is a motor signal, or a command is being carried out on an enabled axis."""
     NOT_BUSY = 0x62
     """The axis is idle."""

@@ -334,7 +334,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "pages": "erratum",
         "subject": "erratum",
         "messages": Names("erratum", "message"),
-        "fields": "erratum",
+        "fields": Names("erratum", "message"),
         "printed": "erratum",
         "encoded": "erratum",
         "evidence": "erratum",

@@ -56,8 +56,9 @@ class Comparison:
         self.changes.append(change(kind, self.protocol, where, old, new, text))
 
     def renamed(self, kind: str, name: str) -> str:
-        """Return the new name of what the old registry calls ``name``."""
-        return self.matches.renamed(kind).get(name, name)
+        """Return the new name of what the old registry calls ``name``, or a field of it ``NAME.field``."""
+        first, dot, field = name.partition(".")
+        return self.matches.renamed(kind).get(first, first) + dot + field
 
     def names(self, kind: str, noun: str, pairs: Pairs[Any], where: Where = NOWHERE) -> None:
         """Note what was added, removed and renamed among the things of a kind.

@@ -14,14 +14,16 @@ __all__ = ["compare_chapters", "compare_firmware", "compare_messages", "compare_
 def compare_messages(comparison: Comparison, old: Protocol, new: Protocol) -> None:
     """Compare all messages."""
     pairs = comparison.matches.message
-    ids = {(m.kind, m.id): m.name for m in old.messages}
+    ids: dict[tuple[str, int | None], str] = {
+        (m.kind, m.id): m.name for m in old.messages if m.id is not None
+    }
     for message in pairs.removed:
         kind = "mention-removed" if message.id is None else "message-removed"
         comparison.add(kind, {"message": message.name}, message.name, None)
     for message in pairs.added:
         text = ""
         owner = ids.get((message.kind, message.id))
-        if owner and message.id is not None:
+        if owner:
             text = f"new names; frames with this id were {owner} and are now read as this message"
         kind = "mention-added" if message.id is None else "message-added"
         comparison.add(kind, {"message": message.name}, None, message.name, text)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from stagewire_generator.change.comparison import Comparison
 from stagewire_generator.change.pairing import pair
 from stagewire_generator.model import Erratum, Json, Protocol
@@ -52,7 +54,22 @@ def _vectors(comparison: Comparison, noun: str, old: Json, new: Json) -> None:
             comparison.add("example-added", where, None, name)
         elif old[name] != new[name]:
             keys = (*old[name], *(key for key in new[name] if key not in old[name]))
-            changed = [key for key in keys if old[name].get(key) != new[name].get(key)]
-            comparison.add("example", {**where, "attribute": ", ".join(changed)})
+            changed = [
+                key for key in keys if not _same(old[name].get(key), new[name].get(key), comparison)
+            ]
+            if changed:
+                comparison.add("example", {**where, "attribute": ", ".join(changed)})
     if list(old) != list(new) and sorted(old) == sorted(new):
         comparison.add("order", {"attribute": f"{noun}s"})
+
+
+def _same(old: Any, new: Any, comparison: Comparison) -> bool:
+    """Whether two parts of an example differ at most in names of messages that were renamed."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        return old.keys() == new.keys() and all(_same(old[k], new[k], comparison) for k in old)
+    if isinstance(old, list) and isinstance(new, list):
+        pairs = zip(old, new, strict=False)
+        return len(old) == len(new) and all(_same(a, b, comparison) for a, b in pairs)
+    return bool(old == new) or (
+        isinstance(old, str) and bool(new == comparison.renamed("message", old))
+    )

@@ -13,7 +13,7 @@ _SHOWN = {"message": "a message", "command": "a command", "setup": "a setup comm
 
 
 def check_framing(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
-    """Check the kind of every message, and the slots of every command.
+    """Check the kind of every message, and the byte and the size of every command.
 
     :param head: the file of the protocol, for the places of what is wrong in it.
     """
@@ -36,7 +36,7 @@ def check_framing(protocol: Protocol, head: Document, diagnostics: Diagnostics) 
             hint = "one of the two is wrong; see the document"
             diagnostics.add(message.place, "SW038", what, hint)
         if message.kind == "command":
-            _slots(protocol, message, diagnostics)
+            _size(protocol, message, diagnostics)
 
 
 def _axes(protocol: Protocol, place: Place, diagnostics: Diagnostics) -> None:
@@ -53,19 +53,8 @@ def _axes(protocol: Protocol, place: Place, diagnostics: Diagnostics) -> None:
             diagnostics.add(axes.place, "SW038", what, "one of the two is wrong; see the document")
 
 
-def _slots(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
-    """Check the size: that of the data, and told from the terminator."""
-    lengths = {layout.form: layout.length for layout in message.layouts}
-    request, reply = lengths["request"], lengths.get("reply", 0)
-    if message.size is None:
-        if request:
-            what = f"{message.name} has no size slot, and {request} bytes of data"
-            diagnostics.add(message.place, "SW031", what, "only a command without data may lack it")
-    elif message.size != (request or reply):
-        what = (
-            f"{message.name}: the size is {message.size}, the fields take {request or reply} bytes"
-        )
-        diagnostics.add(message.place, "SW031", what, "correct the size or the fields")
+def _size(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
+    """Check that the size is told from the terminator; the resolver holds it against the data."""
     if (message.size or 0) == protocol.framing["terminator"]:  # 0 is what the other form has
         what = f"{message.name}: the size {message.size or 0} is the terminator"
         diagnostics.add(message.place, "SW038", what, "it would be read as a slot that is left out")

@@ -59,9 +59,9 @@ def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
             continue
         key = message.kind, message.id
         if key in seen:
-            diagnostics.add(
-                message.place, "SW030", f"{message.name} and {seen[key]}: {message.id:#06x}"
-            )
+            digits = 4 if message.kind == "message" else 2  # of commands it is one byte
+            what = f"{message.name} and {seen[key]}: 0x{message.id:0{digits}x}"
+            diagnostics.add(message.place, "SW030", what)
         seen[key] = message.name
 
 

@@ -23,11 +23,11 @@ def check_pages(
     last = len(document["sections"]) if "sections" in document else document.get("pages")
     if last is None:
         return
-    kind = "section" if "sections" in document else "page"
+    noun = "section" if "sections" in document else "page"
     for file in (file for kind in _KINDS for file in files.get(kind, ())):
         for path, page in _pages(file.data, ()):
             if page > last and path[0] != "document":  # whose pages are their number
-                what = f"{'.'.join(map(str, path))}: {kind} {page}; the last is {last}"
+                what = f"{'.'.join(map(str, path))}: {noun} {page}; the last is {last}"
                 diagnostics.add(file.place(*path), "SW039", what)
 
 

@@ -292,6 +292,8 @@ class HwStartUpdateMsgs(FramedMessage):
     Starts the periodic status messages; they come, typically every 100 ms (page 11), until
     HW_STOP_UPDATEMSGS.
 
+    Starts ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``.
+
     :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; 0 to
         255.
     """
@@ -350,6 +352,8 @@ class HwStopUpdateMsgs(FramedMessage):
 
     Stops the periodic status messages; to be sent before a client ends so that the buffers of the
     host do not overflow.
+
+    Stops ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``.
 
     Erratum ``apt-summary-stop-updatemsgs-id``: printed 0x0011; encoded 0x0012.
     """
@@ -648,6 +652,8 @@ class HwResponse(FramedMessage):
     """``HW_RESPONSE`` (0x0080), to the host, header only; page 19.
 
     Short error message about a fault, failure or warning; it does not come in normal operation.
+
+    Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
     """
 
     __slots__ = ("param1", "param2")
@@ -700,6 +706,8 @@ class HwRichResponse(UndocumentedMessage):
     """``HW_RICHRESPONSE`` (0x0081), to the host, layout not documented; pages 13, 82, 83.
 
     Verbose error message; the document names it and does not describe its packet.
+
+    Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     Erratum ``apt-richresponse-no-layout``: printed named as a message, without a description;
         encoded an id without a layout; its packet is kept as bytes.

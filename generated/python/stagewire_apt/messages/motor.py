@@ -2117,7 +2117,8 @@ class MotMoveHome(FramedMessage):
 
     Starts homing with the settings of MOT_SET_HOMEPARAMS.
 
-    Completes with ``MOT_MOVE_HOMED``.
+    Completes with ``MOT_MOVE_HOMED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
+    ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
@@ -2175,6 +2176,8 @@ class MotMoveHomed(FramedMessage):
     """``MOT_MOVE_HOMED`` (0x0444), to the host, header only; page 41.
 
     Homing has been completed.
+
+    Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
@@ -2440,7 +2443,8 @@ class MotMoveRelativeHeader(FramedMessage):
     Starts a move by a distance; the short form uses the stored distance, the long form carries its
     own.
 
-    Completes with ``MOT_MOVE_COMPLETED``.
+    Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
+    ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     Moves by the distance stored with MOT_SET_MOVERELPARAMS.
 
@@ -2502,7 +2506,8 @@ class MotMoveRelative(FramedMessage):
     Starts a move by a distance; the short form uses the stored distance, the long form carries its
     own.
 
-    Completes with ``MOT_MOVE_COMPLETED``.
+    Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
+    ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param relative_distance: raw counts of mm, scale by stage; -2147483648 to 2147483647.
@@ -2783,7 +2788,8 @@ class MotMoveAbsoluteHeader(FramedMessage):
     Starts a move to a position; the short form uses the stored position, the long form carries its
     own.
 
-    Completes with ``MOT_MOVE_COMPLETED``.
+    Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
+    ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     Moves to the position stored with MOT_SET_MOVEABSPARAMS.
 
@@ -2845,7 +2851,8 @@ class MotMoveAbsolute(FramedMessage):
     Starts a move to a position; the short form uses the stored position, the long form carries its
     own.
 
-    Completes with ``MOT_MOVE_COMPLETED``.
+    Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
+    ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param absolute_distance: the position to move to; raw counts of mm, scale by stage; -2147483648
@@ -2921,7 +2928,8 @@ class MotMoveVelocity(FramedMessage):
     Moves in one direction, with the velocity that MOT_SET_MOVEVELPARAMS is said to set, until a
     stop command or a limit switch.
 
-    Completes with ``MOT_MOVE_COMPLETED``.
+    Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
+    ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param direction: :class:`~.MoveDirection`; 0 to 255.
@@ -2986,6 +2994,8 @@ class MotMoveCompletedHeader(FramedMessage):
 
     A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
     the channel at that moment.
+
+    Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     Without the status, as the byte table prints it; the lines around the table want the data form.
 
@@ -3054,7 +3064,7 @@ class MotMoveCompletedDc(FramedMessage):
     A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
     the channel at that moment.
 
-    This layout: status dc.
+    Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status dc.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param position: position encoder count; raw counts of mm, scale by stage; -2147483648 to
@@ -3168,7 +3178,7 @@ class MotMoveCompletedStepper(FramedMessage):
     A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
     the channel at that moment.
 
-    This layout: status stepper.
+    Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status stepper.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param position: position count; 25600 counts per mm on the APT stepper controllers; raw counts
@@ -3298,7 +3308,7 @@ class MotMoveStop(FramedMessage):
 
     Stops any movement of a channel, be it relative, absolute, at constant velocity or homing.
 
-    Completes with ``MOT_MOVE_STOPPED``.
+    Completes with ``MOT_MOVE_STOPPED``. Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param stop_mode: :class:`~.StopMode`; 0 to 255.
@@ -3362,6 +3372,8 @@ class MotMoveStoppedHeader(FramedMessage):
 
     A stop command has brought the channel to rest; the data packet is the status of the channel at
     that moment.
+
+    Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     Without the status. The table is headed so, but its third byte is the length of the data form.
 
@@ -3430,7 +3442,7 @@ class MotMoveStoppedDc(FramedMessage):
     A stop command has brought the channel to rest; the data packet is the status of the channel at
     that moment.
 
-    This layout: status dc.
+    Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status dc.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param position: position encoder count; raw counts of mm, scale by stage; -2147483648 to
@@ -3544,7 +3556,7 @@ class MotMoveStoppedStepper(FramedMessage):
     A stop command has brought the channel to rest; the data packet is the status of the channel at
     that moment.
 
-    This layout: status stepper.
+    Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status stepper.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param position: position count; 25600 counts per mm on the APT stepper controllers; raw counts
@@ -3674,7 +3686,8 @@ class MotMoveJog(FramedMessage):
 
     Starts a jog with the settings of MOT_SET_JOGPARAMS.
 
-    Completes with ``MOT_MOVE_COMPLETED``.
+    Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
+    ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param direction: :class:`~.MoveDirection`; 0 to 255.
@@ -3736,6 +3749,9 @@ class MotSuspendEndOfMoveMsgs(FramedMessage):
 
     Switches the unsolicited end-of-move and error messages off, for clients that cannot take them
     at any time.
+
+    Stops ``MOT_MOVE_STOPPED``, ``MOT_MOVE_COMPLETED``, ``MOT_MOVE_HOMED``, ``HW_RESPONSE``,
+    ``HW_RICHRESPONSE``.
     """
 
     __slots__ = ("param1", "param2")
@@ -3791,6 +3807,9 @@ class MotResumeEndOfMoveMsgs(FramedMessage):
     """``MOT_RESUME_ENDOFMOVEMSGS`` (0x046C), to the controller, header only; page 83.
 
     Switches the unsolicited end-of-move and error messages on again; they are on after power-up.
+
+    Starts ``MOT_MOVE_STOPPED``, ``MOT_MOVE_COMPLETED``, ``MOT_MOVE_HOMED``, ``HW_RESPONSE``,
+    ``HW_RICHRESPONSE``.
 
     Erratum ``apt-resume-disables``: printed The command also disables the error messages; encoded
         resumes the error messages.

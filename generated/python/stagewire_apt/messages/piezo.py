@@ -1834,6 +1834,8 @@ class PzSetOutputMaxVolts(FramedMessage):
     Set: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
     controller report the new maximum voltage and the new maximum travel by itself.
 
+    Announces ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_GET_MAXTRAVEL``.
+
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V,
         v_per_count 1/10; 0 to 1500.

@@ -32,7 +32,7 @@ class SwitchToHighLevel(SetupCommand):
     The letter must be a capital. A controller that looks for 255 anywhere may find these two bytes
     in the data of a command; `refuse_prefix_bytes` keeps such values from being sent.
 
-    Section Setup control commands. Typed as ``A``.
+    Section Setup control commands. Typed as ``A`` after the prefix.
     """
 
     __slots__ = ()
@@ -53,7 +53,7 @@ class SwitchToLowLevel(SetupCommand):
 
     Without it the controller expects ASCII text and does not understand a low-level command.
 
-    Section Setup control commands. Typed as ``B``.
+    Section Setup control commands. Typed as ``B`` after the prefix.
     """
 
     __slots__ = ()
@@ -74,7 +74,7 @@ class WhereInHundredths(SetupCommand):
 
     Positions of the low-level format stay tenths of a micrometre.
 
-    Section Setup control commands. Typed as ``H``.
+    Section Setup control commands. Typed as ``H`` after the prefix.
     """
 
     __slots__ = ()
@@ -95,7 +95,7 @@ class ResetController(SetupCommand):
 
     The document does not say which format is in force afterwards; send SWITCH_TO_LOW_LEVEL again.
 
-    Section Setup control commands. Typed as ``R``.
+    Section Setup control commands. Typed as ``R`` after the prefix.
     """
 
     __slots__ = ()
@@ -116,7 +116,7 @@ class WhereInTenths(SetupCommand):
 
     Positions of the low-level format are tenths of a micrometre in any case.
 
-    Section Setup control commands. Typed as ``T``.
+    Section Setup control commands. Typed as ``T`` after the prefix.
     """
 
     __slots__ = ()

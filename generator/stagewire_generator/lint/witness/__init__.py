@@ -3,7 +3,8 @@
 Every difference has a place name that an erratum can claim, such as ``table/MOT_REQ_AVMODES/id``. Two kinds
 of difference are so common that they are one place each: ``names/blanks`` (underscores that the scan lost)
 and ``headers/bar`` (the ``d|`` of a data frame that it shows as ``d``). A document of commands without a
-header has chapters of its own, and places such as ``command/START_MOTOR/hex``.
+header has chapters of its own, and places such as ``command/START_MOTOR/hex``; what its words mean is
+told by a vocabulary in one of them.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from stagewire_generator.lint.witness.slots import (
     compare_setup,
     compare_wording,
 )
+from stagewire_generator.lint.witness.vocabulary import Vocabulary
 from stagewire_generator.model import Protocol
 from stagewire_generator.strict_yaml import Document
 
@@ -48,7 +50,9 @@ _CHAPTERS = {
 
 def compare_witness(protocol: Protocol, printed: Sequence[Document]) -> Comparison:
     """Compare all files of the witness with the registry; sections first, as lists refer to them."""
-    comparison = Comparison(protocol, Document("printed", {}, {}))
+    words = [d.data["vocabulary"] for d in printed if "vocabulary" in d.data]
+    vocabulary = Vocabulary.of(words[0]) if words else None
+    comparison = Comparison(protocol, Document("printed", {}, {}), vocabulary)
     kind = protocol.framing["kind"]
     named = {chapter for chapters in _CHAPTERS.values() for chapter in chapters}
     for document in printed:

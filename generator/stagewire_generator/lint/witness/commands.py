@@ -42,23 +42,26 @@ def _headed(comparison: Comparison, entry: Json) -> Message | None:
     """Find the command that a heading means: by its title, else by its number."""
     commands = commands_of(comparison.protocol)
     by_title = {command.title: command for command in commands}
-    by_byte = {str(command.id): command for command in commands}
+    words = comparison.vocabulary
+    by_byte = {words.written("headings", "dec", x.id): x for x in commands if x.id is not None}
     return by_title.get(entry["title"]) or by_byte.get(entry["dec"][1])
 
 
 def _heading(section: Section) -> None:
     """Compare the heading, the number of the section, and the table."""
     comparison, command, path = section.comparison, section.command, section.path
+    words = comparison.vocabulary
+    assert command.id is not None
     place, title = f"command/{command.name}", section.entry["title"]
     comparison.same(f"{place}/title", (*path, "title"), title, command.title)
     sections = dict(enumerate(comparison.protocol.document.get("sections", []), 1))
     encoded = sections.get(command.pages[0], f"no section {command.pages[0]}")
     comparison.same(f"{place}/page", (*path, "title"), title, encoded)
     for key, encoded in (
-        ("dec", str(command.id)),
-        ("hex", f"0x{command.id:02X}"),
+        ("dec", words.written("headings", "dec", command.id)),
+        ("hex", words.written("headings", "hex", command.id)),
         ("keyboard", command.keyboard),
-        ("size", "None" if command.size is None else str(command.size)),
+        ("size", words.no_size if command.size is None else str(command.size)),
     ):
         comparison.same(f"{place}/{key}", (*path, key), section.entry[key][1], encoded)
 
@@ -102,7 +105,8 @@ def _breakdown(section: Section, row: Json, path: KeyPath) -> None:
     """Compare the sentence that says what the numbers of an example are."""
     comparison, command = section.comparison, section.command
     place = f"breakdown/{command.name}"
-    axes = {squash(f"{x.name} axis"): str(x.value) for x in axes_of(comparison.protocol)}
+    word = comparison.vocabulary.axis
+    axes = {squash(x.name + word): str(x.value) for x in axes_of(comparison.protocol)}
     axis = axes.get(squash(row["axis_name"]), "no such axis")
     comparison.same(f"{place}/axis", (*path, "axis"), row["axis"], axis)
     comparison.same(f"{place}/command", (*path, "command"), row["command"], str(command.id))

@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 
 from stagewire_generator.diagnostics import Place
+from stagewire_generator.lint.witness.vocabulary import Vocabulary
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
 
@@ -30,11 +31,15 @@ class Comparison:
     """What was found so far; ``differences`` holds it by place.
 
     :param document: the file of the witness that is being compared.
+    :param vocabulary: how the document says things in words, where its chapters are compared by that.
     """
 
-    def __init__(self, protocol: Protocol, document: Document) -> None:
+    def __init__(
+        self, protocol: Protocol, document: Document, vocabulary: Vocabulary | None = None
+    ) -> None:
         self.protocol = protocol
         self.document = document
+        self.vocabulary = vocabulary or Vocabulary()
         self.messages = {message.name: message for message in protocol.messages}
         self.by_id = {m.id: m for m in protocol.messages if m.id is not None}
         self.differences: dict[str, Difference] = {}

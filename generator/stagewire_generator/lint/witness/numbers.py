@@ -8,14 +8,13 @@ from __future__ import annotations
 import re
 
 from stagewire_generator.lint.witness.comparison import NOTHING
-from stagewire_generator.lint.witness.reading import count, find_field, limit, signed, unit
+from stagewire_generator.lint.witness.reading import count, find_field, limit
 from stagewire_generator.lint.witness.section import Section
+from stagewire_generator.lint.witness.vocabulary import amount
 from stagewire_generator.model import Field, FlagBit, Json
 from stagewire_generator.strict_yaml import KeyPath
 
 __all__ = ["compare_bits", "compare_numbers"]
-
-_CLEARED = frozenset({"no", "not", "off", "disabled", "open"})  # what is said of a bit that is 0
 
 
 def compare_numbers(section: Section) -> None:
@@ -56,12 +55,13 @@ def _place(kind: str, section: Section, field: Field) -> str:
 
 def _format(section: Section, field: Field, row: Json, path: KeyPath) -> None:
     same, place = section.comparison.same, _place("format", section, field)
+    words = section.comparison.vocabulary
     if "bytes" in row:
         same(f"{place}/bytes", (*path, "bytes"), count(row["bytes"]), field.format.size)
     if "sign" in row:
-        same(f"{place}/signed", (*path, "sign"), signed(row["sign"]), field.format.signed)
+        same(f"{place}/signed", (*path, "sign"), words.signed(row["sign"]), field.format.signed)
     if "unit" in row:
-        same(f"{place}/unit", (*path, "unit"), unit(row["unit"]), _unit_of(field))
+        same(f"{place}/unit", (*path, "unit"), words.unit(row["unit"]), _unit_of(field))
 
 
 def _range(section: Section, field: Field, row: Json, path: KeyPath) -> None:
@@ -72,9 +72,9 @@ def _range(section: Section, field: Field, row: Json, path: KeyPath) -> None:
 
 
 def _unit_of(field: Field) -> str:
-    """Return what one count is, as :func:`unit` does for the words of the document."""
+    """Return what one count is."""
     factor = field.quantity.factor if field.quantity else None
-    return f"1/{factor.counts_per_unit} {field.unit}" if factor else "no unit"
+    return amount(1 / factor.counts_per_unit, field.unit or "") if factor else "no unit"
 
 
 def _not_told(section: Section, field: Field, told: set[str]) -> None:
@@ -118,17 +118,19 @@ def _bit(section: Section, place: str, bit: FlagBit, row: Json, path: KeyPath) -
     else:
         of = f"{row['of']} " if "of" in row else ""
         printed = f"0 {of}{row['zero']}, 1 {of}{row['one']}"
-        right = _says(of + row["one"], name) and not _says(of + row["zero"], name)
+        cleared = section.comparison.vocabulary.cleared
+        right = _says(of + row["one"], name, cleared)
+        right = right and not _says(of + row["zero"], name, cleared)
     if right:
         section.comparison.compared += 1
     else:
         section.comparison.differs(place, path, printed, bit.name)
 
 
-def _says(text: str, name: list[str]) -> bool:
+def _says(text: str, name: list[str], cleared: frozenset[str]) -> bool:
     """Whether all words of a name are in a text, and none that is said of a bit that is 0."""
     words = _words(text)
-    return words.issuperset(name) and not words & _CLEARED
+    return words.issuperset(name) and not words & cleared
 
 
 def _words(text: str) -> set[str]:

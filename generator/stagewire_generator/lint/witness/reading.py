@@ -14,9 +14,7 @@ __all__ = [
     "limit",
     "number",
     "same_name",
-    "signed",
     "squash",
-    "unit",
 ]
 
 # What the document calls bytes without a meaning.
@@ -25,19 +23,6 @@ FILLERS = frozenset({"notused", "unused", "reserved", "futureuse", "na"})
 _NUMBER = re.compile(r"(-?)(?:0x)?([0-9A-Fa-f][0-9A-Fa-f,]*)\Z")
 _TIME = re.compile(r"([0-9][0-9,]*)(m?)s\Z")
 _COUNTS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-_SIGNED = {
-    "two's compliment": True,
-    "two's complement": True,
-    "signed": True,
-    "straight": False,
-    "divided down": False,  # as positive numbers are, by the section on the data bytes
-}
-_UNITS = {
-    "tenths of a micron": "1/10 um",
-    "tenths of microns": "1/10 um",
-    "μm/s": "1/1 um/s",
-    "milliseconds": "1/1 ms",
-}
 
 
 def squash(text: str) -> str:
@@ -97,14 +82,3 @@ def count(text: str) -> int | str:
     if text in _COUNTS:
         return _COUNTS.index(text)
     return int(text) if text.isdecimal() else text
-
-
-def signed(text: str) -> bool | str:
-    """Read the words that say whether a number may be negative; others stay as they are."""
-    return _SIGNED.get(text, text)
-
-
-def unit(text: str) -> str:
-    """Read a unit, in words or as a formula, as the part of a unit that one count is."""
-    plain = re.sub(r"[${} ]|\\text", "", text.replace(r"\mu", "μ"))
-    return _UNITS.get(text) or _UNITS.get(plain, text)

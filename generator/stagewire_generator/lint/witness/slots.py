@@ -12,11 +12,11 @@ from stagewire_generator.strict_yaml import KeyPath
 
 __all__ = ["compare_document", "compare_format", "compare_setup", "compare_wording"]
 
-# The slots of a command in order, and a word for each that the document must use.
-_SLOTS = {"axis": "axis", "command": "command", "size": "data", "data": "data", "end": "last"}
+_SLOTS = ("axis", "command", "size", "data", "end")  # of a command, in order
 _SLOTS_BEFORE_DATA = 3
 _NUMBER = re.compile(r"[0-9]+")
 _SETUP_LENGTH = 2  # the prefix and a byte
+_SETUP_COLUMNS = ("dec", "hex", "keyboard", "post_byte")
 
 
 def compare_document(comparison: Comparison) -> None:
@@ -69,12 +69,11 @@ def _setup_command(comparison: Comparison, row: Json) -> Message | None:
 
 def _bytes(comparison: Comparison, command: Message) -> dict[str, str]:
     """Return how the document prints the bytes of a setup command, and what is typed for it."""
-    prefix = comparison.protocol.framing["prefix"]
+    assert command.id is not None
+    words, prefix = comparison.vocabulary, comparison.protocol.framing["prefix"]
     return {
-        "dec": f"{prefix} {command.id}",
-        "hex": f"#{prefix:02X}#{command.id:02X}",
-        "keyboard": f"Alt[{prefix}] '{command.keyboard}'",
-        "post_byte": command.keyboard,
+        column: words.written("setup", column, command.id, prefix, command.keyboard)
+        for column in _SETUP_COLUMNS
     }
 
 
@@ -113,7 +112,8 @@ def _slots(comparison: Comparison, data: Json) -> None:
         comparison.same(f"frame/{key}", (key,), len(data[key]), len(_SLOTS))
         for index, ((_, label, says), slot) in enumerate(zip(data[key], _SLOTS, strict=False)):
             place, path = f"frame/{key}/{slot}", (key, index)
-            named = _SLOTS[slot] in f"{label} {says}".lower()
+            word = comparison.vocabulary.slots[slot]
+            named = word.lower() in f"{label} {says}".lower()
             comparison.same(place, path, named, True)
             number = _NUMBER.search(label)  # the last byte has none
             if number or slot != "end":
@@ -134,7 +134,7 @@ def _sizes(comparison: Comparison, rows: list[Json]) -> None:
     sizes = _sizes_in_use(comparison)
     used, slot = (min(sizes), max(sizes)), (0, comparison.protocol.framing["maximum_length"])
     for index, row in enumerate(rows):
-        limits = slot if "range" in row["of"] else used
+        limits = slot if comparison.vocabulary.whole_slot in row["of"] else used
         for key, encoded in zip(("from", "to"), limits, strict=True):
             place = f"size/{squash(row['of'])}/{key}"
             comparison.same(place, ("sizes", index, key), row[key], str(encoded))
@@ -155,16 +155,18 @@ def _exceptions(comparison: Comparison, rows: list[Json]) -> None:
 
 def _axes(comparison: Comparison, rows: list[Json]) -> None:
     """Compare number, key and state of every axis identifier."""
+    words = comparison.vocabulary
     known = {squash(axis.name): axis for axis in axes_of(comparison.protocol)}
     for index, row in enumerate(rows):
         path: KeyPath = ("axes", index)
-        axis = known.pop(squash(row["name"]).removesuffix("axis"), None)
+        axis = known.pop(squash(row["name"]).removesuffix(squash(words.axis)), None)
         if axis is None:
             comparison.differs(f"axis/{squash(row['name'])}", path, row["name"], NOTHING)
             continue
         place = f"axis/{axis.name}"
-        comparison.same(f"{place}/dec", (*path, "dec"), row["dec"], f"{axis.value:02}")
-        comparison.same(f"{place}/hex", (*path, "hex"), row["hex"], f"0x{axis.value:02X}")
+        for key in ("dec", "hex"):
+            encoded = words.written("axes", key, axis.value)
+            comparison.same(f"{place}/{key}", (*path, key), row[key], encoded)
         comparison.same(f"{place}/keyboard", (*path, "keyboard"), row["keyboard"], axis.keyboard)
         comparison.same(f"{place}/reserved", path, row.get("reserved", False), axis.reserved)
     for axis in known.values():

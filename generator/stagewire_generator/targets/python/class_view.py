@@ -138,4 +138,4 @@ def layout_call(
 
 def _names(head: str, quoted: list[str]) -> str:
     """Return a keyword argument of the Layout that is a tuple of names."""
-    return call(head, quoted, "", 8) if len(quoted) > 1 else head + tuple_of(quoted)
+    return call(head, quoted, "", 8, WIDTH - 1) if len(quoted) > 1 else head + tuple_of(quoted)

@@ -14,7 +14,7 @@ from stagewire_generator.targets.python.class_view import (
     names_line,
     packer_name,
 )
-from stagewire_generator.targets.python.documentation import class_doc, errata_of, where
+from stagewire_generator.targets.python.documentation import class_doc, errata_of, exchange, where
 from stagewire_generator.targets.python.field_view import code, field_view, packed
 from stagewire_generator.targets.python.source import call, sentence
 
@@ -59,27 +59,27 @@ def _command(
     carried = _bytes(layout.length) + " of data" if layout.length else "no data"
     slot = "no size slot" if message.size is None else f"size {message.size}"
     first = f"``{message.name}`` ({_byte(message)}), {carried}, {slot}."
-    query = ClassView(
+    bare = ClassView(
         name=name,
-        kind="query",
+        kind="bare",
         doc=_doc(protocol, message, layout, first),
         slots=names_line("__slots__ = ", sorted(field.name for field in layout.fields)),
         layout=_layout(message, layout, more),
         reply=reply,
     )
-    return _with_data(protocol, message, query, layout) if layout.fields else query
+    return _with_data(protocol, message, bare, layout) if layout.fields else bare
 
 
-def _with_data(protocol: Protocol, message: Message, query: ClassView, layout: Layout) -> ClassView:
+def _with_data(protocol: Protocol, message: Message, bare: ClassView, layout: Layout) -> ClassView:
     """Return the view of a command that carries data, which follows its size."""
     fields = tuple(field_view(field) for field in layout.fields)
     codes = "".join(code(field) for field in layout.fields)
     end = f"0x{protocol.framing['terminator']:02X}"
     head = ["axis", _byte(message), str(message.size)]
-    packer = packer_name(query.name)
+    packer = packer_name(bare.name)
     values = [*head, *(packed(field) for field in layout.fields), end]
     return replace(
-        query,
+        bare,
         kind="command",
         signature=constructor(layout.fields, fields),
         fields=fields,
@@ -130,13 +130,14 @@ def _bytes(number: int) -> str:
 def _doc(protocol: Protocol, message: Message, layout: Layout, first: str) -> str:
     """Return the docstring of what is sent."""
     found = sentence(where(protocol.document, message.pages))
-    typed = f" Typed as ``{message.keyboard}``." if message.keyboard else ""
+    behind = " after the prefix" if message.kind == "setup" else ""
+    typed = f" Typed as ``{message.keyboard}``{behind}." if message.keyboard else ""
     dummy = "A dummy function: refused unless ``allow_dummy`` is given." if message.dummy else ""
     firmware = [f"Firmware {fact.version}: {sentence(fact.note)}" for fact in message.firmware]
     notes = [sentence(note) for note in (message.note, layout.note) if note]
     return class_doc(
         first,
-        [message.summary, dummy, *notes, *firmware, found + typed],
+        [message.summary, exchange(message), dummy, *notes, *firmware, found + typed],
         layout.fields,
         errata_of(protocol, message.errata),
     )

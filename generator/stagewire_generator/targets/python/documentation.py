@@ -4,11 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from stagewire_generator.model import Erratum, Field, Json, Protocol
+from stagewire_generator.model import Erratum, Field, Json, Message, Protocol
 from stagewire_generator.naming import camel
 from stagewire_generator.targets.python.source import docstring, paragraph
 
-__all__ = ["class_doc", "errata_of", "where"]
+__all__ = ["class_doc", "errata_of", "exchange", "where"]
+
+_EXCHANGES = {
+    "answered_by": "Answered by",
+    "completes_with": "Completes with",
+    "stops_with": "Stops with",
+    "muted_by": "Muted by",
+    "announces": "Announces",
+    "starts": "Starts",
+    "stops": "Stops",
+}
 
 
 def class_doc(
@@ -34,6 +44,15 @@ def errata_of(protocol: Protocol, slugs: Iterable[str]) -> list[Erratum]:
     """Return the errata by their slugs, in the order of the registry."""
     wanted = set(slugs)
     return [erratum for erratum in protocol.errata if erratum.id in wanted]
+
+
+def exchange(message: Message) -> str:
+    """Return the messages that answer a message, or that it stops, and so on, as sentences."""
+    return " ".join(
+        f"{text} {', '.join(f'``{name}``' for name in message.exchange[key])}."
+        for key, text in _EXCHANGES.items()
+        if key in message.exchange
+    )
 
 
 def where(document: Json, pages: Sequence[int]) -> str:

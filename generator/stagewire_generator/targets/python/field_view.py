@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from stagewire_generator.model import Field
 from stagewire_generator.naming import camel
-from stagewire_generator.targets.python.source import WIDTH, call, integer, literal
+from stagewire_generator.targets.python.source import WIDTH, assigned, call, integer, literal
 
 __all__ = [
     "FieldView",
@@ -39,22 +39,27 @@ class FieldView:
     type: str
     check: str  # statement(s) that check and normalise the argument
     flags: str  # class of its flags, or ""
+    filled: str  # statement that puts the argument into the slot
     unpacked: str  # statement that turns the unpacked value into the slot's, or ""
 
 
 def field_view(slot: Slot) -> FieldView:
     """Make the view of a field."""
     if isinstance(slot, str):
-        return FieldView(slot, "int", _integer_check(slot, 0, 0xFF), "", "")
+        return FieldView(slot, "int", _integer_check(slot, 0, 0xFF), "", _filled(slot), "")
     name, kind = slot.name, slot.format.kind
     unpacked = value_of(slot, name, f"draft.{name} = ", 8) if is_converted(slot) else ""
     if kind != "integer":
         arguments = ["cls.layout", literal(name), name, str(slot.format.size)]
         check = call(f"{name} = check_{kind}", arguments, "", 8)
-        return FieldView(name, _TYPES[kind], check, "", unpacked)
+        return FieldView(name, _TYPES[kind], check, "", _filled(name), unpacked)
     flags = camel(slot.flags.name) if slot.flags else ""
     check = _integer_check(name, slot.minimum, slot.maximum)
-    return FieldView(name, "int", check, flags, unpacked)
+    return FieldView(name, "int", check, flags, _filled(name), unpacked)
+
+
+def _filled(name: str) -> str:
+    return assigned(f"draft.{name}", name, 8)
 
 
 def name_of(slot: Slot) -> str:
@@ -117,7 +122,11 @@ def is_converted(field: Field) -> bool:
 def value_of(field: Field, unpacked: str, head: str, indent: int) -> str:
     """Return ``head`` and the expression that turns what was unpacked into the value of the field."""
     if field.format.kind == "text":
-        return call(f'{head}{unpacked}.rstrip(b"\\0").decode', ['"latin-1"'], "", indent)
+        bare = f'{unpacked}.rstrip(b"\\0")'
+        line = f'{head}{bare}.decode("latin-1")'
+        if indent + len(line) <= WIDTH:
+            return line
+        return call(f"{head}str", [bare, '"latin-1"'], "", indent)  # breaks at a bracket of its own
     if field.format.is_odd:
         return call(f"{head}int.from_bytes", [unpacked, '"little"', *_sign(field)], "", indent)
     return head + unpacked

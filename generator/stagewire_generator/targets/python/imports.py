@@ -18,7 +18,7 @@ _NAMED = {
     "undecided": (_MESSAGE, ("UndecidedMessage",)),
     "undocumented": (_MESSAGE, ("UndocumentedMessage",)),
     "command": (_COMMAND, ("Command",)),
-    "query": (_COMMAND, ("Command",)),
+    "bare": (_COMMAND, ("Command",)),
     "setup": (_COMMAND, ("SetupCommand",)),
     "reply": (_COMMAND, ("Reply",)),
 }

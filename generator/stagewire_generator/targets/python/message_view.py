@@ -13,7 +13,7 @@ from stagewire_generator.targets.python.class_view import (
     names_line,
     packer_name,
 )
-from stagewire_generator.targets.python.documentation import class_doc, errata_of, where
+from stagewire_generator.targets.python.documentation import class_doc, errata_of, exchange, where
 from stagewire_generator.targets.python.field_view import (
     Slot,
     code,
@@ -36,7 +36,6 @@ from stagewire_generator.targets.python.source import (
 __all__ = ["message_views"]
 
 _ROLES = {"set": "Set", "req": "Request", "get": "Report"}
-_EXCHANGES = {"answered_by": "Answered by", "completes_with": "Completes with"}
 _DIRECTIONS = {
     "to_controller": "to the controller",
     "to_host": "to the host",
@@ -185,11 +184,7 @@ def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
         f"{where(protocol.document, message.pages)}."
     )
     role = f"{_ROLES[message.set[1]]}: " if message.set else ""
-    facts = []
-    for key, text in _EXCHANGES.items():
-        names = message.exchange.get(key)
-        if names:
-            facts.append(f"{text} {', '.join(f'``{name}``' for name in names)}.")
+    facts = [exchange(message)]
     if layout is not None and layout.when:
         choice = ", ".join(f"{k} {v}" for k, v in layout.when.items())
         facts.append(f"This layout: {choice}.")
@@ -198,7 +193,7 @@ def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
         first,
         [
             role + _lower(message.summary, role),
-            " ".join(facts),
+            " ".join(filter(None, facts)),
             *(sentence(note) for note in notes if note),
         ],
         layout.all_fields if layout else (),

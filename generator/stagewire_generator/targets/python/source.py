@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 __all__ = [
     "WIDTH",
+    "assigned",
     "bracketed",
     "call",
     "docstring",
@@ -84,6 +85,15 @@ def bracketed(
     pad = " " * indent
     body = "".join(f"{pad}    {item},\n" for item in items)
     return f"{opening}\n{body}{pad}{closing}"
+
+
+def assigned(target: str, value: str, indent: int) -> str:
+    """Return the assignment of a value that no bracket breaks: in brackets if it is long."""
+    line = f"{target} = {value}"
+    if indent + width(line) <= WIDTH:
+        return line
+    pad = " " * indent
+    return f"{target} = (\n{pad}    {value}\n{pad})"
 
 
 def paragraph(text: str, indent: int, hanging: int = 0) -> str:

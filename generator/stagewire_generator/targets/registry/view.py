@@ -41,14 +41,13 @@ def registry_text(protocol: Protocol) -> str:
 def _registry_json(protocol: Protocol) -> Json:
     """Return the resolved registry as the architecture describes it."""
     units = protocol.units
-    firmware = {"firmware": _firmware(protocol.firmware)} if protocol.firmware else {}
     return {
-        **firmware,
         "schema_version": SCHEMA_VERSION,
         "protocol": protocol.name,
         "title": protocol.title,
         "document": protocol.document,
         "framing": protocol.framing,
+        "firmware": _firmware(protocol.firmware),
         "chapters": [
             {"name": c.name, "title": c.title, "page": c.page, "summary": c.summary}
             for c in protocol.chapters
