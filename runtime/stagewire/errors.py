@@ -32,9 +32,17 @@ class StagewireError(Exception):
 
 
 class CodecError(StagewireError):
-    """Bytes or values that the registry does not allow."""
+    """Bytes or values that the registry does not allow.
+
+    :param at: positions of the bytes that it is about; beyond the last one where bytes are missing,
+        None where it is not about bytes.
+    """
 
     code = "bad_value"
+
+    def __init__(self, text: str, at: range | None = None) -> None:
+        super().__init__(text)
+        self.at = at
 
 
 class DecodeError(CodecError):

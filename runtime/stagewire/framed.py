@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 __all__ = ["FramedProtocol"]
 
 _REMEMBERED_HEADERS: Final = 1024
+_ID: Final = range(2)
+_LENGTH: Final = range(2, 4)
+_DEST: Final = range(4, 5)
 
 
 class _Shapes:
@@ -147,12 +150,14 @@ class FramedProtocol(Protocol):
     def _decode(self, raw: bytes, context: Mapping[str, str] | None) -> Frame:
         size = len(raw)
         if size < HEADER_SIZE:
-            raise TruncatedError(f"a frame has at least {HEADER_SIZE} bytes, here are {size}")
+            raise TruncatedError(
+                f"a frame has at least {HEADER_SIZE} bytes, here are {size}", range(size, size + 1)
+            )
         id = raw[0] | raw[1] << 8
         shapes = self._shapes.get(id)
         if shapes is None:
             raise UnknownMessageError(
-                f"bytes 0 and 1: no message of {self.title} has the id {id:#06x}"
+                f"bytes 0 and 1: no message of {self.title} has the id {id:#06x}", _ID
             )
         dest, source = raw[4] & ~DATA_FLAG, raw[5]
         extra = b""
@@ -163,7 +168,8 @@ class FramedProtocol(Protocol):
             if length > MAXIMUM_PACKET:
                 raise BadLengthError(
                     f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes; "
-                    f"no packet has more than {MAXIMUM_PACKET}"
+                    f"no packet has more than {MAXIMUM_PACKET}",
+                    _LENGTH,
                 )
             cls = shapes.undocumented or shapes.data(length, context)
             if cls is None:
@@ -172,16 +178,21 @@ class FramedProtocol(Protocol):
                 extra = raw[HEADER_SIZE + cls.layout.length :]
         else:
             if size != HEADER_SIZE:
+                # What declares just the bytes that follow lacks the bit that announces them.
+                declared = raw[2] | raw[3] << 8
+                at = _DEST if HEADER_SIZE + declared == size else range(HEADER_SIZE, size)
                 raise TrailingBytesError(
                     f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, so the frame ends "
                     f"after {HEADER_SIZE} bytes; {size - HEADER_SIZE} more follow from byte "
-                    f"{HEADER_SIZE} on"
+                    f"{HEADER_SIZE} on",
+                    at,
                 )
             cls = shapes.header or shapes.undocumented
             if cls is None:
                 raise BadLengthError(
                     f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, but the message "
-                    f"has no header-only form (packet of {_list(shapes.lengths())} bytes)"
+                    f"has no header-only form (packet of {_list(shapes.lengths())} bytes)",
+                    _DEST,
                 )
         if not extra and not shapes.decided and len(self._headers) < _REMEMBERED_HEADERS:
             self._headers[raw[:HEADER_SIZE]] = cls.unpack, size, dest, source
@@ -193,16 +204,18 @@ class FramedProtocol(Protocol):
             f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, "
             f"{size - HEADER_SIZE} follow the header"
         )
-        if size < HEADER_SIZE + length:
-            return TruncatedError(f"{text}; the frame ends before byte {size}")
-        return TrailingBytesError(f"{text}; it ends before byte {HEADER_SIZE + length}")
+        end = HEADER_SIZE + length
+        if size < end:
+            return TruncatedError(f"{text}; the frame ends before byte {size}", _LENGTH)
+        return TrailingBytesError(f"{text}; it ends before byte {end}", range(end, size))
 
     @staticmethod
     def _bad_length(shapes: _Shapes, length: int) -> BadLengthError:
         forms = _list(shapes.lengths())
         wanted = f"a packet has {forms} bytes" if forms else "it is a header without a packet"
         return BadLengthError(
-            f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, but {wanted}"
+            f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, but {wanted}",
+            _LENGTH,
         )
 
     def framer(self, end: End = End.NONE) -> Framer:

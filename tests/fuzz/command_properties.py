@@ -100,6 +100,7 @@ def _check_event(event: Event) -> None:
     else:
         assert type(event) is Garbage, f"an event of kind {type(event)}"
         count(Seen.COMMAND_GARBAGE)
+        _check_decode(raw)
 
 
 def _check_frame(frame: CommandFrame, raw: bytes) -> None:
@@ -145,7 +146,7 @@ def _check_replies(stream: bytes, edges: list[int], first: int, silence: int) ->
     """Ask whenever nothing is outstanding: each reply is as long as its request says, and none is shifted."""
     decoder = PROTOCOL.replies()
     out = b""
-    late = False  # whether a reply that was given up may still come
+    late = False  # whether bytes may come that belong to no outstanding request
     for turn, (start, stop) in enumerate(pairwise(edges)):
         request = REQUESTS[(first + turn) % len(REQUESTS)]
         if decoder.outstanding is None:
@@ -164,10 +165,11 @@ def _check_replies(stream: bytes, edges: list[int], first: int, silence: int) ->
                 count(Seen.REPLY)
                 assert event.reply.pack() == event.raw, "not the bytes that came"
                 assert PROTOCOL.decode_reply(event.raw, event.request) == event.reply
+        late = late or any(isinstance(event, Garbage) for event in events)
         if turn == silence % 16:
-            late = decoder.outstanding is not None
+            late = late or decoder.outstanding is not None
             events += decoder.abandon()
-        elif turn == silence % 16 + silence // 16:
+        elif late and turn % 4 == silence // 16 % 4:
             late = False
             decoder.drained()
         out += b"".join([event.raw for event in events])

@@ -36,7 +36,9 @@ def command(rng: Random) -> bytes:
     if kind < 0.15:
         size = _byte(rng)
     data = bytes(_byte(rng) for _ in range(layout.length))
-    extra = bytes(_byte(rng) for _ in range(rng.choice((0,) * 9 + (1, 2, 250, 256))))
+    count = rng.choice((0,) * 9 + (1, 2, 250, 256, 300))
+    # A long run of different bytes would hold a terminator sooner or later.
+    extra = bytes((_byte(rng),)) * count if count > 2 else bytes(_byte(rng) for _ in range(count))
     return bytes((axis, layout.id, size)) + data + extra + bytes((PROTOCOL.marks.terminator,))
 
 

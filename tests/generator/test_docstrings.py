@@ -116,7 +116,7 @@ It never snaps.
 
 Firmware 1.3: At once.
 
-Section Setup. Typed as ``W``.""",
+Section Setup. Typed as ``W`` after the prefix.""",
     "GoTo": """\
 ``GO_TO`` (0x47), 6 bytes of data, size 6.
 

@@ -41,6 +41,7 @@ from stagewire.errors import (
 from stagewire.framed import FramedProtocol
 from stagewire.framing import BadLength, Garbage, Received, Undocumented, Unknown
 from stagewire.message import FramedMessage, Layout, Message, UndocumentedMessage
+from stagewire.protocol import load_protocol
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 
@@ -242,6 +243,12 @@ def test_integers_of_three_bytes_are_what_decoding_says(rows: list[bytes]) -> No
         found = as_lists(read_columns(Far, b"".join(raw)))
         for name in Far.layout.fields:
             assert found[name] == [values[name] for values in frames]
+
+
+def test_a_protocol_without_headers_has_no_columns() -> None:
+    commands: Any = load_protocol("asi_ms2000")
+    with pytest.raises(UnsupportedError, match="no frames that could be sorted into columns"):
+        gather(commands, [b"18"])
 
 
 @pytest.mark.parametrize("cls", [Command, Reply])

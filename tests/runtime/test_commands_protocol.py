@@ -103,59 +103,65 @@ def test_messages_are_built_by_name() -> None:
     assert PROTOCOL.build("STANDBY", {}) == Standby()
 
 
-HELP = (
-    "a command has at least its axis, its byte and 0x0d at its end, and a setup command two bytes"
-)
+BYTE = "byte 1 is the byte of the command"
 REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
     # Bytes
-    (lambda: PROTOCOL.decode(b""), TruncatedError, f"{HELP}; here are 0"),
-    (lambda: PROTOCOL.decode(b("21")), TruncatedError, f"{HELP}; here are 1"),
-    (lambda: PROTOCOL.decode(b("1B")), TruncatedError, f"{HELP}; here are 1"),
-    (lambda: PROTOCOL.decode(b("21 57")), TruncatedError, f"{HELP}; here are 2"),
+    (
+        lambda: PROTOCOL.decode(b""),
+        TruncatedError,
+        "a command begins with its axis or the prefix of a setup command; the bytes end before byte 0",
+    ),
+    (lambda: PROTOCOL.decode(b("21")), TruncatedError, f"{BYTE}; the bytes end before byte 1"),
+    (lambda: PROTOCOL.decode(b("1B")), TruncatedError, f"{BYTE}; the bytes end before byte 1"),
+    (
+        lambda: PROTOCOL.decode(b("21 57")),
+        TruncatedError,
+        "WRITE_COUNT: byte 2 is its size, 3; the bytes end before byte 2",
+    ),
     (
         lambda: PROTOCOL.decode(b("0D")),
-        TruncatedError,
-        "byte 0: 0x0d ends the command where the axis is due",
+        BadLengthError,
+        "byte 0: 0x0d ends a command that has no axis",
     ),
     (
         lambda: PROTOCOL.decode(b("21 0D")),
-        TruncatedError,
-        "byte 1: 0x0d ends the command where the byte of the command is due",
+        BadLengthError,
+        "byte 1: 0x0d aborts a command that has no byte",
     ),
     (
         lambda: PROTOCOL.decode(b("21 57 03 0D 0D")),
         TruncatedError,
-        "WRITE_COUNT: 3 bytes of data follow the size, here are 2",
+        "WRITE_COUNT: 3 bytes of data and 0x0d are due; the bytes end before byte 5",
     ),
     (
         lambda: PROTOCOL.decode(b("21 57 03 0D 0D 0D")),
         TruncatedError,
-        "WRITE_COUNT: 0x0d, which ends a command, does not come",
+        "WRITE_COUNT: 3 bytes of data and 0x0d are due; the bytes end before byte 6",
     ),
     (
         lambda: PROTOCOL.decode(b("21 63 03 21")),
         TruncatedError,
-        "READ_COUNT: 0x0d, which ends a command, does not come",
+        "READ_COUNT: 0x0d is due; the bytes end before byte 4",
     ),
     (
         lambda: PROTOCOL.decode(b("21 63 03")),
         TruncatedError,
-        "READ_COUNT: 0x0d, which ends a command, does not come",
+        "READ_COUNT: 0x0d is due; the bytes end before byte 3",
     ),
     (
         lambda: PROTOCOL.decode(b("21 57 03 01 02 03 0D 21 0D")),
         TrailingBytesError,
-        "WRITE_COUNT ends before byte 7; 2 more follow",
+        "WRITE_COUNT ends before byte 7; 2 bytes more",
     ),
     (
         lambda: PROTOCOL.decode(b("1B 51 0D")),
         TrailingBytesError,
-        "RESTART ends before byte 2; 1 more follow",
+        "RESTART ends before byte 2; 1 byte more",
     ),
     (
         lambda: PROTOCOL.decode(b("21 63 0D 0D")),
         TrailingBytesError,
-        "READ_COUNT ends before byte 3; 1 more follow",
+        "READ_COUNT ends before byte 3; 1 byte more",
     ),
     (
         lambda: PROTOCOL.decode(b("21 99 03 0D")),
@@ -180,22 +186,32 @@ REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
     (
         lambda: PROTOCOL.decode(b("21 63 04 0D")),
         BadLengthError,
-        "READ_COUNT: byte 2 is the number of data bytes, 3 or 0x0d, which leaves it out; not 4",
+        "READ_COUNT: byte 2 is its size, 3, or 0x0d to leave it out; not 4",
     ),
     (
         lambda: PROTOCOL.decode(b("21 57 04")),
         BadLengthError,
-        "WRITE_COUNT: byte 2 is the number of data bytes, 3; not 4",
+        "WRITE_COUNT: byte 2 is its size, 3; not 4",
     ),
     (
         lambda: PROTOCOL.decode(b("21 57 0D")),
         BadLengthError,
-        "WRITE_COUNT: byte 2 is the number of data bytes, 3; not 0x0d, which leaves it out",
+        "WRITE_COUNT: byte 2 is its size, 3; not 0x0d, which leaves it out",
     ),
     (
         lambda: PROTOCOL.decode(b("21 57 03") + bytes(256) + b("0D")),
         BadLengthError,
-        "WRITE_COUNT: 0x0d has to come within 259 bytes; here are 260",
+        "WRITE_COUNT: 0x0d has to come within 259 bytes",
+    ),
+    (
+        lambda: PROTOCOL.decode(b("21 99") + b("01") * 300),
+        UnknownMessageError,
+        "byte 1: no command of Invented commands has the byte 0x99",
+    ),
+    (
+        lambda: PROTOCOL.decode(b("0D 21 63 0D")),
+        BadLengthError,
+        "byte 0: 0x0d ends a command that has no axis",
     ),
     (
         lambda: PROTOCOL.decode("21 63"),  # type: ignore[arg-type]
@@ -326,6 +342,38 @@ def test_the_marks_are_the_protocols_and_not_the_runtimes() -> None:
     events = made.framer().feed(b"\x3a\x3a\x02\xff\x00\x41\x3a\x3a\xff")
     assert [event.raw.hex() for event in events] == ["3a3a02ff", "0041", "3a3aff"]
     assert all(isinstance(event, CommandReceived) for event in events)
+
+
+def test_a_class_belongs_to_one_protocol() -> None:
+    cls = command(0x3A, size=2)
+    protocol(cls, prefix=0x00, terminator=0xFF)
+    protocol(cls, prefix=0x00, terminator=0xFF)
+    with pytest.raises(ValueError, match="belongs to a protocol with other marks"):
+        protocol(cls, prefix=0x01, terminator=0xFF)
+    assert cls().pack(0x3B) == b"\x3b\x3a\x02\xff"
+
+
+@pytest.mark.parametrize(
+    ("raw", "at"),
+    [
+        ("", range(1)),
+        ("0D 21", range(1)),
+        ("21", range(1, 2)),
+        ("21 0D", range(1, 2)),
+        ("1B 0D", range(1, 2)),
+        ("21 99 03 0D", range(1, 2)),
+        ("21 57", range(2, 3)),
+        ("21 63 04 0D", range(2, 3)),
+        ("21 57 03 0D 0D", range(5, 6)),
+        ("21 63 0D 0D", range(3, 4)),
+        ("1B 51 0D 0D", range(2, 4)),
+        ("21 63 03" + " 01" * 300, range(258, 259)),
+    ],
+)
+def test_a_refusal_says_where(raw: str, at: range) -> None:
+    with pytest.raises(CodecError) as caught:
+        PROTOCOL.decode(b(raw))
+    assert caught.value.at == at
 
 
 # For any bytes

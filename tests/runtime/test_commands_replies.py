@@ -58,12 +58,28 @@ def test_a_reply_may_come_in_pieces() -> None:
     assert decoder.pending == b""
 
 
-def test_bytes_that_nobody_asked_for_are_garbage() -> None:
+def test_bytes_that_nobody_asked_for_are_garbage_and_poison_the_line() -> None:
     decoder = PROTOCOL.replies()
     assert decoder.feed(b"") == []
+    assert not decoder.poisoned
     assert decoder.feed(b"ab") == [Garbage(b"ab")]
+    assert decoder.poisoned
+    with pytest.raises(OutstandingReplyError, match="bytes came that nobody asked for"):
+        decoder.sent(COUNT)
+    decoder.drained()
     decoder.sent(COUNT)
     assert decoder.feed(ANSWER + b"more") == [ReplyReceived(ANSWER, COUNT), Garbage(b"more")]
+    assert decoder.poisoned
+
+
+def test_a_reply_that_comes_twice_answers_one_question_in_any_chunks() -> None:
+    for cut in range(2 * len(ANSWER) + 1):
+        decoder = asked()
+        twice = ANSWER + ANSWER
+        decoder.feed(twice[:cut])
+        decoder.feed(twice[cut:])
+        with pytest.raises(OutstandingReplyError):
+            decoder.sent(COUNT)
 
 
 def test_a_command_without_a_reply_leaves_nothing_outstanding() -> None:
@@ -138,7 +154,7 @@ def test_only_frames_are_sent(wrong: object) -> None:
 
 
 def test_feeding_text_is_a_wrong_call() -> None:
-    with pytest.raises(TypeError, match="a reply decoder is fed bytes, not str"):
+    with pytest.raises(TypeError, match="a framer is fed bytes, not str"):
         asked().feed("ab")  # type: ignore[arg-type]
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.columns.reading import Buffer, Column, bytes_of, columns, numpy_columns
 from stagewire.columns.shape import shape_of
+from stagewire.errors import UnsupportedError
 from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Event, Garbage, Received
 from stagewire.header import DATA_FLAG
@@ -77,6 +78,8 @@ class Sorter:
     ``frames`` has the frames by class, ``counts`` how many events of each kind came: messages,
     undocumented and unknown frames, bad lengths, and runs of garbage. Memory grows with the frames
     that are kept, and with nothing else.
+
+    Raises :class:`~stagewire.errors.UnsupportedError` for a protocol whose messages have no header.
     """
 
     def __init__(
@@ -85,6 +88,8 @@ class Sorter:
         context: Mapping[str, str] | None = None,
         only: Collection[type[Message]] | None = None,
     ) -> None:
+        if not isinstance(protocol, FramedProtocol):
+            raise UnsupportedError(f"{protocol!r} has no frames that could be sorted into columns")
         self.frames: dict[type[Message], Frames] = {}
         self.counts: dict[type[Event], int] = {}
         self._protocol = protocol
@@ -173,7 +178,10 @@ def gather(
     context: Mapping[str, str] | None = None,
     only: Collection[type[Message]] | None = None,
 ) -> Gatherer:
-    """Return the frames of a whole stream, sorted; see :class:`Sorter` and :class:`Gatherer`."""
+    """Return the frames of a whole stream, sorted; see :class:`Sorter` and :class:`Gatherer`.
+
+    Raises as they do.
+    """
     gatherer = Gatherer(protocol, end, context, only)
     for chunk in chunks:
         gatherer.feed(chunk)

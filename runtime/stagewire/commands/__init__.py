@@ -26,6 +26,9 @@ byte more. A reply is its data and nothing else. Prefix, terminator and commands
 **Replies** (:class:`ReplyDecoder`) are read by the request that is outstanding; see
 :mod:`stagewire.commands.replies`.
 
+The framer knows the low-level format alone: after a setup command that switches to another format, what comes
+is not commands. Who serves a controller stops feeding it then, and calls ``reset`` when it comes back.
+
 **Any chunking gives the same.** What is not all there is waited for, by no clock. The one trace of a
 chunk is that garbage is given out at the end of each feed: compare streams after
 :func:`~stagewire.framing.join_garbage`.
@@ -34,16 +37,19 @@ chunk is that garbage is given out at the end of each feed: compare streams afte
 never held.
 """
 
-from stagewire.commands.command import Command, Reply, SetupCommand, check_axis
+from stagewire.commands.command import Command, Reply, SetupCommand
 from stagewire.commands.events import BadCommandLength, CommandReceived, UnknownCommand
 from stagewire.commands.frame import FORMS, CommandFrame
 from stagewire.commands.framer import CommandFramer
 from stagewire.commands.marks import Marks
 from stagewire.commands.protocol import CommandProtocol
 from stagewire.commands.replies import ReplyDecoder, ReplyReceived
+from stagewire.commands.rule import MAXIMUM_COMMAND, SLOTS, Request, Rule
 
 __all__ = [
     "FORMS",
+    "MAXIMUM_COMMAND",
+    "SLOTS",
     "BadCommandLength",
     "Command",
     "CommandFrame",
@@ -54,7 +60,8 @@ __all__ = [
     "Reply",
     "ReplyDecoder",
     "ReplyReceived",
+    "Request",
+    "Rule",
     "SetupCommand",
     "UnknownCommand",
-    "check_axis",
 ]

@@ -7,7 +7,7 @@ neither is sent.
 
 from __future__ import annotations
 
-from stagewire.errors import BadValueError, OutOfRangeError, UnsupportedError
+from stagewire.errors import UnsupportedError
 from stagewire.message import Message
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from stagewire.commands.marks import Marks
 
-__all__ = ["Command", "Reply", "SetupCommand", "check_axis"]
+__all__ = ["Command", "Reply", "SetupCommand"]
 
 
 class Reply(Message, abstract=True):
@@ -59,8 +59,8 @@ class Command(Message, abstract=True):
         :class:`~stagewire.errors.UnsupportedError` for a dummy unless ``allow_dummy`` is set.
         """
         marks = self.marks
-        if axis.__class__ is not int or axis not in marks.axes:
-            axis = check_axis(axis, marks.prefix, marks.terminator)
+        if axis.__class__ is not int or axis not in marks.axis_bytes:
+            axis = marks.axis(axis)
         if self.layout.dummy and not allow_dummy:
             raise UnsupportedError(
                 f"{self.layout.message} is a dummy that the document says not to use; "
@@ -80,6 +80,7 @@ class SetupCommand(Message, abstract=True):
     """Base of setup commands: two bytes, the prefix and the command's own, for the whole controller."""
 
     __slots__ = ()
+    reply: ClassVar[type[Reply] | None] = None
     if TYPE_CHECKING:
         marks: ClassVar[Marks]  # set by the protocol that lists the class
 
@@ -91,22 +92,3 @@ class SetupCommand(Message, abstract=True):
     def pack(self) -> bytes:
         """Return the two bytes of the command."""
         return bytes((self.marks.prefix, self.layout.id))
-
-
-def check_axis(axis: object, prefix: int, terminator: int) -> int:
-    """Return ``axis`` as a plain integer; raise unless it can stand where a command begins.
-
-    Any byte can but the two that mean something else there: ``prefix`` begins a setup command, and
-    ``terminator`` ends a command. Identifiers can be changed on a controller, so that no other is refused.
-    Raises :class:`~stagewire.errors.OutOfRangeError`, or :class:`~stagewire.errors.BadValueError` for
-    what is no integer (a bool is none).
-    """
-    if isinstance(axis, bool) or not isinstance(axis, int):
-        raise BadValueError(f"axis takes the identifier of an axis, an integer, not {axis!r}")
-    if not 0 <= axis <= 0xFF:
-        raise OutOfRangeError(f"axis takes an identifier of one byte, not {int(axis)}")
-    if axis == prefix:
-        raise OutOfRangeError(f"axis cannot be {prefix:#04x}, the prefix of setup commands")
-    if axis == terminator:
-        raise OutOfRangeError(f"axis cannot be {terminator:#04x}, which ends a command")
-    return int(axis)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stagewire.commands.command import Command, SetupCommand, check_axis
+from stagewire.commands.command import Command, SetupCommand
 from stagewire.commands.prefix import refuse_prefix
 from stagewire.commands.rule import MAXIMUM_COMMAND, SLOTS
 from stagewire.errors import BadValueError, OutOfRangeError
@@ -65,7 +65,7 @@ class CommandFrame(Frozen):
         if not isinstance(message, Command):
             raise BadValueError(f"a frame carries a command, not {message!r}")
         layout, marks = message.layout, message.marks
-        axis = check_axis(axis, marks.prefix, marks.terminator)
+        axis = marks.axis(axis)
         if sized is None:
             sized = layout.size is not None
         elif layout.length and not sized:

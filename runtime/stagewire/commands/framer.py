@@ -7,8 +7,7 @@ from collections.abc import Callable
 from stagewire.commands.events import CommandReceived
 from stagewire.commands.frame import CommandFrame
 from stagewire.commands.rule import MORE, Rule
-from stagewire.errors import BadValueError
-from stagewire.framing.events import Event, Garbage
+from stagewire.framing.events import Event, Garbage, fed
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
@@ -51,10 +50,7 @@ class CommandFramer:
 
         Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
         """
-        if not isinstance(data, bytes):
-            if not isinstance(data, (bytearray, memoryview)):
-                raise BadValueError(f"a framer is fed bytes, not {type(data).__name__}")
-            data = bytes(data)
+        data = fed(data)
         if self._pending:
             data = self._pending + data
         available = len(data)
@@ -63,9 +59,7 @@ class CommandFramer:
         rule = self._rule
         size_of, marks = rule.usual.get, rule.marks
         terminator, no_axes = marks.terminator, (marks.prefix, marks.terminator)
-        position = garbage = (
-            0  # all before `garbage` is given out; from there to position is garbage
-        )
+        position = garbage = 0  # what is before `garbage` is given out; up to position is garbage
         if self._in_garbage:
             end = rule.find_end(data, 0)
             position = available if end == MORE else end

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from stagewire.errors import BadValueError, OutOfRangeError
+
 __all__ = ["Marks"]
 
 
@@ -17,7 +19,7 @@ class Marks:
     Raises :class:`ValueError` for marks that cannot be told apart.
     """
 
-    __slots__ = ("axes", "prefix", "setup", "terminator")
+    __slots__ = ("axis_bytes", "prefix", "setup", "terminator")
 
     def __init__(self, prefix: int, terminator: int, setup: Mapping[int, str]) -> None:
         for byte in (prefix, terminator, *setup):
@@ -30,5 +32,27 @@ class Marks:
         self.prefix = prefix
         self.terminator = terminator
         self.setup = dict(setup)
-        self.axes = frozenset(range(0x100)) - {prefix, terminator}
+        self.axis_bytes = frozenset(range(0x100)) - {prefix, terminator}
         """The bytes that can stand where an axis is due."""
+
+    @property
+    def pair(self) -> tuple[int, int]:
+        """The prefix and the terminator."""
+        return self.prefix, self.terminator
+
+    def axis(self, axis: object) -> int:
+        """Return ``axis`` as a plain integer; raise unless it can stand where a command begins.
+
+        Any byte can but the two that mean something else there. Identifiers can be changed on a
+        controller, so that no other is refused. Raises :class:`~stagewire.errors.OutOfRangeError`, or
+        :class:`~stagewire.errors.BadValueError` for what is no integer (a bool is none).
+        """
+        if isinstance(axis, bool) or not isinstance(axis, int):
+            raise BadValueError(f"axis takes the identifier of an axis, an integer, not {axis!r}")
+        if not 0 <= axis <= 0xFF:
+            raise OutOfRangeError(f"axis takes an identifier of one byte, not {int(axis)}")
+        if axis == self.prefix:
+            raise OutOfRangeError(f"axis cannot be {axis:#04x}, the prefix of setup commands")
+        if axis == self.terminator:
+            raise OutOfRangeError(f"axis cannot be {axis:#04x}, which ends a command")
+        return int(axis)

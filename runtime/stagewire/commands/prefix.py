@@ -50,7 +50,7 @@ def refuse_prefix(message: Command, raw: bytes, encode: Encode) -> None:
         return
     layout = message.layout
     name = layout.message
-    advice = "no other value of a single field avoids it"
+    advice = "no value nearby avoids it"
     fields = message.values() if at < SLOTS + layout.length else {}  # else it is among extra bytes
     for field, value in fields.items():
         if isinstance(value, bool) or not isinstance(value, int):

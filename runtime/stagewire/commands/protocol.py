@@ -5,21 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 
 from stagewire.commands.command import Command, Reply, SetupCommand
-from stagewire.commands.events import BadCommandLength, CommandReceived, UnknownCommand
+from stagewire.commands.events import CommandReceived
 from stagewire.commands.frame import CommandFrame, make_command_frame
 from stagewire.commands.framer import CommandFramer
 from stagewire.commands.marks import Marks
+from stagewire.commands.refusals import refusal
 from stagewire.commands.replies import ReplyDecoder, decode_reply
-from stagewire.commands.rule import MAXIMUM_COMMAND, MORE, SLOTS, Request, Rule
-from stagewire.errors import (
-    BadLengthError,
-    BadValueError,
-    DecodeError,
-    TrailingBytesError,
-    TruncatedError,
-    UnknownMessageError,
-)
-from stagewire.framing.events import Event
+from stagewire.commands.rule import SLOTS, Request, Rule
+from stagewire.errors import BadValueError
 from stagewire.message import Message
 from stagewire.protocol import Protocol, as_bytes
 
@@ -78,6 +71,9 @@ class CommandProtocol(Protocol):
         classes: tuple[type[Command | SetupCommand], ...]
         classes = (*self._commands.values(), *self._setup.values())
         for command in classes:
+            taken: Marks | None = vars(command).get("marks")
+            if taken is not None and taken.pair != self.marks.pair:
+                raise ValueError(f"{command.__name__} belongs to a protocol with other marks")
             command.marks = self.marks
         # Command byte and size slot -> unpack, bytes when nothing ignored follows, size slot there.
         self._usual: dict[bytes, tuple[Unpack, int, bool]] = {
@@ -107,64 +103,13 @@ class CommandProtocol(Protocol):
 
     def _decode(self, raw: bytes) -> CommandFrame:
         kind, end = self.rule.begins(raw, 0)
-        if kind is not CommandReceived or end == MORE:
-            raise self._refusal(raw, kind)
-        if end < len(raw):
-            raise TrailingBytesError(
-                f"{self._name(raw)} ends before byte {end}; {len(raw) - end} more follow"
-            )
+        if kind is not CommandReceived or end != len(raw):
+            raise refusal(self.title, self.rule, raw)
         if raw[0] == self.marks.prefix:
             return make_command_frame(self._setup[raw[1]].unpack(raw), None, b"", False)
         cls = self._commands[raw[1]]
-        extra = raw[SLOTS + cls.layout.length : -1]  # without them it would have been a usual one
-        return make_command_frame(cls.unpack(raw), raw[0], extra, True)
-
-    def _name(self, raw: bytes) -> str:
-        """Return the name of the command that is known to begin ``raw``."""
-        kinds: Mapping[int, type[Message]] = self._commands
-        if raw[0] == self.marks.prefix:
-            kinds = self._setup
-        return kinds[raw[1]].layout.message
-
-    def _refusal(self, raw: bytes, kind: type[Event]) -> DecodeError | UnknownMessageError:
-        """Return what is wrong with bytes that the rule does not take for a whole command."""
-        marks = self.marks
-        end = f"{marks.terminator:#04x}"
-        if kind is Event:
-            return TruncatedError(
-                f"a command has at least its axis, its byte and {end} at its end, and a setup "
-                f"command two bytes; here are {len(raw)}"
-            )
-        if raw[0] == marks.prefix:
-            return UnknownMessageError(
-                f"byte 1: no setup command of {self.title} has the byte {raw[1]:#04x}"
-            )
-        if marks.terminator in raw[:2]:
-            at = raw.index(marks.terminator)
-            due = ("the axis", "the byte of the command")[at]
-            return TruncatedError(f"byte {at}: {end} ends the command where {due} is due")
-        if kind is UnknownCommand:
-            return UnknownMessageError(
-                f"byte 1: no command of {self.title} has the byte {raw[1]:#04x}"
-            )
-        name = self._name(raw)
-        request = self.rule.requests[raw[1]]
-        if kind is BadCommandLength:
-            left_out = "" if request.length else f" or {end}, which leaves it out"
-            came = f"{end}, which leaves it out" if raw[2] == marks.terminator else raw[2]
-            return BadLengthError(
-                f"{name}: byte 2 is the number of data bytes, {request.size}{left_out}; not {came}"
-            )
-        if kind is CommandReceived:
-            here = len(raw) - SLOTS
-            if here < request.length:
-                text = f"{request.length} bytes of data follow the size, here are {here}"
-            else:
-                text = f"{end}, which ends a command, does not come"
-            return TruncatedError(f"{name}: {text}")
-        return BadLengthError(
-            f"{name}: {end} has to come within {MAXIMUM_COMMAND} bytes; here are {len(raw)}"
-        )
+        extra = raw[SLOTS + cls.layout.length : -1]
+        return make_command_frame(cls.unpack(raw), raw[0], extra, len(raw) > SLOTS)
 
     def decode_reply(
         self, raw: bytes, command: str | type[Message] | Message | CommandFrame

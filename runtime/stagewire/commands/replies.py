@@ -2,8 +2,9 @@
 
 Neither axis nor command comes back, and many replies are equally long. Whoever asks twice before the
 first answer came, or goes on after one that did not come in time, takes the answer to one question for
-the answer to another. So one request is outstanding at most, and a line on which a reply is overdue is
-*poisoned* until it was silent for long enough.
+the answer to another. So one request is outstanding at most, and a line on which a reply is overdue, or
+on which bytes came that nobody asked for, is *poisoned* until it was silent for long enough. What
+has no reply, such as a command that stops, can be sent at any time.
 """
 
 from __future__ import annotations
@@ -17,14 +18,9 @@ from stagewire.errors import (
     TrailingBytesError,
     TruncatedError,
 )
-from stagewire.framing.events import Event, Garbage
+from stagewire.framing.events import Event, Garbage, fed
 
-__all__ = ["ReplyDecoder", "ReplyReceived", "decode_reply", "reply_to"]
-
-
-def reply_to(command: type[Command | SetupCommand]) -> type[Reply] | None:
-    """Return the class of the reply to a command, None when the controller stays silent."""
-    return command.reply if issubclass(command, Command) else None
+__all__ = ["ReplyDecoder", "ReplyReceived", "decode_reply"]
 
 
 def decode_reply(raw: bytes, command: type[Command | SetupCommand]) -> Reply:
@@ -34,13 +30,19 @@ def decode_reply(raw: bytes, command: type[Command | SetupCommand]) -> Reply:
     :class:`~stagewire.errors.TrailingBytesError` for another number of bytes, and
     :class:`~stagewire.errors.BadLengthError` for a command that has no reply.
     """
-    reply = reply_to(command)
+    reply = command.reply
     if reply is None:
         raise BadLengthError(f"{command.layout.message} has no reply")
     length = reply.layout.length
     if len(raw) != length:
-        text = f"the reply to {command.layout.message} has {length} bytes, here are {len(raw)}"
-        raise (TruncatedError if len(raw) < length else TrailingBytesError)(text)
+        size = len(raw)
+        text = (
+            f"the reply to {command.layout.message} has {length} byte{'s' if length > 1 else ''}, "
+            f"here {'are' if size != 1 else 'is'} {size}"
+        )
+        if size < length:
+            raise TruncatedError(text, range(size, size + 1))
+        raise TrailingBytesError(text, range(length, size))
     return reply.unpack(raw)
 
 
@@ -95,7 +97,7 @@ class ReplyDecoder:
 
     @property
     def poisoned(self) -> bool:
-        """Whether a reply that was given up may still come."""
+        """Whether bytes may come that belong to no outstanding request."""
         return self._poisoned
 
     @property
@@ -113,7 +115,7 @@ class ReplyDecoder:
         """
         if not isinstance(frame, CommandFrame):
             raise BadValueError(f"a line carries frames of commands, not {frame!r}")
-        reply = reply_to(type(frame.message))
+        reply = frame.message.reply
         if reply is None:
             return
         name = frame.message.layout.message
@@ -124,8 +126,8 @@ class ReplyDecoder:
             )
         if self._poisoned:
             raise OutstandingReplyError(
-                f"{name} has to wait: a reply that was given up may still come; read until the line "
-                "is silent and call drained()"
+                f"{name} has to wait: a reply was given up, or bytes came that nobody asked for; read "
+                "until the line is silent and call drained()"
             )
         self._outstanding = frame
         self._length = reply.layout.length
@@ -133,15 +135,13 @@ class ReplyDecoder:
     def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
         """Take the next bytes of the stream and return what they complete.
 
-        What nobody asked for, or was given up, is garbage. Raises
-        :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+        What nobody asked for, or was given up, is garbage, and poisons the line: more of it may be on its
+        way. Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
         """
-        if not isinstance(data, bytes):
-            if not isinstance(data, (bytearray, memoryview)):
-                raise BadValueError(f"a reply decoder is fed bytes, not {type(data).__name__}")
-            data = bytes(data)
+        data = fed(data)
         request = self._outstanding
         if request is None:
+            self._poisoned = self._poisoned or bool(data)
             return [Garbage(data)] if data else []
         data = self._pending + data
         if len(data) < self._length:
@@ -151,6 +151,7 @@ class ReplyDecoder:
         self._pending = b""
         events: list[Event] = [ReplyReceived(data[: self._length], request)]
         if rest := data[self._length :]:
+            self._poisoned = True
             events.append(Garbage(rest))
         return events
 

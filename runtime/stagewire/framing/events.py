@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from stagewire.errors import UnsupportedError
+from stagewire.errors import BadValueError, UnsupportedError
 from stagewire.frame import Frame
 from stagewire.header import DATA_FLAG, HEADER_SIZE
 
@@ -21,6 +21,7 @@ __all__ = [
     "Received",
     "Undocumented",
     "Unknown",
+    "fed",
     "join_garbage",
     "no_protocol",
 ]
@@ -70,6 +71,18 @@ class FrameEvent(Event):
     def source(self) -> int:
         """Address of the sender."""
         return self.raw[5]
+
+
+def fed(data: bytes | bytearray | memoryview) -> bytes:
+    """Return what is fed to a framer as bytes.
+
+    Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+    """
+    if isinstance(data, bytes):
+        return data
+    if isinstance(data, (bytearray, memoryview)):
+        return bytes(data)
+    raise BadValueError(f"a framer is fed bytes, not {type(data).__name__}")
 
 
 def no_protocol(raw: bytes) -> Frame:

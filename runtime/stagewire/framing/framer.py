@@ -13,6 +13,7 @@ from stagewire.framing.events import (
     Received,
     Undocumented,
     Unknown,
+    fed,
     join_garbage,
     no_protocol,
 )
@@ -119,10 +120,7 @@ class Framer:
 
         Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
         """
-        if not isinstance(data, bytes):
-            if not isinstance(data, (bytearray, memoryview)):
-                raise BadValueError(f"a framer is fed bytes, not {type(data).__name__}")
-            data = bytes(data)
+        data = fed(data)
         if self._pending:
             data = self._pending + data
         available = len(data)
