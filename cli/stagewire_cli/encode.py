@@ -6,12 +6,13 @@ from typing import Annotated, Any
 
 import typer
 
+from stagewire.commands import CommandProtocol
 from stagewire.errors import CodecError
 from stagewire.framed import FramedProtocol
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.protocols import PROTOCOL_HELP, choose_by_message
-from stagewire_cli.values import parse_address, parse_assignments, parse_value
+from stagewire_cli.values import parse_address, parse_assignments, parse_axis, parse_value
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.hexes import spaced
 from stagewire_conformance.registry import registry_of
@@ -74,8 +75,9 @@ def encode(
         entries = registry_of(chosen).fields(name, cls.layout.form)
         words = parse_assignments(fields or [])
         request: Json = {"message": name, "form": form or cls.layout.form}
+        codec = codec_of(chosen)
         for key in ("data", "extra"):
-            if key in words and key not in entries:
+            if key in words and key not in entries and key in codec.keys["encode"]:
                 request[key] = parse_value(key, words.pop(key), {"kind": "bytes"})
         request["fields"] = {
             key: parse_value(f"{name}.{key}", text, entries[key] if key in entries else _bare(key))
@@ -84,9 +86,9 @@ def encode(
         given = {key: value for key, value in options.items() if value}
         if isinstance(chosen, FramedProtocol):
             request |= _addresses(chosen, name, given)
-        else:
+        elif isinstance(chosen, CommandProtocol):
             request |= _slots(chosen, given)
-        raw = codec_of(chosen).encode(request)
+        raw = codec.encode(request)
     except CodecError as error:
         raise CalledWronglyError(str(error)) from None
     typer.echo(spaced(raw))
@@ -115,13 +117,11 @@ def _addresses(protocol: FramedProtocol, name: str, given: Json) -> Json:
     }
 
 
-def _slots(protocol: Protocol, given: Json) -> Json:
+def _slots(protocol: CommandProtocol, given: Json) -> Json:
     """Return what stands in a command beside its fields; an axis may be given by its name."""
     _only(protocol, given, "axis", "allow_dummy", "refuse_prefix_bytes")
     if "axis" in given:
-        axes = {name.lower(): id for name, id in registry_of(protocol).axes.items()}
-        named = axes.get(given["axis"].lower())
-        given["axis"] = parse_address("--axis", given["axis"]) if named is None else named
+        given["axis"] = parse_axis("--axis", given["axis"], protocol.axes)
     return given
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stagewire.frame import Frame
 from stagewire.protocol import Protocol
 from stagewire_cli.terminal import printable, table
+from stagewire_conformance.answers import ADDRESSES
 from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.scales import factor
 
@@ -18,7 +19,6 @@ __all__ = ["event_line", "frame_line", "frame_table", "frame_title", "spelled_id
 
 Json = dict[str, Any]
 _HEX_FROM = 10
-_ADDRESSES = ("dest", "source", "axis")
 
 
 def frame_title(protocol: Protocol, answer: Json) -> str:
@@ -28,7 +28,7 @@ def frame_title(protocol: Protocol, answer: Json) -> str:
     known = ""
     if entry.get("id") is not None:
         known = f" ({spelled_id(entry)}, {registry.where(entry['pages'])})"
-    whom = [f"{key} {_address(registry, key, answer[key])}" for key in _ADDRESSES if key in answer]
+    whom = [f"{key} {_address(registry, key, answer[key])}" for key in ADDRESSES if key in answer]
     return f"{answer['message']}{known}\n{', '.join(['form ' + answer['form'], *whom])}"
 
 
@@ -88,8 +88,9 @@ def _line(whom: str, message: str, form: str, words: list[str]) -> str:
 
 def _address(registry: Registry, kind: str, value: int) -> str:
     """Return an address; that of an axis with the name that the document has for it."""
-    names = registry.axes if kind == "axis" else {}
-    return " ".join([f"{value:#04x}", *(f"({name})" for name, id in names.items() if id == value)])
+    axes = registry.axes if kind == "axis" else {}
+    names = [f"({name})" for name, axis in axes.items() if axis["value"] == value]
+    return " ".join([f"{value:#04x}", *names])
 
 
 def _raw_text(value: int | str) -> str:

@@ -86,8 +86,15 @@ class Selection:
             command = _class(protocol, "--command", command, None).layout.message
         if self.message is None:
             return CommandTask(protocol, command)
-        name, _, form = self.message.partition(":")
-        return CommandTask(protocol, command, _class(protocol, "--message", name, form or None))
+        name, colon, form = self.message.partition(":")
+        only = _class(protocol, "--message", name, form if colon else None)
+        if command is not None:
+            return CommandTask(protocol, command, _answer(protocol, command, only, form))
+        if form == "reply":
+            raise CalledWronglyError(
+                f"--message: no command is {self.message}; replies are decoded by --command {name}"
+            )
+        return CommandTask(protocol, command, only, form or None)
 
     def _check(self, protocol: Protocol, context: Mapping[str, str] | None) -> None:
         try:
@@ -103,6 +110,19 @@ def _class(protocol: Protocol, option: str, name: str, form: str | None) -> Any:
         return protocol.message_class(spelled.get(name.lower(), name), form)
     except CodecError as error:
         raise CalledWronglyError(f"{option}: {error}") from None
+
+
+def _answer(protocol: CommandProtocol, command: str, only: type[Message], form: str) -> Any:
+    """Return the class of the replies to a command; raise unless they are what is wanted."""
+    answer = _class(protocol, "--command", command, None).reply
+    if answer is None:
+        raise CalledWronglyError(f"--message: {command} has no reply")
+    if only.layout.message != command or form not in ("", "reply"):
+        wanted = ":".join(part for part in (only.layout.message, form) if part)
+        raise CalledWronglyError(
+            f"--message: replies to {command} are {command}:reply and never {wanted}"
+        )
+    return answer
 
 
 def _wanted(protocol: FramedProtocol, text: str, context: Mapping[str, str]) -> type[Message]:

@@ -28,7 +28,7 @@ Examples:
 
 Json = dict[str, Any]
 
-_OF_COMMANDS = ("title", "keyboard", "size", "dummy", "firmware")
+_OF_COMMANDS = ("title", "keyboard", "size", "dummy")
 Found = tuple[str, str, str, Json]  # protocol, kind, name, entry
 
 _TABLES = {
@@ -65,9 +65,12 @@ def show(
     out = console()
     for choice, kind, known, entry in found:
         out.print(f"{kind} {known} ({choice})", style="bold")
+        registry = registries[choice]
         if kind == "message":
-            _message(out, registries[choice], entry)
-        elif kind == "enumeration":
+            _message(out, registry, entry)
+            continue
+        entry = _placed(entry, registry.data["document"].get("sections"))
+        if kind == "enumeration":
             _values(out, entry)
         elif kind == "flag table":
             _bits(out, entry)
@@ -111,6 +114,8 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
     _plain(out, {key: entry[key] for key in _OF_COMMANDS if entry.get(key) not in (None, False)})
     if entry["kind"] == "command" and entry["size"] is None:
         out.print("no size slot")
+    for fact in entry.get("firmware", ()):
+        out.print(f"firmware {fact['version']}: {fact['note']}")
     for key in ("summary", "note"):
         if entry.get(key):
             out.print(entry[key])
@@ -123,7 +128,8 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
 
 def _layout(out: Console, layout: Json) -> None:
     when = f" when {_text(layout['when'])}" if layout.get("when") else ""
-    length = f", {layout['length']} bytes of data" if layout["length"] else ""
+    plural = "s" if layout["length"] > 1 else ""
+    length = f", {layout['length']} byte{plural} of data" if layout["length"] else ""
     out.print(f"\n{layout['form']}{when}{length}")
     if layout.get("note"):
         out.print(layout["note"])
@@ -165,17 +171,21 @@ def _notes(field: Json) -> Iterator[str]:
 
 def _values(out: Console, entry: Json) -> None:
     _plain(out, {key: value for key, value in entry.items() if key != "values"})
-    shown = table("value", "name", "note", right=("value",))
-    for name, value in sorted(entry["values"].items(), key=lambda item: item[1]["value"]):
-        shown.add_row(str(value["value"]), name, str(value["note"]))
+    values = sorted(entry["values"].items(), key=lambda item: item[1]["value"])
+    typed = ["typed"] if any("keyboard" in value for _, value in values) else []
+    shown = table("value", "name", *typed, "note", right=("value",))
+    for name, value in values:
+        keys = [value.get("keyboard", "")] if typed else []
+        shown.add_row(str(value["value"]), name, *keys, str(value["note"]))
     out.print(shown)
 
 
 def _bits(out: Console, entry: Json) -> None:
     _plain(out, {key: value for key, value in entry.items() if key != "bits"})
+    digits = 2 + 2 * -(-max(bit["bit"] + 1 for bit in entry["bits"].values()) // 8)
     shown = table("bit", "mask", "name", "note", right=("bit",))
     for name, bit in sorted(entry["bits"].items(), key=lambda item: item[1]["bit"]):
-        shown.add_row(str(bit["bit"]), f"{bit['mask']:#010x}", name, str(bit["note"]))
+        shown.add_row(str(bit["bit"]), f"{bit['mask']:#0{digits}x}", name, str(bit["note"]))
     out.print(shown)
 
 
@@ -190,6 +200,25 @@ def _plain(out: Console, entry: Json, indent: str = "") -> None:
             _plain(out, value, indent + "  ")
         else:
             out.print(f"{label}: {_text(value)}", soft_wrap=True)
+
+
+def _placed(value: Any, sections: list[str] | None) -> Any:
+    """Return an entry with the titles of sections where a document has them instead of pages."""
+    if sections is None:
+        return value
+    if isinstance(value, list):
+        return [_placed(item, sections) for item in value]
+    if not isinstance(value, dict):
+        return value
+    placed: Json = {}
+    for key, item in value.items():
+        if key == "page" and isinstance(item, int):
+            placed["section"] = sections[item - 1]
+        elif key == "pages":
+            placed["sections"] = [sections[page - 1] for page in item]
+        else:
+            placed[key] = _placed(item, sections)
+    return placed
 
 
 def _is_small(value: Json) -> bool:

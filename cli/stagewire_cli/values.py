@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.hextext import parse_hex
 
-__all__ = ["parse_address", "parse_assignments", "parse_value"]
+__all__ = ["parse_address", "parse_assignments", "parse_axis", "parse_value"]
 
 Json = dict[str, Any]
 
@@ -65,6 +65,18 @@ def parse_address(option: str, text: str) -> int:
     value = _integer(text)
     if value is None:
         raise CalledWronglyError(f"{option} takes an address such as 0x50, not {text!r}")
+    return value
+
+
+def parse_axis(option: str, text: str, axes: Mapping[str, int]) -> int:
+    """Return the identifier of an axis, which may be given by its name in any case."""
+    named = {name.lower(): id for name, id in axes.items()}.get(text.lower())
+    value = _integer(text) if named is None else named
+    if value is None:
+        known = ", ".join(f"{name} ({id:#04x})" for name, id in axes.items())
+        raise CalledWronglyError(
+            f"{option} takes an axis: {known}, or the number of another; not {text!r}"
+        )
     return value
 
 

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from functools import singledispatch
-from typing import Any
+from typing import Any, TypeAlias
 
 from stagewire.commands import CommandFrame, Reply
 from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
 
-__all__ = ["Refusal", "frame_answer", "refusal"]
+__all__ = ["ADDRESSES", "Decoded", "Refusal", "frame_answer", "message_of", "refusal"]
 
 Json = dict[str, Any]
+Decoded: TypeAlias = Frame | CommandFrame | Reply
+"""What bytes decode to, however they are framed."""
+
+ADDRESSES = ("dest", "source", "axis")
+"""The keys of an answer that say whom a message is for; which of them depends on the protocol."""
 
 _MAXIMUM_DETAIL = 500
 
@@ -32,6 +37,11 @@ def refusal(error: Refusal | CodecError) -> Json:
     if len(detail) > _MAXIMUM_DETAIL:
         detail = f"{detail[:_MAXIMUM_DETAIL]}…"
     return {"ok": False, "error": error.code, "detail": detail}
+
+
+def message_of(decoded: Decoded) -> Message:
+    """Return what is said; a reply is its own content."""
+    return decoded if isinstance(decoded, Reply) else decoded.message
 
 
 @singledispatch

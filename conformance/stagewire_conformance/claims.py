@@ -7,7 +7,7 @@ from typing import Any
 
 from stagewire.protocol import Protocol
 from stagewire_conformance.codec import codec_of
-from stagewire_conformance.registry import Json, Registry, registry_of
+from stagewire_conformance.registry import Json, registry_of
 from stagewire_conformance.verdict import Findings
 
 __all__ = ["check_claim"]
@@ -23,10 +23,7 @@ def check_claim(protocol: Protocol, entry: Mapping[str, Any], findings: Findings
         findings.notes.append("prose; nothing that a program could check")
         return
     try:
-        if "stream" in claim:
-            holds, truth = _stream(protocol, claim)
-        else:
-            holds, truth = _claim(registry_of(protocol), claim)
+        holds, truth = _claim(protocol, claim)
     except LookupError as error:
         findings.problems.append(str(error.args[0]))
         return
@@ -34,28 +31,18 @@ def check_claim(protocol: Protocol, entry: Mapping[str, Any], findings: Findings
     findings.notes.append(truth)
 
 
-def _stream(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
-    """Return whether bytes that come to a controller are cut as claimed, and how they are cut."""
-    raw = bytes.fromhex(claim["stream"])
-    answer = codec_of(protocol).stream([raw], {"end": "device"})
-    found = [event["event"] for event in answer["events"]]
-    waiting = ["what waits for more"] if answer["pending"] else []
-    truth = f"{claim['stream']} is {', '.join([*found, *waiting])}"
-    return not waiting and found == claim["events"], truth
-
-
-def _claim(registry: Registry, claim: _Claim) -> tuple[bool, str]:
-    """Return whether all of a claim holds in the registry, and what the registry says."""
-    found = [check(registry, claim) for key, check in _CLAIMS.items() if key in claim]
+def _claim(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    """Return whether all of a claim holds, and what the registry or the framer says."""
+    found = [check(protocol, claim) for key, check in _CLAIMS.items() if key in claim]
     if not found:
         raise LookupError(f"no such claim is known: {', '.join(claim)}")
     return all(holds for holds, _ in found), "; ".join(truth for _, truth in found)
 
 
-def _flag(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+def _flag(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     name = claim["flag"]
     table, _, bit = name.partition(".")
-    bits = _entry(registry, "flags", table)["bits"]
+    bits = _entry(protocol, "flags", table)["bits"]
     if bit not in bits:
         raise LookupError(f"{table} has no bit {bit}")
     number: int = bits[bit]["bit"]
@@ -68,8 +55,8 @@ def _flag(registry: Registry, claim: _Claim) -> tuple[bool, str]:
     return number + 1 == claim["bit_number"], f"{name} is bit {number + 1} counted from one"
 
 
-def _range(registry: Registry, claim: _Claim) -> tuple[bool, str]:
-    field = _field(registry, claim["range"])
+def _range(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    field = _field(protocol, claim["range"])
     ends = {key: claim[key] for key in ("minimum", "maximum") if key in claim}
     if not ends:
         raise LookupError(f"the claim says no end of the range of {claim['range']}")
@@ -77,15 +64,15 @@ def _range(registry: Registry, claim: _Claim) -> tuple[bool, str]:
     return all(field[key] == value for key, value in ends.items()), truth
 
 
-def _undefined(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+def _undefined(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     name = claim["undefined"]
-    message = registry.messages.get(name)
+    message = registry_of(protocol).messages.get(name)
     defined = message is not None and bool(message["layouts"])
     return not defined, f"{name} has {'a' if defined else 'no'} layout in the registry"
 
 
-def _enum(registry: Registry, claim: _Claim) -> tuple[bool, str]:
-    values = _entry(registry, "enumerations", claim["enum"])["values"]
+def _enum(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    values = _entry(protocol, "enumerations", claim["enum"])["values"]
     if "missing" in claim:
         return claim["missing"] not in values, f"{claim['enum']} has {', '.join(values)}"
     name = claim["member"]
@@ -95,46 +82,57 @@ def _enum(registry: Registry, claim: _Claim) -> tuple[bool, str]:
     return value == claim["value"], f"{claim['enum']} has {value} for {name}"
 
 
-def _format(registry: Registry, claim: _Claim) -> tuple[bool, str]:
-    field = _field(registry, claim["format"])
+def _format(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    field = _field(protocol, claim["format"])
     sign = "with" if field["signed"] else "without"
     truth = f"{claim['format']} has {field['size']} bytes {sign} a sign"
     return field["size"] == claim["size"] and field["signed"] == claim["signed"], truth
 
 
-def _sizes(registry: Registry, claim: _Claim) -> tuple[bool, str]:
-    sizes = [command["size"] for command in _commands(registry) if command["size"] is not None]
+def _sizes(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    sizes = [command["size"] for command in _commands(protocol) if command["size"] is not None]
     found = {"minimum": min(sizes), "maximum": max(sizes)}
     truth = f"commands send sizes from {found['minimum']} to {found['maximum']}"
     return found == claim["sizes"], truth
 
 
-def _without_size(registry: Registry, claim: _Claim) -> tuple[bool, str]:
-    found = {command["name"] for command in _commands(registry) if command["size"] is None}
+def _without_size(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    found = {command["name"] for command in _commands(protocol) if command["size"] is None}
     truth = f"without the size slot are sent {_list(found)}"
     return found == set(claim["without_size"]), truth
 
 
-def _dummies(registry: Registry, claim: _Claim) -> tuple[bool, str]:
-    found = {command["name"] for command in _commands(registry) if command["dummy"]}
+def _dummies(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    found = {command["name"] for command in _commands(protocol) if command["dummy"]}
     return found == set(claim["dummies"]), f"the dummies are {_list(found)}"
 
 
-def _unanswered(registry: Registry, claim: _Claim) -> tuple[bool, str]:
+def _unanswered(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     name = claim["unanswered"]
-    answered = any(layout["form"] == "reply" for layout in _message(registry, name)["layouts"])
+    answered = any(layout["form"] == "reply" for layout in _message(protocol, name)["layouts"])
     return not answered, f"{name} has {'a' if answered else 'no'} reply in the registry"
 
 
-def _firmware(registry: Registry, claim: _Claim) -> tuple[bool, str]:
-    stated = _message(registry, claim["message"]) if "message" in claim else registry.data
+def _firmware(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    whole = registry_of(protocol).data
+    stated = _message(protocol, claim["message"]) if "message" in claim else whole
     versions = [fact["version"] for fact in stated.get("firmware", ())]
     of = claim.get("message", "the protocol")
     truth = f"of {of} something is stated for firmware {', '.join(versions) or 'of no version'}"
     return claim["firmware"] in versions, truth
 
 
-_CLAIMS: dict[str, Callable[[Registry, _Claim], tuple[bool, str]]] = {
+def _stream(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    """Return whether bytes that come to a controller are cut as claimed, and how they are cut."""
+    raw = bytes.fromhex(claim["stream"])
+    answer = codec_of(protocol).stream([raw], {"end": "device"})
+    found = [event["event"] for event in answer["events"]]
+    waiting = ["what waits for more"] if answer["pending"] else []
+    truth = f"{claim['stream']} is {', '.join([*found, *waiting])}"
+    return not waiting and found == claim["events"], truth
+
+
+_CLAIMS: dict[str, Callable[[Protocol, _Claim], tuple[bool, str]]] = {
     "flag": _flag,
     "range": _range,
     "undefined": _undefined,
@@ -145,31 +143,35 @@ _CLAIMS: dict[str, Callable[[Registry, _Claim], tuple[bool, str]]] = {
     "dummies": _dummies,
     "unanswered": _unanswered,
     "firmware": _firmware,
+    "stream": _stream,
 }
 
 
-def _commands(registry: Registry) -> list[Json]:
-    found = [message for message in registry.messages.values() if message["kind"] == "command"]
+def _commands(protocol: Protocol) -> list[Json]:
+    messages = registry_of(protocol).messages.values()
+    found = [message for message in messages if message["kind"] == "command"]
     if not found:
         raise LookupError("the registry has no commands")
     return found
 
 
-def _message(registry: Registry, name: str) -> Json:
-    if name not in registry.messages:
+def _message(protocol: Protocol, name: str) -> Json:
+    messages = registry_of(protocol).messages
+    if name not in messages:
         raise LookupError(f"the registry has no message {name}")
-    return registry.messages[name]
+    return messages[name]
 
 
-def _entry(registry: Registry, kind: str, name: str) -> Json:
-    found = registry.table(kind).get(name)
+def _entry(protocol: Protocol, kind: str, name: str) -> Json:
+    found = registry_of(protocol).table(kind).get(name)
     if found is None:
         raise LookupError(f"the registry has no {name} among its {kind}")
     return found
 
 
-def _field(registry: Registry, name: str) -> Json:
+def _field(protocol: Protocol, name: str) -> Json:
     message, _, field = name.partition(".")
+    registry = registry_of(protocol)
     for layout in registry.messages.get(message, {}).get("layouts", []):
         fields = registry.fields(message, layout["form"])
         if field in fields:

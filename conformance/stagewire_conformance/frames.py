@@ -7,6 +7,7 @@ from typing import Any
 
 from stagewire.errors import CodecError
 from stagewire.protocol import Protocol
+from stagewire_conformance.answers import ADDRESSES
 from stagewire_conformance.codec import Codec, codec_of
 from stagewire_conformance.hexes import octets, spaced
 from stagewire_conformance.registry import registry_of
@@ -16,8 +17,7 @@ __all__ = ["check_capture", "check_frame", "check_reproduced", "wanted_of"]
 
 Json = dict[str, Any]
 
-_ADDRESSES = ("dest", "source", "axis")
-_WANTED = ("message", "form", *_ADDRESSES, "fields", "extra", "data", "context")
+_WANTED = ("message", "form", *ADDRESSES, "fields", "extra", "data", "context")
 _ABSENT = object()
 
 
@@ -37,10 +37,10 @@ def check_capture(protocol: Protocol, entry: Mapping[str, Any], findings: Findin
     if entry["verdict"] != "rejected":
         check_reproduced(protocol, wanted_of(protocol, entry), printed, "captured", findings)
         return
-    codec = codec_of(protocol)
-    _rejected(codec, printed, entry["rejected"], findings)
+    codec, wanted = codec_of(protocol), wanted_of(protocol, entry)
+    _rejected(codec, printed, wanted, entry["rejected"], findings)
     if "fields" in entry:
-        raw = _encode(codec, wanted_of(protocol, entry), findings)
+        raw = _encode(codec, wanted, findings)
         if raw is not None and findings.expect(
             raw != printed, "unexpected pass: it can be encoded"
         ):
@@ -79,7 +79,7 @@ def _erratum(
     truth = entry.get("printed_is", {})
     codec = codec_of(protocol)
     if "rejected" in truth:
-        _rejected(codec, printed, truth["rejected"], findings)
+        _rejected(codec, printed, wanted, truth["rejected"], findings)
     elif findings.expect("decodes" in truth, "`printed_is` does not say what the bytes are"):
         said = wanted_of(
             protocol, {**{key: entry[key] for key in ("message", "form")}, **truth["decodes"]}
@@ -87,9 +87,15 @@ def _erratum(
         _decodes(codec, printed, said, "printed bytes", findings)
 
 
-def _rejected(codec: Codec, raw: bytes, code: str, findings: Findings) -> None:
+def _rejected(codec: Codec, raw: bytes, wanted: Json, code: str, findings: Findings) -> None:
+    """Expect that ``raw``, read as what is wanted would be, is refused with ``code``."""
     try:
-        name = codec.decode(raw, {})["message"]
+        reading = codec.reading(wanted) if "message" in wanted else {}
+    except CodecError as error:
+        findings.problems.append(f"what is stated cannot be looked for: {error}")
+        return
+    try:
+        name = codec.decode(raw, reading)["message"]
     except CodecError as error:
         findings.expect(error.code == code, f"refused as {error.code}, not as {code}: {error}")
         findings.notes.append(f"{error.code}: {error}")
@@ -113,7 +119,7 @@ def _decodes(codec: Codec, raw: bytes, wanted: Json, what: str, findings: Findin
     except CodecError as error:
         findings.problems.append(f"the {what} do not decode: {error}")
         return
-    for key in ("message", "form", *_ADDRESSES):
+    for key in ("message", "form", *ADDRESSES):
         if key in wanted:
             findings.expect(
                 answer.get(key) == wanted[key],

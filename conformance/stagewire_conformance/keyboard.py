@@ -41,7 +41,8 @@ def key_of(byte: int) -> Key:
         return Key(byte, "ESC")
     if byte < 0x20:
         return Key(byte, f"Ctrl<{chr(byte | 0x40)}>")
-    return Key(byte, chr(byte) if byte < 0x7F else f"Alt[{byte}]")
+    # a blank only divides, so that its key is written as a number
+    return Key(byte, chr(byte) if 0x20 < byte < 0x7F else f"Alt[{byte}]")
 
 
 def keys_of(text: str) -> list[Key]:
@@ -158,10 +159,8 @@ def _known(
 
 def _keyboard_of_axis(registry: Registry, axis: int) -> str:
     """Return what the registry has for an axis identifier; empty where it has nothing."""
-    axes = registry.data["framing"].get("axes", "")
-    values = registry.table("enumerations").get(axes, {}).get("values", {})
-    found = [value.get("keyboard", "") for value in values.values() if value["value"] == axis]
-    return str(found[0]) if found else ""
+    found = (entry for entry in registry.axes.values() if entry["value"] == axis)
+    return str(next(found, {}).get("keyboard", ""))
 
 
 def _same(keys: list[Key], known: list[Key], findings: Findings) -> None:

@@ -35,11 +35,14 @@ class Registry:
         return {} if layout is None else dict(_named(layout))
 
     @property
-    def axes(self) -> dict[str, int]:
-        """The documented identifiers of axes by name; none where messages have addresses."""
+    def axes(self) -> dict[str, Json]:
+        """The documented axes by name, each with its identifier as ``value``.
+
+        There are none where messages have addresses.
+        """
         name = self.data["framing"].get("axes")
-        values = self.table("enumerations")[name]["values"] if name else {}
-        return {axis: entry["value"] for axis, entry in values.items()}
+        values: dict[str, Json] = self.table("enumerations")[name]["values"] if name else {}
+        return values
 
     def where(self, pages: Iterable[int]) -> str:
         """Return where in the document something stands: its pages, or the titles of its sections."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from pyarrow import parquet
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -62,10 +63,12 @@ def test_both_forms_and_any_axis(
         (["--direction", "command", "FF 99"], "unknown_message", "99"),
         (["--direction", "command", "18 3F 3A 18 47 3A"], "trailing", "18 47 3A"),
         (["--direction", "command", "18 54 03 A0 86"], "truncated", ""),
-        (["--direction", "command", "18 3A"], "truncated", ""),
+        (["--direction", "command", "18 3A"], "bad_length", "3A"),
+        (["--direction", "command", "3A"], "bad_length", "3A"),
+        (["--direction", "command", "18 3F 00 FF"], "truncated", ""),
+        (["--direction", "command", "FF 41 3A"], "trailing", "3A"),
         (["--command", "READ_STATUS", "42 62"], "trailing", "62"),
         (["--command", "READ_MOTOR_POSITION", "42"], "truncated", ""),
-        (["--command", "STOP_MOTOR", "42"], "bad_length", ""),
     ],
 )
 def test_the_wrong_bytes_are_marked(
@@ -78,6 +81,20 @@ def test_the_wrong_bytes_are_marked(
     columns = [i for i in range(0, len(marks), 3) if marks[i : i + 2] == "^^"]
     assert columns
     assert " ".join(shown[i : i + 2] for i in columns).strip() == marked
+
+
+def test_a_mark_far_from_the_beginning(stagewire: Stagewire) -> None:
+    result = stagewire("decode", "--direction", "command", "18 3F 00" + " 11" * 256)
+    shown, marks, said = result.out.splitlines()
+    assert shown == "... " + " ".join(["11"] * 64)
+    assert marks == " " * (4 + 3 * 63) + "^^"
+    assert said.startswith("bad_length: READ_STATUS: 0x3a has to come within 259 bytes")
+
+
+def test_no_byte_is_wrong_where_none_can_be_right(stagewire: Stagewire) -> None:
+    result = stagewire("decode", "--command", "STOP_MOTOR", "42")
+    assert result.code == 1
+    assert result.out.splitlines() == ["42", "bad_length: STOP_MOTOR has no reply"]
 
 
 def test_a_stream_of_commands(stagewire: Stagewire, tmp_path: Path) -> None:
@@ -111,14 +128,110 @@ def test_a_stream_as_rows(stagewire: Stagewire) -> None:
     assert (rows[0]["extra"], rows[2]["hex"]) == ("183f", "6a756e6b3a")
 
 
-@pytest.mark.parametrize("format", ["table", "jsonl", "csv"])
+FORMS = b"18 3F 3A 18 3F 00 3A FF 41 19 3F 3A 1A 3F 00 3A 18 47 3A"
+
+
+@pytest.mark.parametrize("format", ["jsonl", "csv"])
+@pytest.mark.parametrize(
+    ("message", "offsets"),
+    [
+        ("READ_STATUS", [0, 3, 9, 12]),
+        ("read_status:request", [0, 9]),
+        ("READ_STATUS:request:with_size", [3, 12]),
+        ("SWITCH_TO_HIGH_LEVEL:request", [7]),
+        ("START_MOTOR", [16]),
+        ("START_MOTOR:request:with_size", []),
+    ],
+)
+def test_one_form_of_a_stream(
+    stagewire: Stagewire, format: str, message: str, offsets: list[int]
+) -> None:
+    result = stagewire("decode", "--message", message, "--format", format, "-", input=FORMS)
+    assert result.code == 0
+    if format == "csv":
+        found = [int(row["offset"]) for row in csv.DictReader(io.StringIO(result.out))]
+    else:
+        found = [json.loads(line)["offset"] for line in result.out.splitlines()]
+    assert found == offsets
+
+
+def test_typed_columns_of_a_command(stagewire: Stagewire, tmp_path: Path) -> None:
+    chosen = ["--message", "WRITE_TARGET_POSITION"]
+    more = bytes.fromhex("19 54 03 FF FF FF 3A")
+    result = stagewire("decode", *chosen, "--format", "csv", "-", input=STREAM[:-2] + more)
+    assert result.out.split() == [
+        "offset,axis,target_position,extra",
+        "0,24,3835552,183f",
+        "19,25,-1,",
+    ]
+    target = tmp_path / "typed.parquet"
+    chosen += ["--format", "parquet", "--output", str(target)]
+    assert stagewire("decode", *chosen, "-", input=STREAM[:-2] + more).code == 0
+    table = parquet.read_table(target)
+    assert [str(field.type) for field in table.schema] == ["uint64", "uint8", "int32", "binary"]
+    assert table.to_pylist() == [
+        {"offset": 0, "axis": 24, "target_position": 3835552, "extra": b"\x18\x3f"},
+        {"offset": 19, "axis": 25, "target_position": -1, "extra": None},
+    ]
+
+
+@pytest.mark.parametrize(
+    ("command", "replies", "types", "rows"),
+    [
+        (
+            "READ_MOTOR_POSITION_AND_STATUS",
+            ["A0860142", "FFFFFF0A"],
+            {"position": "int32", "status": "uint8"},
+            [{"position": 100000, "status": 0x42}, {"position": -1, "status": 10}],
+        ),
+        (
+            "READ_IDENTIFICATION",
+            ["454D4F54203A"],
+            {"identification": "string"},
+            [{"identification": "EMOT :"}],
+        ),
+        ("READ_MAXIMUM_SPEED", ["FFFF"], {"maximum_speed": "uint16"}, [{"maximum_speed": 65535}]),
+    ],
+)
+def test_typed_columns_of_replies(
+    stagewire: Stagewire,
+    tmp_path: Path,
+    command: str,
+    replies: list[str],
+    types: dict[str, str],
+    rows: list[dict[str, object]],
+) -> None:
+    lines = json.dumps(replies).encode()
+    chosen = ["--command", command, "--message", command.lower()]
+    result = stagewire("decode", *chosen, "--format", "csv", "-", input=lines)
+    assert result.code == 0
+    found = list(csv.DictReader(io.StringIO(result.out)))
+    assert list(found[0]) == ["offset", "axis", *types, "extra"]
+    assert [{name: row[name] for name in types} for row in found] == [
+        {name: str(value) for name, value in row.items()} for row in rows
+    ]
+    target = tmp_path / "typed.parquet"
+    chosen += ["--format", "parquet", "--output", str(target)]
+    assert stagewire("decode", *chosen, "-", input=lines).code == 0
+    table = parquet.read_table(target)
+    assert {name: str(table.schema.field(name).type) for name in types} == types
+    assert table.select(list(types)).to_pylist() == rows
+
+
+def test_a_refused_reply_has_no_place_in_typed_columns(stagewire: Stagewire) -> None:
+    chosen = ["--command", "READ_STATUS", "--message", "READ_STATUS:reply", "--format", "csv"]
+    result = stagewire("decode", *chosen, "-", input=b'["42", "4242"]')
+    assert (result.code, result.out.split()) == (1, ["offset,axis,status,extra", "0,,66,"])
+    assert result.err.startswith("entry 2: trailing: ")
+
+
+@pytest.mark.parametrize("format", ["table", "jsonl"])
 def test_one_message_of_a_stream(stagewire: Stagewire, format: str) -> None:
     words = ("--message", "read_status", "--format", format)
     result = stagewire("decode", *words, "-", input=STREAM[:-2])
     assert result.code == 0
-    lines = [line for line in result.out.splitlines() if not line.startswith("offset,")]
-    assert len(lines) == 1
-    assert "READ_STATUS" in lines[0]
+    (line,) = result.out.splitlines()
+    assert "READ_STATUS" in line
 
 
 def test_captures_of_replies(stagewire: Stagewire) -> None:
@@ -138,9 +251,46 @@ def test_captures_of_replies(stagewire: Stagewire) -> None:
         (["decode", "--command", "READ_STATUS", "--end", "host", "62"], "cannot be cut"),
         (["decode", "--direction", "command", "--end", "host", "62"], "cannot be cut"),
         (["decode", "--direction", "command", "--protocol", "thorlabs_apt", "00"], "frames of thorlabs"),
-        (["decode", "--direction", "command", "--status", "dc", "00"], "--status: "),
+        (
+            ["decode", "--direction", "command", "--status", "dc", "00"],
+            "low-level command set depends on 'status' or on any other context",
+        ),
+        (
+            ["decode", "--direction", "command", "--message", "READ_STATUS:reply", MOVE],
+            "no command is READ_STATUS:reply; replies are decoded by --command READ_STATUS",
+        ),
+        (["decode", "--message", "READ_STATUS:reply", MOVE], "no command is READ_STATUS:reply"),
+        (["decode", "--message", "START_MOTOR:reply", MOVE], "START_MOTOR has no form reply"),
+        (["decode", "--message", "READ_STATUS:", MOVE], "READ_STATUS has no form"),
+        (
+            ["decode", "--command", "READ_STATUS", "--message", "READ_MOTOR_POSITION", "42"],
+            "replies to READ_STATUS are READ_STATUS:reply and never READ_MOTOR_POSITION",
+        ),
+        (
+            ["decode", "--command", "READ_STATUS", "--message", "READ_STATUS:request", "42"],
+            "and never READ_STATUS:request",
+        ),
+        (
+            ["decode", "--command", "READ_STATUS", "--message", "READ_MOTOR_POSITION:reply", "42"],
+            "and never READ_MOTOR_POSITION:reply",
+        ),
+        (["decode", "--command", "STOP_MOTOR", "--message", "STOP_MOTOR", "42"], "has no reply"),
         (["encode", "WRITE_TARGET_POSITION", "target_position=1"], "lacks axis"),
-        (["encode", "WRITE_TARGET_POSITION", "--axis", "W", "target_position=1"], "--axis takes"),
+        (
+            ["encode", "WRITE_TARGET_POSITION", "--axis", "Q", "target_position=1"],
+            "--axis takes an axis: X (0x18), Y (0x19), Z (0x1a), ",
+        ),
+        (["encode", "READ_STATUS", "--axis", "X", "data=00"], "has no field data"),
+        (["encode", "READ_STATUS", "--form", "reply", "status=66", "data=00"], "has no field data"),
+        (["encode", "SWITCH_TO_LOW_LEVEL", "data=00"], "has no field data"),
+        (
+            ["encode", "SWITCH_TO_LOW_LEVEL", "--allow-dummy"],
+            "a setup command has no allow_dummy; only a command has",
+        ),
+        (
+            ["encode", "READ_STATUS", "--form", "reply", "status=66", "--allow-dummy"],
+            "a reply has no allow_dummy; only a command has",
+        ),
         (["encode", "WRITE_TARGET_POSITION", "--axis", "58", "target_position=1"], "0x3a"),
         (["encode", "WRITE_TARGET_POSITION", "--axis", "X", "target_position=8388608"], " to 8388607"),
         (["encode", "WRITE_TARGET_POSITION", "--axis", "X"], "lacks target_position"),
@@ -202,3 +352,35 @@ def test_show(stagewire: Stagewire) -> None:
     assert "message SWITCH_TO_LOW_LEVEL (asi_ms2000)" in both
     assert "no size slot" in both
     assert "dummy: True" in stagewire("show", "READ_START_SPEED").out
+
+
+def test_show_names_sections_where_a_document_has_no_pages(stagewire: Stagewire) -> None:
+    assert "section: Read Status Byte" in stagewire("show", "status_bits").out
+    assert (
+        "sections: Read Ramp Time, Write Ramping Time"
+        in stagewire("show", "ms2000-ramp-time-range").out
+    )
+    assert "page: 79" in stagewire("show", "dc_status_bits").out
+
+
+def test_show_keys_masks_and_firmware(stagewire: Stagewire) -> None:
+    axes = stagewire("show", "axis").out
+    assert "typed" in axes
+    assert "Ctrl<X>" in axes
+    assert " 0x01 " in stagewire("show", "status_bits").out
+    assert " 0x00000001 " in stagewire("show", "dc_status_bits").out
+    assert "\nfirmware 3.3: From here on" in stagewire("show", "READ_STATUS").out
+
+
+@pytest.mark.parametrize(
+    ("hex", "name"),
+    [
+        (MOVE, "WRITE_TARGET_POSITION"),
+        ("FF 41", "SWITCH_TO_HIGH_LEVEL"),
+        ("18 3F 3A", "READ_STATUS"),
+    ],
+)
+def test_a_command_that_is_taken_for_a_frame(stagewire: Stagewire, hex: str, name: str) -> None:
+    result = stagewire("decode", hex)
+    assert result.code == 1
+    assert f"hint: as a command of asi_ms2000 this is {name}: say --direction command" in result.out

@@ -1,13 +1,17 @@
-"""Asks the Python testee, and holds requests and answers against the schema of its protocol."""
+"""Asks the Python testee, by the schema of its protocol, and the runner of the worked examples."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from jsonschema import Draft202012Validator
 
+from stagewire.protocol import Protocol
+from stagewire_conformance import Verdict
+from stagewire_conformance.examples import run_example
 from stagewire_conformance.testee import serve
 
 SCHEMA = json.loads(
@@ -51,3 +55,20 @@ def refused(**request: Any) -> str:
 def code(line: bytes | str) -> tuple[Any, str]:
     (answer,) = ask(line.encode() if isinstance(line, str) else line)
     return answer["id"], answer.get("error", "")
+
+
+Runner = Callable[[Protocol, dict[str, Any]], Verdict]
+
+
+def failure(protocol: Protocol, entry: dict[str, Any], runner: Runner = run_example) -> str:
+    """Expect that a worked example fails, and return why it does."""
+    verdict = runner(protocol, entry)
+    assert verdict.outcome == "failed", verdict
+    return verdict.detail
+
+
+def passes(protocol: Protocol, entry: dict[str, Any], runner: Runner = run_example) -> str:
+    """Expect that a worked example passes, and return what there is to say of it."""
+    verdict = runner(protocol, entry)
+    assert verdict.outcome == "passed", verdict
+    return verdict.detail

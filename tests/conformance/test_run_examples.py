@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from copy import deepcopy
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
+import asking
 import pytest
 
 from stagewire.protocol import load_protocol
@@ -57,16 +58,8 @@ def changed(entry: Json, *path: str, to: Any) -> Json:
     return entry
 
 
-def failure(entry: Json, runner: Callable[..., Verdict] = run_example) -> str:
-    verdict = runner(APT, entry)
-    assert verdict.outcome == "failed", verdict
-    return verdict.detail
-
-
-def passes(entry: Json, runner: Callable[..., Verdict] = run_example) -> str:
-    verdict = runner(APT, entry)
-    assert verdict.outcome == "passed", verdict
-    return verdict.detail
+failure = partial(asking.failure, APT)
+passes = partial(asking.passes, APT)
 
 
 @pytest.mark.parametrize("verdict", run(APT), ids=lambda verdict: verdict.id)
@@ -165,6 +158,10 @@ def test_captures() -> None:
     assert "captured is" in failure(
         {**RIGHT, "printed": "53 04 06 00 D0 01 01 00 41 0D 03 00"}, run_capture
     )
+    several = {**rejected, "form": None, "rejected": "bad_length"}
+    assert "cannot be looked for: MOT_MOVE_ABSOLUTE has several" in failure(several, run_capture)
+    unknown = {"printed": "00 00 00 00 50 01", "verdict": "rejected", "rejected": "unknown_message"}
+    assert "no message" in passes({"id": "u", "kind": "published", **unknown}, run_capture)
 
 
 @pytest.mark.parametrize(

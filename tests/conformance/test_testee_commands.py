@@ -132,6 +132,15 @@ def test_a_reply_has_nothing_that_only_a_command_has() -> None:
     assert encode(**request, **nothing) == encode(**request) == {"ok": True, "hex": "42"}
 
 
+def test_a_setup_command_has_nothing_to_allow_or_refuse() -> None:
+    request = {"op": "encode", "protocol": MS2000, "message": "SWITCH_TO_LOW_LEVEL"}
+    for key in ("allow_dummy", "refuse_prefix_bytes"):
+        answer = one(**request, **{key: True})
+        assert answer["error"] == "bad_value"
+        assert f"a setup command has no {key}" in answer["detail"]
+        assert one(**request, **{key: False})["hex"] == "ff42"
+
+
 def test_a_dummy_is_decoded_but_encoded_only_when_asked_for() -> None:
     assert decode("1872023a")["message"] == "READ_START_SPEED"
     request = {"op": "encode", "protocol": MS2000, "message": "READ_START_SPEED", "axis": 24}
@@ -185,8 +194,8 @@ def test_every_message_there_and_back(cls: Any) -> None:
     [
         ("", "truncated"),
         ("18", "truncated"),
-        ("3a", "truncated"),
-        ("183a", "truncated"),  # aborted
+        ("3a", "bad_length"),
+        ("183a", "bad_length"),  # aborted
         ("1854", "truncated"),
         ("185403a08601", "truncated"),
         ("1854033a", "truncated"),

@@ -15,9 +15,9 @@ from typing import Any
 from stagewire_cli.formats.csv import CsvSink
 from stagewire_cli.formats.jsonlines import JsonLinesWriter
 from stagewire_cli.formats.parquet import ParquetSink, require_pyarrow
-from stagewire_cli.formats.rows import GeneralWriter, TypedWriter, general_columns, typed_columns
+from stagewire_cli.formats.rows import GeneralWriter, TypedWriter, general_columns
 from stagewire_cli.formats.table import TableWriter
-from stagewire_cli.formats.task import FramedTask, Task
+from stagewire_cli.formats.task import Task
 from stagewire_cli.formats.writer import Writer
 
 __all__ = ["Format", "check_format", "writing"]
@@ -43,8 +43,8 @@ def check_format(format: Format, task: Task) -> None:
     Raises :class:`~stagewire.errors.UnsupportedError` for a message that has no columns, and
     ``CalledWronglyError`` where pyarrow is needed and not installed.
     """
-    if format.has_rows and task.only is not None and isinstance(task, FramedTask):
-        typed_columns(task.only)
+    if format.has_rows and task.only is not None:
+        task.typed_rows()
     if format is Format.PARQUET:
         require_pyarrow()
 
@@ -70,6 +70,7 @@ def _writer(format: Format, task: Task, out: Any) -> Writer:
     if format is Format.JSONL:
         return JsonLinesWriter(task, out)
     sink = CsvSink if format is Format.CSV else ParquetSink
-    if task.only is None or not isinstance(task, FramedTask):
+    if task.only is None:
         return GeneralWriter(task, sink(general_columns(task), out))
-    return TypedWriter(task, task.only, sink(typed_columns(task.only), out))
+    rows = task.typed_rows()
+    return TypedWriter(task, rows, sink(rows.columns, out))

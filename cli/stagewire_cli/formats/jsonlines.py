@@ -8,9 +8,9 @@ from typing import TextIO
 from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire_cli.formats.fields import AS_JSON, FieldsText, compact
-from stagewire_cli.formats.task import Decoded, Task
+from stagewire_cli.formats.task import Task
 from stagewire_cli.formats.writer import PENDING, TextWriter
-from stagewire_conformance.answers import frame_answer, refusal
+from stagewire_conformance.answers import Decoded, frame_answer, refusal
 
 __all__ = ["JsonLinesWriter"]
 

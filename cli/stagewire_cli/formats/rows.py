@@ -8,23 +8,20 @@ from typing import Any, Final
 
 import typer
 
-from stagewire.columns import Frames, Kind, Place, Sorter, shape_of
 from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire.framing import Event
-from stagewire.message import Message
 from stagewire_cli.formats.fields import AS_JSON, FieldsText, compact
 from stagewire_cli.formats.sink import Column, Sink
-from stagewire_cli.formats.task import Decoded, FramedTask, Task, message_of
+from stagewire_cli.formats.task import Task
+from stagewire_cli.formats.typed import TypedRows
 from stagewire_cli.formats.writer import EventWriter, Writer
-from stagewire_conformance.answers import frame_answer
+from stagewire_conformance.answers import Decoded, frame_answer, message_of
 
-__all__ = ["GeneralWriter", "TypedWriter", "general_columns", "typed_columns"]
+__all__ = ["GeneralWriter", "TypedWriter", "general_columns"]
 
 _HELD: Final = 4 * 1024 * 1024
 """Bytes that are no message and wait for a batch: a row of garbage may be a whole block."""
-
-_TYPES: Final = {Kind.TEXT: "string", Kind.BYTES: "binary"}
 
 
 def general_columns(task: Task) -> list[Column]:
@@ -115,62 +112,39 @@ class GeneralWriter(_RowWriter, EventWriter):
             self._held = 0
 
 
-def typed_columns(message: type[Message]) -> list[Column]:
-    """Return the columns for one message: a typed one for each field, and bytes beyond the layout.
-
-    Raises :class:`~stagewire.errors.UnsupportedError` for a message without a documented layout.
-    """
-    header = (Column("offset", "uint64"), Column("dest", "uint8"), Column("source", "uint8"))
-    fields = (Column(place.name, _type(place)) for place in shape_of(message).places)
-    return [*header, *fields, Column("extra", "binary")]
-
-
-def _type(place: Place) -> str:
-    if place.kind in _TYPES:
-        return _TYPES[place.kind]
-    return f"{'u' * (place.kind is Kind.UNSIGNED)}int{place.width * 8}"
-
-
 class TypedWriter(_RowWriter):
-    """Writes a row for each frame of one message, through columns.
+    """Writes a row for each message of one kind, with typed columns.
 
-    What is no such frame has no place in these columns: a refusal is said on standard error.
+    What is no such message has no place in these columns: a refusal is said on standard error.
     """
 
-    def __init__(self, task: FramedTask, only: type[Message], sink: Sink) -> None:
+    def __init__(self, task: Task, rows: TypedRows, sink: Sink) -> None:
         super().__init__(task, sink)
-        self._sorter = Sorter(task.protocol, task.context, only=[only])
-        self._frames = self._sorter.frames.setdefault(only, Frames(only))
+        self._rows = rows
 
     def events(self, offset: int, events: Iterable[Event]) -> None:
-        """Write the events that are frames of the message."""
-        self._sorter.take(offset, events)
+        """Write the events that are the message."""
+        self._rows.take(offset, events)
         self._write_full()
 
     def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
-        """Write a frame of the message."""
-        self._frames.append(offset, raw)
+        """Write one message."""
+        self._rows.append(offset, raw, decoded)
         self._write_full()
 
     def pending(self, offset: int, raw: bytes) -> None:
-        """Nothing: it is no frame of the message."""
+        """Nothing: it is no message."""
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
-        """Say why a frame is refused."""
+        """Say why bytes are refused."""
         where = f"{name}: " if name else ""
         typer.echo(f"{where}{error.code}: {error}", err=True)
 
     def _write_full(self) -> None:
-        if len(self._frames) >= self._sink.batch:
+        if len(self._rows) >= self._sink.batch:
             self._write()
 
     def _write(self) -> None:
-        frames = self._frames
-        if not len(frames):
-            return
-        columns = frames.columns()
-        extra: list[bytes | None] = [None] * len(frames)
-        for number, following in frames.extra.items():
-            extra[number] = following
-        self._sink.write([frames.offsets, *columns.values(), extra])
-        frames.clear()
+        if len(self._rows):
+            self._sink.write(self._rows.values())
+            self._rows.clear()

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import TextIO
 
-from stagewire.errors import CodecError, DecodeError, UnknownMessageError
+from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire_cli.explain import explain
 from stagewire_cli.formats.fields import AS_WORDS, FieldsText
-from stagewire_cli.formats.task import Decoded, Task
+from stagewire_cli.formats.task import Task
 from stagewire_cli.formats.writer import PENDING, TextWriter
 from stagewire_cli.rendering import event_line, frame_line, frame_table, frame_title
 from stagewire_cli.terminal import console
-from stagewire_conformance.answers import frame_answer
-from stagewire_conformance.codec import codec_of
+from stagewire_conformance.answers import Decoded, frame_answer
 from stagewire_conformance.hexes import spaced
 
 __all__ = ["TableWriter"]
@@ -35,17 +34,16 @@ class TableWriter(TextWriter):
         if answer["fields"] or answer.get("extra") or answer.get("data"):
             self._console.print(frame_table(self.task.protocol, answer))
         if answer["form"] == "data:undecided":
-            known = codec_of(self.task.protocol).contexts()
-            options = [f"--{key} {' or '.join(values)}" for key, values in known.items()]
+            known = self.task.codec.contexts.items()
+            options = [f"--{key} {' or '.join(values)}" for key, values in known]
             self._say(f"the bytes do not say which layout this is; {', '.join(options)} does")
         if name:
             self._say("")
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
         """Write which bytes are wrong, and why."""
-        assert isinstance(error, (DecodeError, UnknownMessageError))
         self._name(name, raw)
-        for line in explain(self.task, raw, error):
+        for line in explain(raw, error, self.task.hints(raw, error)):
             self._say(line)
 
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:

@@ -3,51 +3,58 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Mapping
-from typing import ClassVar, TypeAlias
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
 
-from stagewire.commands import CommandFrame, CommandProtocol, CommandReceived, Reply
-from stagewire.frame import Frame
+from stagewire.commands import CommandFrame, CommandProtocol
+from stagewire.errors import CodecError
 from stagewire.framed import FramedProtocol
-from stagewire.framing import End, Event, Received, Undocumented
+from stagewire.framing import End, Event
 from stagewire.message import Message
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.formats.typed import CommandRows, FrameRows, TypedRows
+from stagewire_cli.hints import hints_for_frame
+from stagewire_conformance.answers import Decoded, message_of
+from stagewire_conformance.codec import codec_of
 from stagewire_conformance.codec.base import Reader
 
-__all__ = ["CommandTask", "Decoded", "FramedTask", "Task", "message_of"]
-
-Decoded: TypeAlias = Frame | CommandFrame | Reply
+__all__ = ["CommandTask", "FramedTask", "Task"]
 
 
 class Task(abc.ABC):
-    """What is to be decoded, in one of the ways in which messages are framed.
+    """What is to be decoded, by the codec of a protocol.
 
     :param protocol: whose bytes they are.
+    :param request: what the codec has to be told beside the bytes.
     :param only: the one message class that is wanted; None for everything.
     """
 
     addresses: ClassVar[tuple[str, ...]]
     """What says whom a message is for: attributes of what is decoded, and columns of a table."""
 
-    def __init__(self, protocol: Protocol, only: type[Message] | None = None) -> None:
+    def __init__(
+        self, protocol: Protocol, request: Mapping[str, Any], only: type[Message] | None = None
+    ) -> None:
         self.protocol = protocol
+        self.codec = codec_of(protocol)
+        self.request = request
         self.only = only
 
-    @abc.abstractmethod
     def decode(self, raw: bytes) -> Decoded:
         """Decode the bytes of exactly one message; raises as the protocol does."""
+        return self.codec.decoded(raw, self.request)
 
-    @abc.abstractmethod
+    def found(self, event: Event) -> Decoded | None:
+        """Return the message in an event, None where it holds none."""
+        return self.codec.received(event, self.request)
+
     def reader(self, end: End | None) -> Reader:
         """Return what cuts a stream into events.
 
         Raises :class:`CalledWronglyError` for an end whose stream cannot be cut.
         """
-
-    @abc.abstractmethod
-    def found(self, event: Event) -> Decoded | None:
-        """Return the message in an event, None where it holds none."""
+        return self.codec.reader({**self.request, "end": (end or End.NONE).value})
 
     def wants(self, decoded: Decoded) -> bool:
         """Whether a message is to be shown."""
@@ -57,10 +64,16 @@ class Task(abc.ABC):
         """Return the values of :attr:`addresses`; None for what it has not."""
         return tuple(getattr(decoded, name, None) for name in self.addresses)
 
+    def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
+        """Yield what may be behind the refusal of bytes, as far as it shows."""
+        yield from ()
 
-def message_of(decoded: Decoded) -> Message:
-    """Return what is said; a reply is its own content."""
-    return decoded if isinstance(decoded, Reply) else decoded.message
+    @abc.abstractmethod
+    def typed_rows(self) -> TypedRows:
+        """Return rows with a typed column for each field of the one message that is wanted.
+
+        Raises :class:`~stagewire.errors.UnsupportedError` for a message that has no columns.
+        """
 
 
 class FramedTask(Task):
@@ -78,28 +91,23 @@ class FramedTask(Task):
         context: Mapping[str, str] | None = None,
         only: type[Message] | None = None,
     ) -> None:
-        super().__init__(protocol, only)
-        self.context = context
+        super().__init__(protocol, {"context": context} if context else {}, only)
 
-    def decode(self, raw: bytes) -> Frame:
-        """Decode one frame."""
-        return self.protocol.decode(raw, self.context)
+    def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
+        """Yield what may be behind the refusal of a frame."""
+        return hints_for_frame(self.protocol, raw, error)
 
-    def reader(self, end: End | None) -> Reader:
-        """Return a framer for the end of the line."""
-        return self.protocol.framer(end or End.NONE)
-
-    def found(self, event: Event) -> Frame | None:
-        """Return the frame in an event."""
-        if isinstance(event, (Received, Undocumented)):
-            return self.protocol.decode(event.raw, self.context)
-        return None
+    def typed_rows(self) -> FrameRows:
+        """Return rows through the columns of the library."""
+        assert self.only is not None
+        return FrameRows(self.protocol, self.request.get("context"), self.only)
 
 
 class CommandTask(Task):
     """Commands, or the replies to one of them.
 
     :param command: name of the command whose replies are read; None for commands.
+    :param form: the one form of a command that is wanted; None for all of them.
     """
 
     protocol: CommandProtocol
@@ -110,25 +118,27 @@ class CommandTask(Task):
         protocol: CommandProtocol,
         command: str | None = None,
         only: type[Message] | None = None,
+        form: str | None = None,
     ) -> None:
-        super().__init__(protocol, only)
-        self.command = command
-
-    def decode(self, raw: bytes) -> CommandFrame | Reply:
-        """Decode one command, or one reply."""
-        if self.command is None:
-            return self.protocol.decode(raw)
-        return self.protocol.decode_reply(raw, self.command)
+        replies = {} if command is None else {"direction": "reply", "command": command}
+        super().__init__(protocol, replies, only)
+        self.form = form
 
     def reader(self, end: End | None) -> Reader:
         """Return a framer of commands; replies have no frame to cut a stream by."""
-        if self.command is not None or end is End.HOST:
+        if "command" in self.request or end is End.HOST:
             raise CalledWronglyError(
                 "replies have no frame, so that a stream of them cannot be cut; give them one by one, in "
                 "hex or as JSON captures, with --direction reply and --command"
             )
-        return self.protocol.framer()
+        return super().reader(end)
 
-    def found(self, event: Event) -> CommandFrame | None:
-        """Return the command in an event."""
-        return event.frame if isinstance(event, CommandReceived) else None
+    def wants(self, decoded: Decoded) -> bool:
+        """Whether a message is to be shown: with and without the size slot it has the same class."""
+        if isinstance(decoded, CommandFrame) and self.form not in (None, decoded.form):
+            return False
+        return super().wants(decoded)
+
+    def typed_rows(self) -> CommandRows:
+        """Return rows with the columns that the registry gives."""
+        return CommandRows(self)

@@ -8,7 +8,8 @@ from typing import TextIO
 
 from stagewire.errors import CodecError
 from stagewire.framing import Event
-from stagewire_cli.formats.task import Decoded, Task
+from stagewire_cli.formats.task import Task
+from stagewire_conformance.answers import Decoded
 from stagewire_conformance.codec import EVENT_NAMES
 
 __all__ = ["PENDING", "EventWriter", "TextWriter", "Writer"]

@@ -5,12 +5,14 @@ from __future__ import annotations
 import abc
 import typing
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 from stagewire.errors import BadValueError
 from stagewire.framing import End, Event, join_garbage
 from stagewire.message import Layout
 from stagewire.protocol import Protocol
+from stagewire_conformance.answers import Decoded, frame_answer
 from stagewire_conformance.codec.events import EVENT_NAMES
 from stagewire_conformance.hexes import from_hex
 from stagewire_conformance.registry import registry_of
@@ -50,8 +52,20 @@ class Codec(abc.ABC):
         self.protocol = protocol
 
     @abc.abstractmethod
+    def decoded(self, raw: bytes, request: Mapping[str, Any]) -> Decoded:
+        """Return what the bytes of exactly one message decode to; raise as the protocol does."""
+
+    @abc.abstractmethod
+    def received(self, event: Event, request: Mapping[str, Any]) -> Decoded | None:
+        """Return what the message in an event decodes to, None for an event that holds none."""
+
+    @abc.abstractmethod
+    def reader(self, request: Mapping[str, Any]) -> Reader:
+        """Return what cuts the stream of a request into events."""
+
     def decode(self, raw: bytes, request: Mapping[str, Any]) -> Json:
         """Return what the bytes of exactly one message say; raise as the protocol does."""
+        return frame_answer(self.decoded(raw, request))
 
     @abc.abstractmethod
     def encode(self, request: Mapping[str, Any]) -> bytes:
@@ -62,7 +76,7 @@ class Codec(abc.ABC):
 
     def stream(self, chunks: Iterable[bytes], request: Mapping[str, Any]) -> Json:
         """Return the events of a stream that comes in ``chunks``, and what is left at its end."""
-        reader = self._reader(request)
+        reader = self.reader(request)
         events: list[Event] = []
         for chunk in chunks:
             events.extend(reader.feed(chunk))
@@ -73,24 +87,17 @@ class Codec(abc.ABC):
 
     def event_answer(self, event: Event, request: Mapping[str, Any]) -> Json:
         """Return one event of a stream as the object that a testee answers with."""
-        said = self._said(event, request)
+        decoded = self.received(event, request)
         answer: Json = {"event": EVENT_NAMES[type(event)]}
-        return answer | ({"hex": event.raw.hex()} if said is None else said)
+        return answer | ({"hex": event.raw.hex()} if decoded is None else frame_answer(decoded))
 
     @abc.abstractmethod
     def reading(self, wanted: Mapping[str, Any]) -> Json:
         """Return what a decoder has to be told beside the bytes to read what is wanted."""
 
-    @abc.abstractmethod
-    def _reader(self, request: Mapping[str, Any]) -> Reader:
-        """Return what reads the stream of a request."""
-
-    @abc.abstractmethod
-    def _said(self, event: Event, request: Mapping[str, Any]) -> Json | None:
-        """Return what the message in an event says, None for an event that holds none."""
-
+    @cached_property
     def contexts(self) -> dict[str, list[str]]:
-        """Return what a receiver may have to know, and the values that it can have."""
+        """What a receiver may have to know beside the bytes, and the values that it can have."""
         known: dict[str, set[str]] = {}
         for cls in self.protocol.messages:
             for key, value in cls.layout.when.items():
@@ -101,8 +108,12 @@ class Codec(abc.ABC):
         """Raise :class:`BadValueError` for a context that decides nothing in this protocol."""
         if not context:
             return
-        known = self.contexts()
+        known = self.contexts
         for key, value in context.items():
+            if not known:
+                raise BadValueError(
+                    f"no layout of {self.protocol.title} depends on {key!r} or on any other context"
+                )
             if key not in known:
                 raise BadValueError(f"no layout depends on {key!r} (known: {', '.join(known)})")
             if value not in known[key]:

@@ -7,17 +7,18 @@ from typing import Any, ClassVar, NoReturn
 
 from stagewire.commands import (
     FORMS,
+    SLOTS,
     Command,
     CommandFrame,
     CommandProtocol,
     CommandReceived,
+    Reply,
     ReplyReceived,
     SetupCommand,
 )
-from stagewire.commands.rule import SLOTS
 from stagewire.errors import BadValueError, MissingFieldError
 from stagewire.framing import Event
-from stagewire_conformance.answers import Refusal, frame_answer
+from stagewire_conformance.answers import Refusal
 from stagewire_conformance.codec.base import Codec, Json, Reader
 from stagewire_conformance.hexes import from_hex
 
@@ -40,15 +41,21 @@ class CommandCodec(Codec):
         "stream": {"end": str, "command": str},
     }  # fmt: skip
 
-    def decode(self, raw: bytes, request: Mapping[str, Any]) -> Json:
-        """Return what the bytes of exactly one command say, or those of the reply to ``command``."""
+    def decoded(self, raw: bytes, request: Mapping[str, Any]) -> CommandFrame | Reply:
+        """Return the command that all of the bytes are, or the reply to ``command``."""
         if _direction(request) == "command":
             if "command" in request:
                 _bad("command says what a reply answers; give direction reply, too")
-            return frame_answer(self.protocol.decode(raw))
+            return self.protocol.decode(raw)
         if "command" not in request:
             _bad("a reply says nothing of its command: decode needs command")
-        return frame_answer(self.protocol.decode_reply(raw, request["command"]))
+        return self.protocol.decode_reply(raw, request["command"])
+
+    def received(self, event: Event, request: Mapping[str, Any]) -> CommandFrame | Reply | None:
+        """Return the command or the reply in an event."""
+        if isinstance(event, CommandReceived):
+            return event.frame
+        return event.reply if isinstance(event, ReplyReceived) else None
 
     def encode(self, request: Mapping[str, Any]) -> bytes:
         """Return the bytes of a command or of a reply."""
@@ -60,9 +67,11 @@ class CommandCodec(Codec):
         fields = self._from_json(cls.layout, request.get("fields", {}))
         message: Any = self.protocol.build(name, fields, form)
         if form == "reply":
-            _check_reply(request)
+            _refuse(request, "a reply", "axis", "extra", "allow_dummy", "refuse_prefix_bytes")
             raw: bytes = message.pack()
             return raw
+        if issubclass(cls, SetupCommand):
+            _refuse(request, "a setup command", "allow_dummy", "refuse_prefix_bytes")
         if issubclass(cls, Command) and "axis" not in request:
             raise MissingFieldError(f"{name} lacks axis")
         extra = from_hex(request.get("extra", ""))
@@ -78,7 +87,7 @@ class CommandCodec(Codec):
             return {}
         return {"direction": "reply", "command": wanted["message"]}
 
-    def _reader(self, request: Mapping[str, Any]) -> Reader:
+    def reader(self, request: Mapping[str, Any]) -> Reader:
         """Return a framer of commands, or at the host's end a decoder of the one reply that is due."""
         if request.get("end", "none") != "host":
             if "command" in request:
@@ -98,13 +107,6 @@ class CommandCodec(Codec):
         zeros = bytes(SLOTS + cls.layout.length + 1)
         return CommandFrame(cls.unpack(zeros), next(iter(self.protocol.axes.values())))
 
-    def _said(self, event: Event, request: Mapping[str, Any]) -> Json | None:
-        if isinstance(event, CommandReceived):
-            return frame_answer(event.frame)
-        if isinstance(event, ReplyReceived):
-            return frame_answer(event.reply)
-        return None
-
     def _form(self, request: Mapping[str, Any]) -> str:
         """Return the form that is meant; ``direction`` chooses where ``form`` leaves it open."""
         form: str | None = request.get("form")
@@ -118,12 +120,12 @@ class CommandCodec(Codec):
         return form
 
 
-def _check_reply(request: Mapping[str, Any]) -> None:
+def _refuse(request: Mapping[str, Any], what: str, *keys: str) -> None:
     """Raise :class:`BadValueError` for what only a command has; null, false and no bytes are nothing."""
-    for key in ("axis", "extra", "allow_dummy", "refuse_prefix_bytes"):
+    for key in keys:
         value = request.get(key)
         if value is not None and value is not False and value != "":
-            raise BadValueError(f"{request['message']}: a reply has no {key}; only a command has")
+            raise BadValueError(f"{request['message']}: {what} has no {key}; only a command has")
 
 
 def _direction(request: Mapping[str, Any]) -> str:

@@ -10,7 +10,6 @@ from stagewire.frame import Frame
 from stagewire.framed import FramedProtocol
 from stagewire.framing import Event, Received, Undocumented
 from stagewire.message import UndecidedMessage, UndocumentedMessage
-from stagewire_conformance.answers import frame_answer
 from stagewire_conformance.codec.base import ENDS, Codec, Context, Json, Reader
 from stagewire_conformance.hexes import from_hex
 
@@ -31,11 +30,22 @@ class FramedCodec(Codec):
         "stream": {"end": str, "context": dict},
     }  # fmt: skip
 
-    def decode(self, raw: bytes, request: Mapping[str, Any]) -> Json:
-        """Return what the bytes of exactly one frame say; ``context`` decides between layouts."""
+    def decoded(self, raw: bytes, request: Mapping[str, Any]) -> Frame:
+        """Return the frame that all of the bytes are; ``context`` decides between layouts."""
         context = request.get("context")
         self.check_context(context)
-        return frame_answer(self.protocol.decode(raw, context))
+        return self.protocol.decode(raw, context)
+
+    def received(self, event: Event, request: Mapping[str, Any]) -> Frame | None:
+        """Return the frame in an event; ``context`` decides between layouts."""
+        if isinstance(event, (Received, Undocumented)):
+            return self.protocol.decode(event.raw, request.get("context"))
+        return None
+
+    def reader(self, request: Mapping[str, Any]) -> Reader:
+        """Return a framer for the ``end`` of the line that received the stream."""
+        self.check_context(request.get("context"))
+        return self.protocol.framer(ENDS[request.get("end", "none")])
 
     def encode(self, request: Mapping[str, Any]) -> bytes:
         """Return the bytes of a frame."""
@@ -47,15 +57,6 @@ class FramedCodec(Codec):
         layout = self.protocol.message_class(wanted["message"], wanted.get("form")).layout
         context = wanted.get("context") or dict(layout.when)
         return {"context": context} if context else {}
-
-    def _reader(self, request: Mapping[str, Any]) -> Reader:
-        self.check_context(request.get("context"))
-        return self.protocol.framer(ENDS[request.get("end", "none")])
-
-    def _said(self, event: Event, request: Mapping[str, Any]) -> Json | None:
-        if not isinstance(event, (Received, Undocumented)):
-            return None
-        return frame_answer(self.protocol.decode(event.raw, request.get("context")))
 
     def _frame(self, request: Mapping[str, Any]) -> Frame:
         name = request["message"]

@@ -1,0 +1,145 @@
+"""Rows of one message, with a typed column for each field; gathered message by message.
+
+Frames go through the columns of the library, which read the fields of many frames at once.
+"""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from stagewire.columns import Frames, Kind, Place, Sorter, shape_of
+from stagewire.framed import FramedProtocol
+from stagewire.framing import Event
+from stagewire.message import Message
+from stagewire_cli.formats.sink import Column
+from stagewire_conformance.answers import Decoded, message_of
+from stagewire_conformance.registry import Json, registry_of
+
+if TYPE_CHECKING:
+    from stagewire_cli.formats.task import CommandTask
+
+__all__ = ["CommandRows", "FrameRows", "TypedRows"]
+
+_STRINGS: Final = {Kind.TEXT: "string", Kind.BYTES: "binary"}
+_KINDS: Final = {kind.name.lower(): type for kind, type in _STRINGS.items()}
+
+
+class TypedRows(abc.ABC):
+    """Rows that wait for being written; ``len`` says how many they are."""
+
+    columns: Sequence[Column]
+
+    @abc.abstractmethod
+    def __len__(self) -> int: ...
+
+    @abc.abstractmethod
+    def take(self, offset: int, events: Iterable[Event]) -> None:
+        """Add what is wanted of events that follow one another, the first of which is at ``offset``."""
+
+    @abc.abstractmethod
+    def append(self, offset: int, raw: bytes, decoded: Decoded) -> None:
+        """Add a message that is wanted."""
+
+    @abc.abstractmethod
+    def values(self) -> list[Sequence[Any]]:
+        """Return the rows, column by column."""
+
+    @abc.abstractmethod
+    def clear(self) -> None:
+        """Forget the rows, which were written."""
+
+
+class FrameRows(TypedRows):
+    """Frames: offset, addresses, fields, and bytes beyond the layout.
+
+    Raises :class:`~stagewire.errors.UnsupportedError` for a message without a documented layout.
+    """
+
+    def __init__(
+        self, protocol: FramedProtocol, context: Mapping[str, str] | None, only: type[Message]
+    ) -> None:
+        fields = [Column(place.name, _type_of_place(place)) for place in shape_of(only).places]
+        self.columns = _columns(("dest", "source"), fields)
+        self._sorter = Sorter(protocol, context, only=[only])
+        self._frames = self._sorter.frames.setdefault(only, Frames(only))
+
+    def __len__(self) -> int:
+        return len(self._frames)
+
+    def take(self, offset: int, events: Iterable[Event]) -> None:
+        """Add the frames of the message."""
+        self._sorter.take(offset, events)
+
+    def append(self, offset: int, raw: bytes, decoded: Decoded) -> None:
+        """Add a frame."""
+        self._frames.append(offset, raw)
+
+    def values(self) -> list[Sequence[Any]]:
+        """Return the rows, column by column."""
+        frames = self._frames
+        extra: list[bytes | None] = [None] * len(frames)
+        for number, following in frames.extra.items():
+            extra[number] = following
+        return [frames.offsets, *frames.columns().values(), extra]
+
+    def clear(self) -> None:
+        """Forget the frames."""
+        self._frames.clear()
+
+
+class CommandRows(TypedRows):
+    """Commands or replies: offset, axis, fields, and bytes that a controller ignores."""
+
+    def __init__(self, task: CommandTask) -> None:
+        assert task.only is not None
+        self._task = task
+        layout = task.only.layout
+        known = registry_of(task.protocol).fields(layout.message, layout.form)
+        fields = [Column(name, _type_of_field(known[name])) for name in layout.fields]
+        self.columns = _columns(task.addresses, fields)
+        self._rows: list[tuple[Any, ...]] = []
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def take(self, offset: int, events: Iterable[Event]) -> None:
+        """Add the commands that are wanted."""
+        for event in events:
+            decoded = self._task.found(event)
+            if decoded is not None and self._task.wants(decoded):
+                self.append(offset, event.raw, decoded)
+            offset += len(event.raw)
+
+    def append(self, offset: int, raw: bytes, decoded: Decoded) -> None:
+        """Add a command or a reply."""
+        fields = message_of(decoded).values().values()
+        extra = getattr(decoded, "extra", None) or None  # a reply has none
+        self._rows.append((offset, *self._task.addressed(decoded), *fields, extra))
+
+    def values(self) -> list[Sequence[Any]]:
+        """Return the rows, column by column."""
+        return list(zip(*self._rows, strict=True))
+
+    def clear(self) -> None:
+        """Forget the rows."""
+        self._rows.clear()
+
+
+def _columns(addresses: Iterable[str], fields: Iterable[Column]) -> list[Column]:
+    around = [Column("offset", "uint64"), *(Column(name, "uint8") for name in addresses)]
+    return [*around, *fields, Column("extra", "binary")]
+
+
+def _type_of_place(place: Place) -> str:
+    return _STRINGS.get(place.kind) or _integer(place.kind is Kind.SIGNED, place.size)
+
+
+def _type_of_field(field: Json) -> str:
+    return _KINDS.get(field["kind"]) or _integer(field["signed"], field["size"])
+
+
+def _integer(signed: bool, size: int) -> str:
+    """Return the narrowest machine integer that holds ``size`` bytes."""
+    return f"{'' if signed else 'u'}int{8 << (size - 1).bit_length()}"
