@@ -8,7 +8,6 @@ A generated package makes one :class:`Protocol` of its kind (:class:`~stagewire.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from functools import cache
 
 from stagewire.errors import (
     BadLengthError,
@@ -54,6 +53,7 @@ class Protocol:
         self.package = package
         self.messages: tuple[type[Message], ...] = tuple(messages)
         self.nameless = dict(nameless)
+        self._loaded: dict[str, dict[str, Any]] = {}  # files of the package that were asked for
         self._by_name: dict[str, dict[str, type[Message]]] = {}
         for cls in self.messages:
             self._by_name.setdefault(cls.layout.message, {})[cls.layout.form] = cls
@@ -122,14 +122,19 @@ class Protocol:
 
         It is read once and shared: not to be modified.
         """
-        return _load_json(self.package, "registry.json")
+        return self._json("registry.json")
 
     def vectors(self) -> dict[str, Any]:
         """Return the worked examples and captures of the registry, with their verdicts.
 
         They are read once and shared: not to be modified.
         """
-        return _load_json(self.package, "vectors.json")
+        return self._json("vectors.json")
+
+    def _json(self, name: str) -> dict[str, Any]:
+        if name not in self._loaded:
+            self._loaded[name] = _load_json(self.package, name)
+        return self._loaded[name]
 
 
 def check_fields(layout: Layout, fields: Iterable[str], allowed: Collection[str]) -> None:
@@ -150,7 +155,6 @@ def as_bytes(raw: object) -> bytes:
     raise BadValueError(f"decode takes bytes, not {type(raw).__name__}{hint}")
 
 
-@cache
 def _load_json(package: str, name: str) -> dict[str, Any]:
     import json  # both are slow to import, and most users never ask
     from importlib import resources

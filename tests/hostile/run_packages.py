@@ -18,7 +18,6 @@ from typing import Any
 from stagewire.commands import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
 from stagewire.errors import OutOfRangeError
 from stagewire.message import FramedMessage, Message, UndecidedMessage, UndocumentedMessage
-from stagewire.protocol import _load_json
 
 sys.dont_write_bytecode = True
 
@@ -146,7 +145,6 @@ def within(kind: type[Message], values: dict[str, Any], field: str, highest: boo
 
 
 def registered(package: ModuleType) -> Iterator[str]:
-    _load_json.cache_clear()  # it goes by the name of the package, and all have the same
     names = {message["name"] for message in package.PROTOCOL.registry()["messages"]}
     if not names >= {kind.layout.message for kind in package.messages.MESSAGES}:
         yield "the registry has fewer messages than the package"
