@@ -6,7 +6,7 @@ import random
 from collections.abc import Iterator
 
 from stagewire.direction import Direction
-from stagewire.message import UndocumentedMessage
+from stagewire.framed_message import UndocumentedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

@@ -10,7 +10,8 @@ from typing import Any
 from stagewire.commands import CommandProtocol
 from stagewire.errors import BadValueError, CodecError
 from stagewire.framed import FramedProtocol
-from stagewire.message import Message, UndecidedMessage
+from stagewire.framed_message import UndecidedMessage
+from stagewire.message import Message
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.task import CommandTask, FramedTask, Task

@@ -8,7 +8,8 @@ from typing import Any, TypeAlias
 from stagewire.commands import CommandFrame, Reply
 from stagewire.errors import CodecError
 from stagewire.frame import Frame
-from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
+from stagewire.message import Message
 
 __all__ = ["ADDRESSES", "Decoded", "Refusal", "frame_answer", "message_of", "refusal"]
 

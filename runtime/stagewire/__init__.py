@@ -12,8 +12,9 @@ from stagewire.errors import StagewireError
 from stagewire.flags import Bit, Flags
 from stagewire.frame import Frame
 from stagewire.framed import FramedProtocol
+from stagewire.framed_message import FramedMessage
 from stagewire.framing import End, Framer
-from stagewire.message import FramedMessage, Message
+from stagewire.message import Message
 from stagewire.protocol import Protocol, available_protocols, load_protocol
 
 TYPE_CHECKING = False  # typing would take half of the time of an import

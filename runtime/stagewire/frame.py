@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from stagewire.errors import BadValueError, OutOfRangeError
+from stagewire.framed_message import FramedMessage, check_addresses
 from stagewire.frozen import Frozen
 from stagewire.header import HEADER_SIZE, MAXIMUM_PACKET
-from stagewire.message import FramedMessage, check_addresses
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:

@@ -14,9 +14,10 @@ from stagewire.errors import (
     UnknownMessageError,
 )
 from stagewire.frame import Frame, make_frame
+from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
 from stagewire.framing import End, Forms, Framer, FramingTable
 from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
-from stagewire.message import FramedMessage, Layout, UndecidedMessage, UndocumentedMessage
+from stagewire.message import Layout
 from stagewire.protocol import Protocol, as_bytes, check_fields
 
 TYPE_CHECKING = False  # typing would take half of the time of an import

@@ -19,8 +19,9 @@ import pytest
 from pyarrow import parquet
 
 from stagewire import Frame
+from stagewire.framed_message import UndocumentedMessage
 from stagewire.framing import Received, Undocumented
-from stagewire.message import Message, UndocumentedMessage
+from stagewire.message import Message
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_cli import decode, inputs

@@ -6,8 +6,9 @@ import pytest
 
 from stagewire import End, Frame
 from stagewire.framed import FramedProtocol
+from stagewire.framed_message import UndecidedMessage
 from stagewire.framing import Direction, Received
-from stagewire.message import Layout, UndecidedMessage
+from stagewire.message import Layout
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

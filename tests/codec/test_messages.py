@@ -20,8 +20,9 @@ from stagewire.errors import (
     UnsupportedError,
 )
 from stagewire.framed import FramedProtocol
+from stagewire.framed_message import UndecidedMessage
 from stagewire.framing import Direction, Received
-from stagewire.message import Layout, Message, UndecidedMessage
+from stagewire.message import Layout, Message
 from stagewire_apt import PROTOCOL, enumerations, flags
 from stagewire_apt import messages as m
 

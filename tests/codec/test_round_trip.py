@@ -22,7 +22,8 @@ from stagewire.errors import (
     UnknownMessageError,
     UnsupportedError,
 )
-from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
+from stagewire.message import Message
 from stagewire_apt import PROTOCOL
 
 CLASSES = {(cls.layout.message, cls.layout.form): cls for cls in PROTOCOL.messages}

@@ -29,6 +29,7 @@ from stagewire.errors import (
     UnsupportedError,
 )
 from stagewire.frame import Frame
+from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
 from stagewire.framing import (
     BadLength,
     End,
@@ -41,7 +42,7 @@ from stagewire.framing import (
     join_garbage,
 )
 from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
-from stagewire.message import Message, UndecidedMessage, UndocumentedMessage
+from stagewire.message import Message
 from stagewire_apt import PROTOCOL
 
 __all__ = ["SEEN", "check_codec", "check_commands", "check_stream", "count_in"]

@@ -15,8 +15,8 @@ import command_streams
 from command_streams import change_commands
 
 from stagewire.direction import Direction
+from stagewire.framed_message import UndocumentedMessage
 from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
-from stagewire.message import UndocumentedMessage
 from stagewire_apt import PROTOCOL
 
 __all__ = [

@@ -12,7 +12,8 @@ import pytest
 
 from stagewire.commands import Command, Reply, SetupCommand
 from stagewire.flags import Enumeration, Flags
-from stagewire.message import FramedMessage, Message, UndecidedMessage, UndocumentedMessage
+from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
+from stagewire.message import Message
 from stagewire.protocol import load_protocol
 from stagewire_generator import check, model
 from stagewire_generator.diagnostics import Diagnostic, Place, SpecError

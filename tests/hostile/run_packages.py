@@ -17,7 +17,8 @@ from typing import Any
 
 from stagewire.commands import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
 from stagewire.errors import OutOfRangeError
-from stagewire.message import FramedMessage, Message, UndecidedMessage, UndocumentedMessage
+from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
+from stagewire.message import Message
 
 sys.dont_write_bytecode = True
 

@@ -39,8 +39,9 @@ from stagewire.errors import (
     UnsupportedError,
 )
 from stagewire.framed import FramedProtocol
+from stagewire.framed_message import FramedMessage, UndocumentedMessage
 from stagewire.framing import BadLength, Garbage, Received, Undocumented, Unknown
-from stagewire.message import FramedMessage, Layout, Message, UndocumentedMessage
+from stagewire.message import Layout, Message
 from stagewire.protocol import load_protocol
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m

@@ -8,12 +8,8 @@ from operator import attrgetter
 from typing import Any
 
 from stagewire.columns.shape import Kind, shape_of
-from stagewire.message import (
-    FramedMessage,
-    Message,
-    UndecidedMessage,
-    UndocumentedMessage,
-)
+from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
+from stagewire.message import Message
 
 __all__ = ["AS_JSON", "AS_WORDS", "FieldsText", "compact"]
 

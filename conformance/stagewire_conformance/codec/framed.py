@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 from stagewire.errors import BadLengthError, BadValueError, MissingFieldError
 from stagewire.frame import Frame
 from stagewire.framed import FramedProtocol
+from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
 from stagewire.framing import Event, Received, Undocumented
-from stagewire.message import UndecidedMessage, UndocumentedMessage
 from stagewire_conformance.codec.base import ENDS, Codec, Context, Json, Reader
 from stagewire_conformance.hexes import from_hex
 

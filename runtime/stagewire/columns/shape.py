@@ -8,8 +8,9 @@ import struct
 from dataclasses import dataclass
 
 from stagewire.errors import BadValueError, UnsupportedError
+from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
 from stagewire.header import HEADER_SIZE
-from stagewire.message import FramedMessage, Message, UndecidedMessage, UndocumentedMessage
+from stagewire.message import Message
 
 __all__ = ["Kind", "Place", "Shape", "shape_of"]
 

@@ -88,7 +88,7 @@ _FRAMINGS = {
         message_base="FramedMessage",
         imports=(
             imported("stagewire.framed", ["FramedProtocol"]),
-            imported("stagewire.message", ["FramedMessage"]),
+            imported("stagewire.framed_message", ["FramedMessage"]),
         ),
         protocol=_framed_protocol,
     ),

@@ -10,13 +10,14 @@ from stagewire_generator.targets.python.source import imported
 __all__ = ["class_imports", "uses_self", "uses_struct"]
 
 _MESSAGE = "stagewire.message"
+_FRAMED = "stagewire.framed_message"
 _COMMAND = "stagewire.commands.command"
 
 # kind of a class -> the module of its base class, and what its template names of it
 _NAMED = {
-    "plain": (_MESSAGE, ("FramedMessage", "check_addresses")),
-    "undecided": (_MESSAGE, ("UndecidedMessage",)),
-    "undocumented": (_MESSAGE, ("UndocumentedMessage",)),
+    "plain": (_FRAMED, ("FramedMessage", "check_addresses")),
+    "undecided": (_FRAMED, ("UndecidedMessage",)),
+    "undocumented": (_FRAMED, ("UndocumentedMessage",)),
     "command": (_COMMAND, ("Command",)),
     "bare": (_COMMAND, ("Command",)),
     "setup": (_COMMAND, ("SetupCommand",)),
