@@ -1,0 +1,9 @@
+"""From loaded YAML to the frozen model: references followed, sets opened, offsets counted.
+
+Whatever cannot be resolved becomes a diagnostic and is left out of the model, so that one error does
+not hide the next.
+"""
+
+from stagewire_generator.resolver.protocol import resolve
+
+__all__ = ["resolve"]

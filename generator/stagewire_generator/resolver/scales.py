@@ -1,0 +1,93 @@
+"""Scales made exact: factors, the quantities that have them, the stages that decide them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from fractions import Fraction
+
+from stagewire_generator.diagnostics import Place
+from stagewire_generator.model import Controller, Factor, Json, Quantity, Stage
+from stagewire_generator.resolver.tables import Tables
+from stagewire_generator.strict_yaml import Document
+
+__all__ = ["define_quantities", "resolve_stages"]
+
+_FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
+_RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
+
+
+def define_quantities(tables: Tables) -> None:
+    """Fill the table of quantities."""
+    for _, name, entry, place in tables.entries("quantities", "quantities", tables.quantities):
+        found = _scale(tables, entry["scale"], place)
+        factor, rule = (found, {}) if isinstance(found, Factor) else (None, found)
+        unit = entry.get("unit", "")
+        quantity = Quantity(name, unit, entry["page"], entry["summary"], factor, rule, place)
+        tables.quantities[name] = quantity
+
+
+def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage, ...]]:
+    """Return the controllers, and the stages with their factors on each."""
+    controllers: dict[str, Controller] = {}
+    stages: dict[str, Stage] = {}
+    for document in tables.files.get("stages", []):
+        for name, entry in document.data["controllers"].items():
+            place = document.place("controllers", name)
+            controllers[name] = Controller(name, tuple(entry["units"]), place)
+        for name, entry in document.data["stages"].items():
+            stages[name] = _stage(tables, controllers, document, name, entry)
+    return tuple(controllers.values()), tuple(stages.values())
+
+
+def _stage(
+    tables: Tables,
+    controllers: Mapping[str, Controller],
+    document: Document,
+    name: str,
+    entry: Json,
+) -> Stage:
+    path = ("stages", name)
+    scales: dict[str, dict[str, Factor | str]] = {}
+    for controller, quantities in entry["controllers"].items():
+        place = document.place(*path, "controllers", controller)
+        tables.look_up(controllers, controller, "controller", place)
+        for quantity, scale in quantities.items():
+            place = document.place(*path, "controllers", controller, quantity)
+            tables.look_up(tables.quantities, quantity, "quantity", place)
+            factor = scale.get("unknown") or _factor(tables, scale, place)
+            if factor:
+                scales.setdefault(controller, {})[quantity] = factor
+    return Stage(name, entry["title"], entry["page"], scales, document.place(*path))
+
+
+def _factor(tables: Tables, entry: Json, place: Place) -> Factor | None:
+    """Return the exact factor of a scale; None, and a diagnostic, where it has none or several."""
+    keys = [key for key in entry if _FACTOR.match(key)]
+    if len(keys) != 1:
+        what = "a scale has one factor, counts_per_UNIT or UNIT_per_count"
+        tables.diagnostics.add(place, "SW037", what)
+        return None
+    text = str(entry[keys[0]])
+    if not _RATIONAL.match(text):
+        what = f"{keys[0]}: {text} is no exact positive rational"
+        tables.diagnostics.add(place, "SW037", what)
+        return None
+    printed = str(entry.get("printed", ""))
+    return Factor(keys[0], Fraction(text), printed, entry.get("source", ""), entry.get("page"))
+
+
+def _scale(tables: Tables, scale: Json, place: Place) -> Factor | Json:
+    """Return an exact factor, or a scale that depends on something with its factors made exact."""
+    if "by" not in scale and "unknown" not in scale:
+        return _factor(tables, scale, place) or {}
+    rule = dict(scale)
+    if "units" in rule:
+        factors = {unit: _factor(tables, entry, place) for unit, entry in rule["units"].items()}
+        rule["units"] = {unit: factor for unit, factor in factors.items() if factor}
+    if "cases" in rule:
+        rule["cases"] = {
+            name: {**case, "scale": _scale(tables, case["scale"], place)}
+            for name, case in rule["cases"].items()
+        }
+    return rule
