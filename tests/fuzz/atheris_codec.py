@@ -34,10 +34,10 @@ from typing import NamedTuple
 EXECUTIONS = 10_000_000
 BUILD = Path("build/fuzz")
 SHARES = {
-    "stream": 8,
-    "codec": 11,
+    "stream": 40,
+    "codec": 59,
     "commands": 1,
-}  # in twentieths: an input of commands is many streams
+}  # in hundredths: one of commands is many streams
 LONGEST = 512
 _SECONDS_AN_INPUT = 20
 _MEBIBYTES = 1024
