@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import random
 import sys
-import time
 from struct import Struct
 
-from measure import Bound, Runner, interleave, report, statement
+from measure import Bound, interleave, report, statement
+from reading import chunks, reading
 
 from stagewire.commands import Command, CommandFrame, CommandReceived
 from stagewire_ms2000 import PROTOCOL
@@ -68,38 +68,18 @@ def stream(count: int) -> bytes:
 def framing() -> bool:
     """Measure the framer, with and without decoding what it finds."""
     data = stream(COMMANDS)
-    parts = [data[start : start + CHUNK] for start in range(0, len(data), CHUNK)]
+    parts = chunks(data, CHUNK)
     status = bytes.fromhex("91 04 0E 00 81 50 01 00 80 BB 00 00 0A 00 00 00 00 04 00 80")
     names = {"unpack_from": Struct("<HlhHL").unpack_from, "raw": status}
     contenders = {
         "Struct.unpack_from": statement("unpack_from(raw, 6)", names, NUMBER),
-        "framing": reading(parts, COMMANDS, decode=False),
-        "framing and decoding": reading(parts, COMMANDS, decode=True),
+        "framing": reading(PROTOCOL.framer, None, parts, COMMANDS),
+        "framing and decoding": reading(PROTOCOL.framer, CommandReceived, parts, COMMANDS),
     }
     bounds = [Bound("framing", "Struct.unpack_from", at_most=20)]
     return report(
         f"Frame a stream of {COMMANDS:,} commands, per command", interleave(contenders), bounds
     )
-
-
-def reading(parts: list[bytes], count: int, decode: bool) -> Runner:
-    """Return a runner that frames the stream, and decodes what it finds."""
-
-    def run() -> float:
-        framer = PROTOCOL.framer()
-        commands = 0
-        start = time.process_time()
-        for part in parts:
-            for event in framer.feed(part):
-                if decode and type(event) is CommandReceived:
-                    event.frame  # noqa: B018 - made when it is asked for
-                commands += 1
-        seconds = time.process_time() - start
-        assert commands == count
-        assert not framer.pending
-        return seconds / count
-
-    return run
 
 
 if __name__ == "__main__":

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import sys
 import time
+from functools import partial
 from struct import Struct
 
 from measure import Bound, Runner, interleave, report
+from reading import chunks, reading
 from stream import frames as make_frames
 from thorlabs_apt_protocol import Unpacker
 from thorlabs_apt_protocol.parsing import id_to_func
@@ -39,11 +41,6 @@ def peer_reads(frame: bytes) -> bool:
     return True
 
 
-def chunks(stream: bytes, size: int) -> list[bytes]:
-    """Return the stream in chunks."""
-    return [stream[i : i + size] for i in range(0, len(stream), size)]
-
-
 def fixed_stride(count: int) -> Runner:
     """Return a runner that slices and unpacks frames of 20 bytes."""
     stream = STATUS * count
@@ -54,26 +51,6 @@ def fixed_stride(count: int) -> Runner:
         for position in range(0, len(stream), 20):
             unpack_from(stream[position : position + 20], 6)
         return (time.process_time() - start) / count
-
-    return run
-
-
-def framing(parts: list[bytes], count: int, decode: bool) -> Runner:
-    """Return a runner that frames the stream, and decodes what it finds."""
-
-    def run() -> float:
-        framer = PROTOCOL.framer(End.HOST)
-        messages = 0
-        start = time.process_time()
-        for part in parts:
-            for event in framer.feed(part):
-                if decode and type(event) is Received:
-                    event.frame  # noqa: B018 - made when it is asked for
-                messages += 1
-        seconds = time.process_time() - start
-        assert messages == count
-        assert not framer.pending
-        return seconds / count
 
     return run
 
@@ -101,12 +78,13 @@ def main() -> int:
     stream, count = b"".join(frames), len(frames)
     unpacker = peer(frames)
     frames.clear()  # a list of a million would slow down the collection of garbage for all
+    framer = partial(PROTOCOL.framer, End.HOST)
     small, large = chunks(stream, SMALL), chunks(stream, LARGE)
     contenders = {
         "slice and unpack at a fixed stride": fixed_stride(count),
-        "framing, chunks of 4 KiB": framing(small, count, decode=False),
-        "framing, chunks of 2 MiB": framing(large, count, decode=False),
-        "framing and decoding": framing(small, count, decode=True),
+        "framing, chunks of 4 KiB": reading(framer, None, small, count),
+        "framing, chunks of 2 MiB": reading(framer, None, large, count),
+        "framing and decoding": reading(framer, Received, small, count),
         "thorlabs-apt-protocol's Unpacker": unpacker,
     }
     limit = "slice and unpack at a fixed stride"
