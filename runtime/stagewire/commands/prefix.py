@@ -18,7 +18,7 @@ TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
     from typing import Final
 
-__all__ = ["find_prefix", "refuse_prefix"]
+__all__ = ["refuse_prefix"]
 
 Encode = Callable[[Command], bytes]
 
@@ -26,7 +26,7 @@ _BLOCKS: Final = tuple(1 << bits for bits in range(64, -1, -8))
 """Numbers of values that share their upper bytes, the largest first."""
 
 
-def find_prefix(raw: bytes, marks: Marks) -> int | None:
+def _find_prefix(raw: bytes, marks: Marks) -> int | None:
     """Return where the prefix and the byte of a setup command stand, None when they do not."""
     at = raw.find(marks.prefix)
     while 0 <= at < len(raw) - 1:
@@ -45,7 +45,7 @@ def refuse_prefix(message: Command, raw: bytes, encode: Encode) -> None:
     :param encode: makes such bytes of another command of the same class.
     """
     marks = message.marks
-    at = find_prefix(raw, marks)
+    at = _find_prefix(raw, marks)
     if at is None:
         return
     layout = message.layout
@@ -82,7 +82,7 @@ def _safe(message: Command, field: str, step: int, encode: Encode) -> int | None
 
     value: int = getattr(message, field) + step
     while (raw := encoded(value)) is not None:
-        at = find_prefix(raw, marks)
+        at = _find_prefix(raw, marks)
         if at is None:
             return value
         # What stands in upper bytes stays for all values below them: 65536 of them, or worse. Where the
