@@ -10,14 +10,15 @@ from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
 from stagewire.message import Message
+from stagewire.packets import Packet
 
 __all__ = ["ADDRESSES", "Decoded", "Refusal", "frame_answer", "message_of", "refusal"]
 
 Json = dict[str, Any]
-Decoded: TypeAlias = Frame | CommandFrame | Reply
+Decoded: TypeAlias = Frame | CommandFrame | Reply | Packet
 """What bytes decode to, however they are framed."""
 
-ADDRESSES = ("dest", "source", "axis")
+ADDRESSES = ("dest", "source", "axis", "address")
 """The keys of an answer that say whom a message is for; which of them depends on the protocol."""
 
 _MAXIMUM_DETAIL = 500
@@ -47,7 +48,7 @@ def message_of(decoded: Decoded) -> Message:
 
 @singledispatch
 def frame_answer(frame: object) -> Json:
-    """Return what a decoded frame, command or reply says.
+    """Return what a decoded frame, command, reply or packet says.
 
     Integers are integers, byte strings hex, text is text; bytes beyond the layout are ``extra``.
     """
@@ -89,6 +90,19 @@ def _(frame: CommandFrame) -> Json:
     answer["fields"] = _fields(message)
     if frame.extra:
         answer["extra"] = frame.extra.hex()
+    return answer
+
+
+@frame_answer.register
+def _(packet: Packet) -> Json:
+    """Return message, form, address and fields of a packet; not every protocol has addresses."""
+    layout = packet.message.layout
+    answer: Json = {"message": layout.message, "form": layout.form}
+    if packet.address is not None:
+        answer["address"] = packet.address
+    answer["fields"] = _fields(packet.message)
+    if packet.extra:
+        answer["extra"] = packet.extra.hex()
     return answer
 
 

@@ -44,12 +44,24 @@ class Registry:
         values: dict[str, Json] = self.table("enumerations")[name]["values"] if name else {}
         return values
 
-    def where(self, pages: Iterable[int]) -> str:
-        """Return where in the document something stands: its pages, or the titles of its sections."""
-        sections = self.data["document"].get("sections")
+    def document(self, overlay: str = "") -> Json:
+        """Return the document of an overlay; that of the protocol itself for an empty name."""
+        found: Json = self.data["document"]
+        for entry in found.get("overlays", ()) if overlay else ():
+            if entry["name"] == overlay:
+                found = entry["document"]
+        return found
+
+    def where(self, pages: Iterable[int], overlay: str = "") -> str:
+        """Return where in the document something stands: its pages, or the titles of its sections.
+
+        :param overlay: the overlay that it comes from, whose document then has them.
+        """
+        sections = self.document(overlay).get("sections")
+        named = f" of {overlay}" if overlay else ""
         if sections is None:
-            return f"page {', '.join(str(page) for page in pages)}"
-        return f"section {', '.join(sections[page - 1] for page in pages)}"
+            return f"page {', '.join(str(page) for page in pages)}{named}"
+        return f"section {', '.join(sections[page - 1] for page in pages)}{named}"
 
     def table(self, kind: str) -> dict[str, Json]:
         """Return a part of the registry, such as ``units`` or ``errata``, by name."""

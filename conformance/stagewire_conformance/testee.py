@@ -109,7 +109,7 @@ class Testee:
         if op not in KEYS:
             return {}
         try:
-            return self._codec(protocol).keys[op]
+            return self._codec(protocol).keys_of(op)
         except Refusal:
             return KEYS[op]
 

@@ -2,8 +2,9 @@
 
 The runtime knows no message of any protocol. It cuts streams into frames (:mod:`stagewire.framing`),
 carries messages (:mod:`stagewire.message`, :mod:`stagewire.frame`), reads commands that have no
-header (:mod:`stagewire.commands`), finds protocols (:mod:`stagewire.protocol`), converts units
-exactly (:mod:`stagewire.quantities`) and says what went wrong (:mod:`stagewire.errors`).
+header (:mod:`stagewire.commands`) and packets in a shape of their own (:mod:`stagewire.packets`), finds
+protocols (:mod:`stagewire.protocol`), converts units exactly (:mod:`stagewire.quantities`) and says
+what went wrong (:mod:`stagewire.errors`).
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ __all__ = [
     "BadLengthError",
     "BadValueError",
     "CodecError",
+    "DamagedError",
     "DecodeError",
     "EncodeError",
     "MissingFieldError",
@@ -24,6 +25,7 @@ __all__ = [
     "UnknownProtocolError",
     "UnknownScaleError",
     "UnsupportedError",
+    "UnusableProtocolError",
 ]
 
 
@@ -65,6 +67,12 @@ class BadLengthError(DecodeError):
     """The declared payload is shorter than the layout, or the message has no such form."""
 
     code = "bad_length"
+
+
+class DamagedError(DecodeError):
+    """The bytes that begin or end a frame, or its check, are not what they have to be."""
+
+    code = "bad_value"
 
 
 class UnknownMessageError(CodecError):
@@ -113,6 +121,10 @@ class OutstandingReplyError(StagewireError):
 
 class UnknownProtocolError(StagewireError):
     """No protocol of this name is installed."""
+
+
+class UnusableProtocolError(UnknownProtocolError):
+    """A protocol of this name is installed, but by two packages, or by one that cannot be used."""
 
 
 class UnknownScaleError(StagewireError):

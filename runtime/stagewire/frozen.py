@@ -1,4 +1,4 @@
-"""What frames have in common: they are equal by their parts, hashable, picklable, and cannot be changed.
+"""What frames and their like have in common: equal by their parts, hashable, picklable, never changed.
 
 Attributes of a frozen object can only be set in a roundabout and slow way, so a frame is filled as a
 *draft*: an object of a class with the same base and slots and without the lock, whose class is then
@@ -25,10 +25,10 @@ class Frozen:
         raise NotImplementedError
 
     def __setattr__(self, name: str, value: Any, /) -> None:
-        raise AttributeError(f"a frame is immutable; make a new one to change {name}")
+        raise AttributeError(f"{type(self).__name__} is immutable; make a new one to change {name}")
 
     def __delattr__(self, name: str, /) -> None:
-        raise AttributeError(f"a frame is immutable; {name} cannot be deleted")
+        raise AttributeError(f"{type(self).__name__} is immutable; {name} cannot be deleted")
 
     def __eq__(self, other: object) -> bool:
         if other.__class__ is not self.__class__:

@@ -17,12 +17,13 @@ from stagewire.errors import (
     UnknownMessageError,
     UnknownProtocolError,
     UnsupportedError,
+    UnusableProtocolError,
 )
 from stagewire.message import Layout, Message
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoints
+    from importlib.metadata import EntryPoint, EntryPoints
     from typing import Any
 
 __all__ = ["Protocol", "as_bytes", "available_protocols", "check_fields", "load_protocol"]
@@ -166,21 +167,50 @@ def _load_json(package: str, name: str) -> dict[str, Any]:
 
 def available_protocols() -> list[str]:
     """Return the names of all protocols that are installed, ours and others'."""
-    return sorted(entry.name for entry in _entry_points())
+    return sorted({entry.name for entry in _entry_points()})
 
 
 def load_protocol(name: str) -> Protocol:
     """Return an installed protocol.
 
-    Raises :class:`~stagewire.errors.UnknownProtocolError` when there is none of that name.
+    Raises :class:`~stagewire.errors.UnknownProtocolError` when there is none of that name, and
+    :class:`~stagewire.errors.UnusableProtocolError` when two packages bring it, or when the one that
+    does cannot be imported or has no protocol in it.
     """
-    for entry in _entry_points():
-        if entry.name == name:
-            protocol: Protocol = entry.load()
-            return protocol
-    raise UnknownProtocolError(
-        f"no protocol {name} is installed (there are: {', '.join(available_protocols())})"
+    entries = {entry.value: entry for entry in _entry_points() if entry.name == name}
+    if not entries:
+        raise UnknownProtocolError(
+            f"no protocol {name} is installed (there are: {', '.join(available_protocols())})"
+        )
+    first, *others = (entries[value] for value in sorted(entries))
+    if others:  # whichever was taken, somebody would decode by the wrong one
+        raise UnusableProtocolError(
+            f"the protocol {name} is brought by {' and by '.join(map(_brought, (first, *others)))}; "
+            "uninstall all but one"
+        )
+    try:
+        protocol = first.load()
+    except Exception as error:  # it is somebody else's code, made for some version of this
+        raise _unusable(name, first, f"cannot be imported: {error}") from error
+    if not isinstance(protocol, Protocol):
+        kind = type(protocol).__name__
+        raise _unusable(
+            name, first, f"has no protocol under {first.attr}, but a value of type {kind}"
+        )
+    return protocol
+
+
+def _unusable(name: str, entry: EntryPoint, why: str) -> UnusableProtocolError:
+    return UnusableProtocolError(
+        f"the protocol {name} is brought by {_brought(entry)}, which {why}; "
+        "make it again with the stagewire that is installed, or uninstall it"
     )
+
+
+def _brought(entry: EntryPoint) -> str:
+    """Return which package an entry point names, and which distribution it came with."""
+    distribution = f" (installed as {entry.dist.name})" if entry.dist else ""
+    return f"the package {entry.module}{distribution}"
 
 
 def _entry_points() -> EntryPoints:

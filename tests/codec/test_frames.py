@@ -47,9 +47,9 @@ def test_every_part_makes_a_difference(other: object) -> None:
 
 
 def test_a_frame_cannot_be_changed() -> None:
-    with pytest.raises(AttributeError, match="a frame is immutable; make a new one to change dest"):
+    with pytest.raises(AttributeError, match="Frame is immutable; make a new one to change dest"):
         FRAME.dest = 1
-    with pytest.raises(AttributeError, match="a frame is immutable; source cannot be deleted"):
+    with pytest.raises(AttributeError, match="Frame is immutable; source cannot be deleted"):
         del FRAME.source
     with pytest.raises(
         AttributeError, match="MotMoveAbsolute is immutable; make a new one to change"

@@ -1,7 +1,8 @@
 """The operations of the testee on one protocol: decode, encode and stream, from and to JSON values.
 
 There is one codec for each way in which messages are framed: :mod:`.framed` for frames that a header
-begins, :mod:`.commands` for commands in slots. Which one serves a protocol follows from its class.
+begins, :mod:`.commands` for commands in slots, :mod:`.packets` for packets in a shape of their own. Which one
+serves a protocol follows from its class.
 """
 
 from __future__ import annotations
@@ -11,18 +12,26 @@ from functools import cache
 from stagewire.commands import CommandProtocol
 from stagewire.errors import UnsupportedError
 from stagewire.framed import FramedProtocol
+from stagewire.packets import PacketProtocol
 from stagewire.protocol import Protocol
 from stagewire_conformance.codec.base import ENDS, Codec
 from stagewire_conformance.codec.commands import CommandCodec
 from stagewire_conformance.codec.events import EVENT_NAMES
 from stagewire_conformance.codec.framed import FramedCodec
+from stagewire_conformance.codec.packets import PacketCodec
 
 __all__ = ["ENDS", "EVENT_NAMES", "KEYS", "Codec", "codec_of"]
 
-_KINDS = (FramedCodec, CommandCodec)
+_CODECS: dict[type[Protocol], type[Codec]] = {
+    FramedProtocol: FramedCodec,
+    CommandProtocol: CommandCodec,
+    PacketProtocol: PacketCodec,
+}
 
 KEYS = {
-    operation: {key: kind for codec in _KINDS for key, kind in codec.keys[operation].items()}
+    operation: {
+        key: kind for codec in _CODECS.values() for key, kind in codec.keys[operation].items()
+    }
     for operation in FramedCodec.keys
 }
 """What a request may say beside what every protocol needs, whichever the protocol is."""
@@ -34,8 +43,7 @@ def codec_of(protocol: Protocol) -> Codec:
 
     Raises :class:`~stagewire.errors.UnsupportedError` for a protocol that is framed in no known way.
     """
-    if isinstance(protocol, FramedProtocol):
-        return FramedCodec(protocol)
-    if isinstance(protocol, CommandProtocol):
-        return CommandCodec(protocol)
+    for cls, codec in _CODECS.items():
+        if isinstance(protocol, cls):
+            return codec(protocol)
     raise UnsupportedError(f"there is no codec for {protocol!r}, a {type(protocol).__name__}")

@@ -51,6 +51,10 @@ class Codec(abc.ABC):
     def __init__(self, protocol: Protocol) -> None:
         self.protocol = protocol
 
+    def keys_of(self, operation: str) -> Mapping[str, type]:
+        """Return what a request for an operation may say of this protocol, with types."""
+        return self.keys[operation]
+
     @abc.abstractmethod
     def decoded(self, raw: bytes, request: Mapping[str, Any]) -> Decoded:
         """Return what the bytes of exactly one message decode to; raise as the protocol does."""

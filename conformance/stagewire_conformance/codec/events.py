@@ -9,6 +9,7 @@ from stagewire.commands import (
     UnknownCommand,
 )
 from stagewire.framing import BadLength, Event, Garbage, Received, Undocumented, Unknown
+from stagewire.packets import BadPacketLength, PacketReceived, UnknownPacket
 
 __all__ = ["EVENT_NAMES"]
 
@@ -16,10 +17,13 @@ EVENT_NAMES: dict[type[Event], str] = {
     Received: "message",
     CommandReceived: "message",
     ReplyReceived: "message",
+    PacketReceived: "message",
     Undocumented: "undocumented",
     Unknown: "unknown",
     UnknownCommand: "unknown",
+    UnknownPacket: "unknown",
     BadLength: "bad_length",
     BadCommandLength: "bad_length",
+    BadPacketLength: "bad_length",
     Garbage: "garbage",
 }

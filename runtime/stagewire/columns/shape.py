@@ -76,7 +76,7 @@ def shape_of(message: type[Message]) -> Shape:
         raise BadValueError(f"columns are made of a message class, not of {message!r}")
     if not issubclass(message, FramedMessage):
         raise UnsupportedError(
-            f"{message.__name__} has no header, so that nothing tells its bytes from others"
+            f"{message.__name__} has no header of six bytes; columns are made of frames that have one"
         )
     if issubclass(message, UndocumentedMessage):
         raise UnsupportedError(f"{message.layout.message} has no documented layout, so no columns")

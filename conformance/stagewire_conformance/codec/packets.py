@@ -1,0 +1,60 @@
+"""The codec of protocols of packets: perhaps an address, and nothing that has to be known beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from stagewire.errors import MissingFieldError
+from stagewire.framing import Event
+from stagewire.packets import Packet, PacketProtocol, PacketReceived
+from stagewire_conformance.codec.base import Codec, Json, Reader
+from stagewire_conformance.hexes import from_hex
+
+__all__ = ["PacketCodec"]
+
+
+class PacketCodec(Codec):
+    """A protocol of packets, whose shape says whether they have an address."""
+
+    protocol: PacketProtocol
+    keys: ClassVar[Mapping[str, Mapping[str, type]]] = {
+        "decode": {},
+        # the address is a value like the fields: whether it is right is the codec's to say
+        "encode": {"form": str, "fields": dict, "extra": str, "address": object},
+        "stream": {"end": str},  # packets look alike at both ends
+    }
+
+    def keys_of(self, operation: str) -> Mapping[str, type]:
+        """Return the keys of an operation; no address where packets have none."""
+        keys = super().keys_of(operation)
+        if self.protocol.shape.address:
+            return keys
+        return {key: kind for key, kind in keys.items() if key != "address"}
+
+    def decoded(self, raw: bytes, request: Mapping[str, Any]) -> Packet:
+        """Return the packet that all of the bytes are."""
+        return self.protocol.decode(raw)
+
+    def received(self, event: Event, request: Mapping[str, Any]) -> Packet | None:
+        """Return the packet in an event."""
+        return event.packet if isinstance(event, PacketReceived) else None
+
+    def reader(self, request: Mapping[str, Any]) -> Reader:
+        """Return a framer; which end of the line listens decides nothing."""
+        return self.protocol.framer()
+
+    def encode(self, request: Mapping[str, Any]) -> bytes:
+        """Return the bytes of a packet."""
+        name, form = request["message"], request.get("form")
+        layout = self.protocol.message_class(name, form).layout
+        fields = self._from_json(layout, request.get("fields", {}))
+        message: Any = self.protocol.build(name, fields, form)
+        if self.protocol.shape.address and "address" not in request:
+            raise MissingFieldError(f"{name} lacks address")
+        extra = from_hex(request.get("extra") or "")
+        return Packet(message, request.get("address"), extra).encode()
+
+    def reading(self, wanted: Mapping[str, Any]) -> Json:
+        """Return nothing: a packet says all of itself."""
+        return {}

@@ -1,0 +1,130 @@
+"""Protocols that are installed: by whom, twice, and broken."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from stagewire import available_protocols, load_protocol
+from stagewire.errors import UnknownProtocolError, UnusableProtocolError
+from stagewire_cli.main import main
+
+Install = Callable[[str, str, str], None]
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
+    """Install a distribution whose package holds some code and brings the protocol ``orbit``."""
+
+    def make(distribution: str, package: str, code: str) -> None:
+        folder = tmp_path / distribution
+        info = folder / f"{distribution.replace('-', '_')}-1.dist-info"
+        info.mkdir(parents=True)
+        head = f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1\n"
+        (info / "METADATA").write_text(head, encoding="utf-8")
+        points = f"[stagewire.protocols]\norbit = {package}:PROTOCOL\n"
+        (info / "entry_points.txt").write_text(points, encoding="utf-8")
+        (folder / f"{package}.py").write_text(code, encoding="utf-8")
+        monkeypatch.syspath_prepend(folder)
+        monkeypatch.delitem(sys.modules, package, raising=False)
+
+    return make
+
+
+def test_one_package(install: Install) -> None:
+    assert "orbit" not in available_protocols()
+    install("orbit-one", "orbit_one", "from stagewire_ms2000 import PROTOCOL\n")
+    assert "orbit" in available_protocols()
+    assert load_protocol("orbit") is load_protocol("asi_ms2000")
+
+
+def test_two_packages_with_one_protocol(install: Install) -> None:
+    install("orbit-two", "orbit_two", "PROTOCOL = 2\n")
+    install("orbit-one", "orbit_one", "PROTOCOL = 1\n")
+    assert available_protocols().count("orbit") == 1
+    with pytest.raises(UnusableProtocolError) as caught:
+        load_protocol("orbit")
+    assert str(caught.value) == (
+        "the protocol orbit is brought by the package orbit_one (installed as orbit-one) and by the "
+        "package orbit_two (installed as orbit-two); uninstall all but one"
+    )
+    assert isinstance(caught.value, UnknownProtocolError)  # whoever handles that one is safe
+    assert load_protocol("thorlabs_apt").name == "thorlabs_apt"  # the others go on working
+
+
+def test_one_package_by_two_distributions(install: Install) -> None:
+    """It is one package, whoever brought it."""
+    install("orbit-one", "orbit_one", "from stagewire_ms2000 import PROTOCOL\n")
+    install("orbit-again", "orbit_one", "from stagewire_ms2000 import PROTOCOL\n")
+    assert load_protocol("orbit") is load_protocol("asi_ms2000")
+
+
+BROKEN = {
+    "from stagewire import nothing_of_this_name\n": "cannot import name 'nothing_of_this_name'",
+    "PROTOCOLS = 1\n": "no attribute 'PROTOCOL'",
+    "raise ValueError('a shape that cannot be')\n": "a shape that cannot be",
+    "(\n": "was never closed",
+}
+
+
+@pytest.mark.parametrize("code", BROKEN)
+def test_a_package_that_cannot_be_imported(install: Install, code: str) -> None:
+    install("orbit-broken", "orbit_broken", code)
+    with pytest.raises(UnusableProtocolError) as caught:
+        load_protocol("orbit")
+    said = str(caught.value)
+    assert said.startswith(
+        "the protocol orbit is brought by the package orbit_broken (installed as orbit-broken), "
+        "which cannot be imported: "
+    )
+    assert BROKEN[code] in said
+    assert said.endswith("; make it again with the stagewire that is installed, or uninstall it")
+
+
+def test_a_package_without_a_protocol(install: Install) -> None:
+    install("orbit-other", "orbit_other", "PROTOCOL = 5\n")
+    with pytest.raises(UnusableProtocolError) as caught:
+        load_protocol("orbit")
+    assert str(caught.value) == (
+        "the protocol orbit is brought by the package orbit_other (installed as orbit-other), which has no "
+        "protocol under PROTOCOL, but a value of type int; make it again with the stagewire that is "
+        "installed, or uninstall it"
+    )
+
+
+COMMANDS = {
+    "show HW_DISCONNECT": "message HW_DISCONNECT (thorlabs_apt)\n",
+    "encode HW_DISCONNECT --dest 0x50": "02 00 00 00 50 01\n",
+    "decode 530401002201": "MOT_MOVE_ABSOLUTE (id 0x0453, page 45)\n",
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("code", ["import nothing_of_this_name\n", "PROTOCOL = 5\n"])
+def test_the_command_goes_on_without_it(
+    install: Install, capsys: pytest.CaptureFixture[str], command: str, code: str
+) -> None:
+    install("orbit-broken", "orbit_broken", code)
+    assert main(command.split()) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith(COMMANDS[command])
+    assert err.startswith(
+        "stagewire: left out: the protocol orbit is brought by the package orbit_"
+    )
+    assert err.count("\n") == 1
+
+
+def test_what_needs_all_or_this_one_does_not(
+    install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install("orbit-broken", "orbit_broken", "PROTOCOL = 5\n")
+    for command in ("conformance examples", "show STOP --protocol orbit"):
+        assert main(command.split()) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.startswith(
+            "stagewire: the protocol orbit is brought by the package orbit_broken"
+        )
