@@ -1,0 +1,162 @@
+"""``stagewire format`` and ``schemas``: what they write, print, refuse, and how they end."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+ROOT = Path(__file__).parents[2]
+GOOD = ROOT / "tests" / "generator" / "good_spec"
+KINDS = "captures errata examples messages overlay printed protocol quantities stages units"
+
+
+@pytest.fixture
+def spec(stagewire: Stagewire, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A small spec in canonical form below the current folder, with its schemas."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(GOOD, "spec")
+    assert stagewire("schemas", "spec/schema").code == 0
+    assert stagewire("format").code == 0
+    return Path("spec")
+
+
+def spoil(path: Path, text: str = "\n\n\n") -> bytes:
+    path.write_bytes(path.read_bytes() + text.encode())
+    return path.read_bytes()
+
+
+def test_format_is_quiet_about_what_is_right(stagewire: Stagewire, spec: Path) -> None:
+    number = len(list(spec.rglob("*.yaml")))
+    for arguments in ([], ["spec"], ["--check"], ["--check", "spec"]):
+        result = stagewire("format", *arguments)
+        assert (result.code, result.err) == (0, "")
+        changed = "would change" if "--check" in arguments else "formatted"
+        assert result.out == f"{number} files, 0 {changed}\n"
+
+
+def test_format_with_examples_beside_the_spec(stagewire: Stagewire, spec: Path) -> None:
+    """They stand beside the spec as often as in it, and belong to it."""
+    (spec / "conformance").rename("conformance")
+    captures = Path("conformance/captures/tiny.yaml")
+    result = stagewire("format", "--check", "spec")
+    assert result.code == 1
+    assert f"would change: {captures}\n" in result.out
+    assert "+# yaml-language-server: $schema=../../spec/schema/captures.schema.json" in result.out
+    assert stagewire("format").code == 0
+    assert stagewire("format", "--check", captures, "spec/tiny").code == 0
+
+
+def test_check_shows_what_would_change(stagewire: Stagewire, spec: Path) -> None:
+    path = spec / "tiny" / "units.yaml"
+    text = path.read_text(encoding="utf-8").replace("\nunits:\n", "\nunits:   # all\n")
+    path.write_bytes(before := text.encode())
+    other = spoil(spec / "tiny" / "stages.yaml")
+    result = stagewire("format", "--check")
+    assert result.code == 1
+    assert f"would change: {path}\n--- {path}\n+++ {path} (canonical)\n@@" in result.out
+    assert "\n-units:   # all\n" in result.out
+    assert "\n+units:  # all\n" in result.out
+    assert result.err.endswith(" files, 2 would change\n")
+    assert path.read_bytes() == before
+    assert (spec / "tiny" / "stages.yaml").read_bytes() == other
+    result = stagewire("format", path)
+    assert (result.code, result.out) == (0, f"formatted: {path}\n1 file, 1 formatted\n")
+    assert stagewire("format", "--check").err.endswith(" files, 1 would change\n")
+    assert stagewire("format").code == 0
+    assert stagewire("format", "--check").code == 0
+
+
+def test_what_is_broken_is_reported_and_the_rest_formatted(
+    stagewire: Stagewire, spec: Path
+) -> None:
+    broken, other = spec / "tiny" / "units.yaml", spec / "tiny" / "stages.yaml"
+    content = spoil(broken, "twice: 1\ntwice: \x1b[2J\n")
+    spoil(other)
+    for arguments in (["--check"], []):
+        result = stagewire("format", *arguments)
+        assert result.code == 1
+        assert f"{broken}:" in result.out
+        assert "SW007" in result.out
+        assert "\x1b" not in result.out
+        assert result.err.endswith(", 1 left alone\n")
+        assert broken.read_bytes() == content
+    assert stagewire("format", "--check", other).code == 0
+    assert stagewire("format", other, broken).code == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (["format", "nowhere"], 2, "there is no file or folder nowhere"),
+        (["format", ""], 2, "the name of a folder is empty"),
+        (["format", "spec/schema"], 2, "spec/schema holds no file of a spec"),
+        (["format", "spec/schema/units.schema.json"], 1, "1 left alone"),
+        (["format", "--all"], 2, "No such option"),
+        (["schemas"], 2, "Missing argument 'FOLDER'"),
+        (["schemas", ""], 2, "the name of a folder is empty"),
+    ],
+)
+@pytest.mark.usefixtures("spec")
+def test_called_wrongly(
+    stagewire: Stagewire, arguments: list[object], code: int, said: str
+) -> None:
+    result = stagewire(*arguments)
+    assert result.code == code
+    assert said in result.err
+
+
+def test_format_says_where_schemas_are_missing(stagewire: Stagewire, spec: Path) -> None:
+    shutil.rmtree(spec / "schema")
+    result = stagewire("format")
+    assert result.code == 0
+    assert "editors look for schemas in " in result.err
+    assert "`stagewire schemas` puts them there" in result.err
+    assert result.err.count("note:") == 1
+    assert stagewire("schemas", spec / "schema").code == 0
+    assert stagewire("format").err == ""
+
+
+def test_schemas(stagewire: Stagewire, tmp_path: Path) -> None:
+    out = tmp_path / "spec" / "schema"
+    assert stagewire("schemas", out, "--check").code == 1
+    assert not out.exists()
+    result = stagewire("schemas", out)
+    assert result.code == 0
+    written = {path.name for path in out.iterdir()} - {"manifest.json"}
+    assert written == {f"{kind}.schema.json" for kind in KINDS.split()}
+    for name in written:
+        assert (out / name).read_bytes() == (ROOT / "spec" / "schema" / name).read_bytes()
+    assert stagewire("schemas", out, "--check").out.endswith("10 schemas, all as they should be\n")
+    assert stagewire("schemas", out).out == f"{out}: 10 schemas, 0 files written\n"
+
+
+def test_schemas_are_refreshed_and_nothing_else_is_touched(
+    stagewire: Stagewire, tmp_path: Path
+) -> None:
+    out = tmp_path / "schema"
+    assert stagewire("schemas", out).code == 0
+    units, mine = out / "units.schema.json", out / "mine.schema.json"
+    units.write_text("{}", encoding="utf-8")
+    mine.write_text("{}", encoding="utf-8")
+    result = stagewire("schemas", out, "--check")
+    assert (result.code, result.out) == (1, "changed: units.schema.json\n")
+    assert stagewire("schemas", out).code == 0
+    assert json.loads(units.read_text(encoding="utf-8"))["title"] == "Units"
+    assert mine.read_text(encoding="utf-8") == "{}"
+
+
+def test_schemas_do_not_overwrite_what_somebody_made(stagewire: Stagewire, tmp_path: Path) -> None:
+    mine = tmp_path / "units.schema.json"
+    mine.write_text('{"title": "Mine"}', encoding="utf-8")
+    result = stagewire("schemas", tmp_path)
+    assert result.code == 1
+    assert "nothing was written" in result.err
+    assert [path.name for path in tmp_path.iterdir()] == [mine.name]
+    assert json.loads(mine.read_text(encoding="utf-8"))["title"] == "Mine"

@@ -1,0 +1,166 @@
+"""The YAML language server, spoken to as an editor does: JSON-RPC over its standard streams.
+
+Only what the tests need of the Language Server Protocol: open a text, take its diagnostics, ask for
+completion and for what is shown over a word.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import subprocess
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+HERE = Path(__file__).parent
+PATIENCE = 60  # seconds for one answer of a busy machine
+
+# As docs/editors.md says: no catalogue of schemas from the network.
+SETTINGS = {
+    "yaml": {
+        "schemaStore": {"enable": False},
+        "validate": True,
+        "completion": True,
+        "hover": True,
+        "yamlVersion": "1.2",
+    }
+}
+
+
+class LanguageServer:
+    """A running server; use it in a ``with`` statement."""
+
+    def __init__(self, program: Path) -> None:
+        self._program = program
+        self._number = 0
+        self._version = 0
+        self._answers: dict[int, Any] = {}
+        self._diagnostics: dict[str, list[dict[str, Any]]] = {}
+        self._arrived: queue.Queue[dict[str, Any] | None] = queue.Queue()
+        self.messages: list[str] = []
+        """What it showed or logged."""
+
+    def __enter__(self) -> LanguageServer:
+        command = ["node", "--require", str(HERE / "offline.cjs"), str(self._program), "--stdio"]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        threading.Thread(target=self._read, daemon=True).start()
+        capabilities = {
+            "workspace": {"configuration": True},
+            "textDocument": {
+                "publishDiagnostics": {},
+                "hover": {"contentFormat": ["markdown"]},
+                "completion": {"completionItem": {"documentationFormat": ["markdown"]}},
+            },
+        }
+        self._ask("initialize", processId=None, rootUri=None, capabilities=capabilities)
+        self._tell("initialized")
+        self._tell("workspace/didChangeConfiguration", settings=SETTINGS)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._process.terminate()
+        self._process.communicate(timeout=PATIENCE)
+
+    def open(self, path: Path, text: str | None = None) -> list[dict[str, Any]]:
+        """Open a file, perhaps with another text than it has; return its diagnostics."""
+        texts = {path: path.read_text(encoding="utf-8") if text is None else text}
+        return self.open_all(texts)[path]
+
+    def open_all(self, texts: Mapping[Path, str]) -> dict[Path, list[dict[str, Any]]]:
+        """Open files with these texts, all at once; return the diagnostics of each."""
+        for path, text in texts.items():
+            self._diagnostics.pop(path.as_uri(), None)
+            self._version += 1  # it keeps what it made of a version
+            document = {"uri": path.as_uri(), "languageId": "yaml", "version": self._version}
+            self._tell("textDocument/didOpen", textDocument={**document, "text": text})
+        return {path: self._wait(path) for path in texts}
+
+    def close(self, *paths: Path) -> None:
+        """Close files; the server takes their diagnostics back."""
+        for path in paths:
+            self._diagnostics.pop(path.as_uri(), None)
+            self._tell("textDocument/didClose", textDocument={"uri": path.as_uri()})
+        for path in paths:
+            assert self._wait(path) == []
+
+    def completion(self, path: Path, line: int, character: int) -> dict[str, dict[str, Any]]:
+        """Return what is offered at a place of an open file, by its label."""
+        answer = self._ask("textDocument/completion", **_place(path, line, character))
+        return {item["label"]: item for item in answer["items"]}
+
+    def hover(self, path: Path, line: int, character: int) -> str:
+        """Return what is shown over a place of an open file."""
+        answer = self._ask("textDocument/hover", **_place(path, line, character))
+        return str(answer["contents"]["value"]) if answer else ""
+
+    def _wait(self, path: Path) -> list[dict[str, Any]]:
+        """Wait for the diagnostics of a file."""
+        while path.as_uri() not in self._diagnostics:
+            self._take()
+        return self._diagnostics[path.as_uri()]
+
+    def _ask(self, method: str, **params: Any) -> Any:
+        self._number += 1
+        number = self._number
+        self._send({"id": number, "method": method, "params": params})
+        while number not in self._answers:
+            self._take()
+        return self._answers.pop(number)
+
+    def _tell(self, method: str, **params: Any) -> None:
+        self._send({"method": method, "params": params})
+
+    def _send(self, message: dict[str, Any]) -> None:
+        body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+        assert self._process.stdin
+        self._process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+        self._process.stdin.flush()
+
+    def _read(self) -> None:
+        """Take the server's messages from its stream, in a thread of its own."""
+        stream = self._process.stdout
+        assert stream
+        while True:
+            length = 0
+            while line := stream.readline().strip():
+                name, _, value = line.partition(b":")
+                if name.lower() == b"content-length":
+                    length = int(value)
+            if not length:
+                self._arrived.put(None)
+                return
+            self._arrived.put(json.loads(stream.read(length)))
+
+    def _take(self) -> None:
+        """Wait for one message of the server and act upon it."""
+        message = self._arrived.get(timeout=PATIENCE)
+        if message is None:
+            raise EOFError("the language server has ended")
+        method, params = message.get("method"), message.get("params", {})
+        if method is None:
+            assert "error" not in message, message["error"]
+            self._answers[message["id"]] = message.get("result")
+        elif method == "textDocument/publishDiagnostics":
+            self._diagnostics[params["uri"]] = params["diagnostics"]
+        elif method in ("window/showMessage", "window/logMessage"):
+            self.messages.append(params["message"])
+        elif "id" in message:  # a question of the server
+            result: Any = None
+            if method == "workspace/configuration":
+                result = [SETTINGS.get(item["section"]) for item in params["items"]]
+            self._send({"id": message["id"], "result": result})
+
+
+def _place(path: Path, line: int, character: int) -> dict[str, Any]:
+    return {
+        "textDocument": {"uri": path.as_uri()},
+        "position": {"line": line, "character": character},
+    }
