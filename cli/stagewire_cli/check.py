@@ -1,21 +1,49 @@
-"""``stagewire check``: whether a spec is right."""
+"""``stagewire check``: whether a spec is right, and whether its changes are vouched for."""
 
 from __future__ import annotations
 
+import difflib
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stagewire_cli.errors import WRONG
-from stagewire_cli.generator import folder, load, show_diagnostics, the_generator
+from stagewire_cli.errors import OK, WRONG, CalledWronglyError
+from stagewire_cli.generator import folder, load, the_generator
+from stagewire_cli.located import located
+from stagewire_cli.outputs import check_output, output
+from stagewire_cli.reports import Report, ReportFormat, summary, written
+from stagewire_cli.sides import side
+
+if TYPE_CHECKING:
+    from stagewire_generator.checks import Checked
 
 __all__ = ["EXAMPLE", "check"]
 
 EXAMPLE = """\b
-Example:
+Examples:
   stagewire check spec
+  stagewire check spec --against origin/main --format github
+  stagewire check --explain SW031
 """
+
+
+def _explain(code: str | None) -> None:
+    """Print what a code stands for, and end."""
+    if code is None:
+        return
+    with the_generator():
+        from stagewire_generator.codes import CODES
+        from stagewire_generator.codes_page import anchor
+    name = code.upper()
+    if name not in CODES:
+        near = " or ".join(difflib.get_close_matches(name, CODES))
+        known = f"did you mean {near}?" if near else f"there are {min(CODES)} to {max(CODES)}"
+        raise CalledWronglyError(f"there is no code {code}; {known}")
+    found = CODES[name]
+    typer.echo(f"{name}: {found.title}\ncause: {found.cause}\ncure: {found.hint}\n{anchor(name)}")
+    raise typer.Exit(OK)
 
 
 def check(
@@ -25,17 +53,93 @@ def check(
             parser=folder, metavar="SPEC", help="Folder that holds one or more protocols."
         ),
     ] = Path("spec"),
+    against: Annotated[
+        str | None,
+        typer.Option(
+            "--against",
+            metavar="REV",
+            help="Demand evidence for what changed on the wire since this folder or git revision.",
+        ),
+    ] = None,
+    overlay: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--overlay",
+            metavar="PROTOCOL/OVERLAY",
+            help="Check several overlays laid over together, too, but not with --against; "
+            "each by itself is always checked.",
+        ),
+    ] = None,
+    format: Annotated[
+        ReportFormat,
+        typer.Option("--format", case_sensitive=False, help="For people, programs or CI servers."),
+    ] = ReportFormat.TEXT,
+    out: Annotated[
+        Path | None,
+        typer.Option("--output", metavar="FILE", help="Write the report to a file."),
+    ] = None,
+    _: Annotated[
+        str | None,
+        typer.Option(
+            "--explain",
+            metavar="CODE",
+            callback=_explain,
+            is_eager=True,
+            help="Print cause and cure of a diagnostic, such as SW031, and exit.",
+        ),
+    ] = None,
 ) -> None:
-    """Check a spec and report everything that is wrong with it."""
+    """Check a spec and report everything that is wrong with it.
+
+    With --against, every change on the wire, of a protocol or of an overlay, must come with an erratum
+    or a reference to the document; of a revision, the folder is the one that SPEC is in the repository
+    of the current folder.
+    """
     with the_generator():
         from stagewire_generator.diagnostics import SpecError
-    try:
-        _, counts = load([spec])
-    except SpecError as error:
-        show_diagnostics(error, [spec])
-        raise typer.Exit(WRONG) from None
-    for name, seen in counts.items():
-        typer.echo(
-            f"{name}: ok; {seen.messages} messages, {seen.layouts} layouts, {seen.fields} fields, "
-            f"{seen.errata} errata, {seen.places} witness places, {seen.examples} examples"
+
+        if format is ReportFormat.JUNIT:
+            import junitparser  # noqa: F401
+    if against is not None and overlay:
+        raise CalledWronglyError(
+            "--against compares each overlay by itself, and none laid over together; "
+            "give --overlay without it"
         )
+    if out is not None:
+        check_output(out, None)
+    checked: dict[str, Checked] = {}
+    try:
+        counts = load([spec], checked, overlay or [])[1]
+        report = Report(spec, counts=counts)
+    except SpecError as error:
+        report = Report(spec, error.diagnostics)
+    else:
+        if against is not None:
+            report = _compared(report, checked, against, format)
+    _show(report, format, out)
+    if report.diagnostics:
+        raise typer.Exit(WRONG)
+
+
+def _compared(
+    report: Report, checked: dict[str, Checked], against: str, format: ReportFormat
+) -> Report:
+    """Return the report with what changed, and with what changed on the wire without evidence."""
+    from stagewire_generator.change import Spec, compare_specs, unvouched
+    from stagewire_generator.change.report import counts
+
+    quiet = format is not ReportFormat.TEXT
+    new = Spec.of(checked)
+    with side("--against", against, str(report.spec), quiet=quiet) as old:
+        changes = compare_specs(old, new)
+        found = located(unvouched(changes, old, new), report.spec)
+    numbers = {level.name: number for level, number in counts(changes).items()}
+    return replace(report, diagnostics=found, against=against, changes=numbers)
+
+
+def _show(report: Report, format: ReportFormat, out: Path | None) -> None:
+    """Write the report; what it comes to is told on standard error, unless the text says it."""
+    with output(out) as stream:
+        stream.write(written(report, format))
+    if report.diagnostics or format is not ReportFormat.TEXT:
+        typer.echo(summary(report), nl=False, err=True)

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import enum
 import json
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from itertools import groupby
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stagewire_cli.errors import CALLED_WRONGLY, WRONG, CalledWronglyError
-from stagewire_cli.generator import load, show_diagnostics, the_generator
+from stagewire_cli.errors import WRONG, CalledWronglyError
+from stagewire_cli.generator import the_generator
+from stagewire_cli.sides import side
 from stagewire_cli.terminal import printable
 
 if TYPE_CHECKING:
-    from stagewire_generator.change import Change, Revision
-    from stagewire_generator.model import Protocol
+    from stagewire_generator.change import Change
 
 __all__ = ["EXAMPLE", "diff"]
 
@@ -70,13 +68,15 @@ def diff(
     """Show what changed between two specs: on the wire, in generated source, in the documentation.
 
     OLD and NEW are folders that hold protocols, or revisions of the git repository of the current folder.
+    Every overlay is compared, too, as the protocol with it laid over; a change that the protocol makes
+    as well is shown once.
     """
     if not spec.strip():
         raise CalledWronglyError("the name of the folder after --spec is empty")
     with the_generator():
-        from stagewire_generator.change import ChangeClass, compare, report, worst
-    with _side("OLD", old, spec) as before, _side("NEW", new, spec) as after:
-        changes = compare(before, after)
+        from stagewire_generator.change import ChangeClass, compare_specs, report, worst
+    with side("OLD", old, spec) as before, side("NEW", new, spec) as after:
+        changes = compare_specs(before, after)
     if as_json:
         typer.echo(json.dumps(report(old, new, changes), indent=2, ensure_ascii=False))
     else:
@@ -86,50 +86,11 @@ def diff(
         raise typer.Exit(WRONG)
 
 
-@contextmanager
-def _side(side: str, name: str, spec: str) -> Iterator[list[Protocol]]:
-    """Give the protocols of a folder or revision; show why they cannot be had, and end with 2."""
-    from stagewire_generator.change import RevisionError, revision
-
-    if not name.strip():
-        raise CalledWronglyError(f"the name of {side} is empty; give a folder or a revision")
-    if Path(name).is_dir():
-        yield _load(side, name, Path(name))
-        return
-    try:
-        with revision(name, spec) as extracted:
-            yield _load(side, name, extracted.spec, extracted)
-    except RevisionError as error:
-        raise CalledWronglyError(
-            f"{side}, {name}, is no folder, and as a revision it cannot be read: {error}"
-        ) from None
-
-
-def _load(side: str, name: str, folder: Path, extracted: Revision | None = None) -> list[Protocol]:
-    from stagewire_generator.diagnostics import SpecError
-
-    try:
-        return load([folder])[0]
-    except SpecError as error:
-        found = error.diagnostics
-        if extracted is not None:
-            found = [extracted.named(diagnostic) for diagnostic in found]
-        show_diagnostics(SpecError(found), [Path(name)])
-        typer.echo(f"{side} does not pass check, so that nothing was compared", err=True)
-        if extracted is not None:
-            typer.echo(
-                "it was checked by the rules of this stagewire; for a spec that was written for "
-                "another one, compare with the stagewire of its time",
-                err=True,
-            )
-        raise typer.Exit(CALLED_WRONGLY) from None
-
-
 def _show(changes: Sequence[Change]) -> None:
     """Print the changes by class, then by what they are about; one line each."""
     from stagewire_generator.change.report import counts
 
-    several = len({change.protocol for change in changes}) > 1
+    several = len({change.title for change in changes} | {c.protocol for c in changes}) > 1
     for level, alike in groupby(changes, key=lambda change: change.level):
         typer.echo(f"{level.name}: {_MEANING[level.name]}")
         for head, group in groupby(alike, key=lambda change: _head(change, several)):
@@ -147,8 +108,10 @@ def _show(changes: Sequence[Change]) -> None:
 def _head(change: Change, several: bool) -> str:
     """Return what a change is about, from the outside: ``message POS_MOVE``."""
     noun, name = next(iter(change.where.items()), ("attribute", ""))
-    head = f"protocol {change.protocol}" if noun == "attribute" else f"{noun} {name}"
-    return f"{change.protocol}: {head}" if several and noun != "attribute" else head
+    if noun == "attribute" or (noun == "overlay" and change.overlay):
+        return f"{'overlay' if change.overlay else 'protocol'} {change.title}"
+    head = f"{noun} {name}"
+    return f"{change.title}: {head}" if several else head
 
 
 def _line(change: Change) -> str:

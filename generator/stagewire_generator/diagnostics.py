@@ -1,7 +1,7 @@
 """Diagnostics: what is wrong in a spec, where, and what to do about it.
 
-A run collects all of them before it stops. Each has a stable code; the table below gives its title and
-its hint once, for the messages and for the documentation.
+A run collects all of them before it stops. Each has a stable code; the table in ``codes`` says what it stands
+for once, for the messages and for the documentation.
 """
 
 from __future__ import annotations
@@ -10,77 +10,12 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from stagewire_generator.codes import CODES, Code
+
 __all__ = ["CODES", "MOST_OF_A_FILE", "Code", "Diagnostic", "Diagnostics", "Place", "SpecError"]
 
 MOST_OF_A_FILE = 1000
 """Diagnostics that are kept of one file; a reader mends these first."""
-
-
-@dataclass(frozen=True, slots=True)
-class Code:
-    """What a diagnostic code stands for, and the cure."""
-
-    title: str
-    hint: str
-
-
-CODES: dict[str, Code] = {
-    # Files
-    "SW001": Code("not readable YAML", "mend the syntax at the place that is named"),
-    "SW002": Code("duplicate key", "keep one of the two entries"),
-    "SW003": Code("anchors, aliases, merge keys and tags are not used", "write the fact out"),
-    "SW004": Code("a plain word that YAML readers take for different things", "put it in quotes"),
-    "SW005": Code("a key that is not text", "write a name, or put it in quotes"),
-    "SW006": Code("a file is missing or not UTF-8 text", "add the file, or save it as UTF-8"),
-    "SW007": Code("a control or invisible character in a text", "remove the character"),
-    "SW008": Code(
-        "a file that is not read: a link out of the spec, too large, or no regular file",
-        "put a text file of at most 1 MiB there",
-    ),
-    "SW010": Code("not as the schema says", "see the schema that the first line of the file names"),
-    # Names and references
-    "SW020": Code("the same name twice", "names are unique in a protocol; rename or remove one"),
-    "SW021": Code("a name that nothing defines", "correct the spelling, or define it"),
-    "SW022": Code("names that cannot be told apart in generated code", "rename one of them"),
-    "SW023": Code("a name that a generated language keeps for itself", "choose another name"),
-    "SW024": Code(
-        "a spelling that does not spell the name", "the words, joined, must give the name"
-    ),
-    # Layouts
-    "SW030": Code("two messages with one id", "one of the ids is wrong; see the document"),
-    "SW031": Code("the length is not the sum of the fields", "correct the length or the fields"),
-    "SW032": Code("layouts that neither bytes nor context tell apart", "give each a `when`"),
-    "SW033": Code(
-        "a range or value that the format cannot hold", "correct the range or the format"
-    ),
-    "SW034": Code("an enumeration or flag value twice", "each value has one name"),
-    "SW035": Code("an exchange that does not fit", "a REQ is answered by a message to the host"),
-    "SW036": Code("a message without id or layout and without an erratum", "say so in an erratum"),
-    "SW037": Code("a scale that is not an exact positive rational", "write it as N or N/D"),
-    "SW038": Code(
-        "what the framing of the protocol has no place for",
-        "header framing has messages, slots have commands; or correct the byte that is named",
-    ),
-    "SW039": Code("a page that the document has not", "correct the page, or the number of pages"),
-    # The witness, the errata, the examples
-    "SW040": Code(
-        "the document prints something else than the registry says",
-        "look at the page; correct the one that was copied wrongly, or add an erratum with this place",
-    ),
-    "SW041": Code(
-        "an erratum that no difference and no example bears out",
-        "name the place of the difference, refer to it from an example, or remove it",
-    ),
-    "SW042": Code(
-        "an erratum names a place where document and registry agree",
-        "remove the place from the erratum",
-    ),
-    "SW043": Code(
-        "a message that the witness does not have", "transcribe what the document prints"
-    ),
-    "SW044": Code("the witness has a message that the registry has not", "add it to the registry"),
-    "SW045": Code("a place that two errata claim", "one difference has one erratum"),
-}
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -104,9 +39,14 @@ class Diagnostic:
     message: str
     hint: str = ""
 
+    @property
+    def cure(self) -> str:
+        """What to do: the hint of this one, or that of its code."""
+        return self.hint or CODES[self.code].hint
+
     def __str__(self) -> str:
-        hint = self.hint or CODES[self.code].hint
-        return f"{_shown(f'{self.place}: {self.code} {self.message}')}\n    hint: {hint}"
+        what, hint = f"{self.place}: {self.code} {self.message}", f"    hint: {self.cure}"
+        return f"{_shown(what)}\n{_shown(hint)}"
 
 
 def _shown(text: str) -> str:

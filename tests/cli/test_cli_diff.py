@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 GOOD = ROOT / "tests" / "generator" / "good_spec"
+OVERLAYS = ROOT / "tests" / "generator" / "good_overlays" / "tiny" / "overlays"
 EDITS = {
     "wire": ("messages/core.yaml", "at_rest: {bit: 1}", "at_rest: {bit: 2}"),
     "source": ("messages/core.yaml", "coil_bits", "winding_bits"),
@@ -115,6 +116,41 @@ def test_several_protocols_are_told_apart(stagewire: Stagewire, old: Path, new: 
     assert "  other: unit TP9" in result.out
 
 
+def test_overlays_are_told_apart(stagewire: Stagewire, old: Path, new: Path) -> None:
+    for spec in (old, new):
+        shutil.copytree(OVERLAYS, spec / "tiny" / "overlays")
+    edit(new, "overlays/second/units.yaml", "channels: 2", "channels: 1")
+    edit(new, "overlays/second/overlay.yaml", "date: Winter", "date: Late winter")
+    assert stagewire("diff", old, new).out.splitlines() == [
+        "WIRE: bytes change or become ambiguous",
+        "  tiny/second: unit TP9",
+        "    unit-channels: channels 2 -> 1; the unit has other channels or bays to be addressed",
+        "DOC: texts, pages, errata, examples",
+        "  overlay tiny/second",
+        "    document: date Winter -> Late winter",
+        "2 changes: 1 WIRE, 0 SOURCE, 1 DOC",
+    ]
+    shutil.rmtree(new / "tiny" / "overlays" / "third")
+    edit(new, *EDITS["doc"])
+    lines = stagewire("diff", old, new).out.splitlines()
+    assert [line for line in lines if line.startswith("  ") and line[2] != " "] == [
+        "  tiny: overlay third",
+        "  tiny/second: unit TP9",
+        "  tiny: unit TP9",
+        "  overlay tiny/second",
+    ]
+
+
+def test_an_overlay_that_is_new(stagewire: Stagewire, old: Path, new: Path) -> None:
+    shutil.copytree(OVERLAYS, new / "tiny" / "overlays")
+    shutil.rmtree(new / "tiny" / "overlays" / "third")
+    assert stagewire("diff", old, new).out.splitlines()[1:] == [
+        "  overlay second",
+        "    overlay-added; new names, for whoever asks for the overlay; for all others nothing changes",
+        "1 change: 0 WIRE, 1 SOURCE, 0 DOC",
+    ]
+
+
 def test_json_is_as_its_schema_says(stagewire: Stagewire, old: Path, new: Path) -> None:
     for changes in EDITS.values():
         edit(new, *changes)
@@ -152,10 +188,11 @@ def test_fail_on(
 
 @pytest.mark.parametrize("side", ["OLD", "NEW"])
 def test_a_side_that_is_wrong(stagewire: Stagewire, old: Path, new: Path, side: str) -> None:
-    edit(old if side == "OLD" else new, "units.yaml", "units:\n", "units: 7\nunitz:\n")
+    wrong = old if side == "OLD" else new
+    edit(wrong, "units.yaml", "units:\n", "units: 7\nunitz:\n")
     result = stagewire("diff", old, new, "--fail-on", "wire")
     assert result.code == 2
-    assert "tiny/units.yaml:" in result.out
+    assert result.out.startswith(f"{wrong}/tiny/units.yaml:")
     assert "hint: " in result.out
     assert f"{side} does not pass check" in result.err
     assert "change" not in result.out

@@ -15,14 +15,24 @@ import pytest
 import yaml
 
 from stagewire_generator import check, model, render
-from stagewire_generator.change import KINDS, Change, ChangeClass, compare, report, worst
+from stagewire_generator.change import (
+    KINDS,
+    Change,
+    ChangeClass,
+    Spec,
+    compare,
+    compare_specs,
+    report,
+    worst,
+)
+from stagewire_generator.checks import Checked
 from stagewire_generator.model import Protocol
 
 HERE = Path(__file__).parent
 SCHEMA = json.loads((HERE.parents[1] / "spec/schema/changes.schema.json").read_text("utf-8"))
 
 
-PROTOCOLS = {"good_spec": "tiny", "good_commands": "turtle"}
+PROTOCOLS = {"good_spec": "tiny", "good_commands": "turtle", "good_packets": "carousel"}
 
 
 @dataclass(frozen=True)
@@ -39,6 +49,7 @@ class Edit:
             path = spec / PROTOCOLS[self.over] / edit["in"]
             text = path.read_text(encoding="utf-8") if edit["old"] else ""
             assert edit["old"] in text, f"{self.name}: {edit['old']!r} is not in {path.name}"
+            path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text.replace(edit["old"], edit["new"]), encoding="utf-8")
 
 
@@ -69,14 +80,22 @@ class Edited:
     """An edit, and the registries on both sides of it."""
 
     edit: Edit
-    old: list[Protocol]
-    new: list[Protocol]
+    old: Spec
+    new: Spec
 
 
 @pytest.fixture(scope="module")
-def good(protocol: Protocol, commands: Protocol) -> dict[str, Protocol]:
+def good(protocol: Protocol, commands: Protocol, packets: Protocol) -> dict[str, Protocol]:
     """The good specs by name."""
-    return {"good_spec": protocol, "good_commands": commands}
+    return {"good_spec": protocol, "good_commands": commands, "good_packets": packets}
+
+
+@pytest.fixture(scope="module")
+def generated(
+    files: dict[str, str], command_files: dict[str, str], packet_files: dict[str, str]
+) -> dict[str, dict[str, str]]:
+    """What is generated from the good specs, by their names."""
+    return {"good_spec": files, "good_commands": command_files, "good_packets": packet_files}
 
 
 @pytest.fixture(scope="module", params=EDITS.values(), ids=lambda edit: edit.name.replace(" ", "-"))
@@ -88,7 +107,9 @@ def edited(
     edit = request.param
     spec = Path(shutil.copytree(HERE / edit.over, tmp_path_factory.mktemp("edited") / "spec"))
     edit.apply(spec)
-    return Edited(edit, [good[edit.over]], check(spec))
+    checked: dict[str, Checked] = {}
+    check(spec, looked_at=checked)
+    return Edited(edit, Spec([good[edit.over]]), Spec.of(checked))
 
 
 def kinds(changes: list[Change]) -> list[str]:
@@ -96,9 +117,9 @@ def kinds(changes: list[Change]) -> list[str]:
 
 
 def test_an_edit_makes_these_changes_there_and_back(edited: Edited) -> None:
-    there = compare(edited.old, edited.new)
+    there = compare_specs(edited.old, edited.new)
     assert kinds(there) == sorted(edited.edit.kinds)
-    back = compare(edited.new, edited.old)
+    back = compare_specs(edited.new, edited.old)
     expected = Counter((inverse(c.kind), c.new, c.old) for c in there)
     if edited.edit.name == "id lost":  # there are two ways back from WIRE: an id is found
         expected = Counter({("message-id-added", None, "0x0202"): 1})
@@ -109,19 +130,17 @@ def test_an_edit_makes_these_changes_there_and_back(edited: Edited) -> None:
     assert sum(data["counts"].values()) == len(data["changes"])
 
 
-def test_what_is_generated_agrees(
-    files: dict[str, str], command_files: dict[str, str], edited: Edited
-) -> None:
+def test_what_is_generated_agrees(generated: dict[str, dict[str, str]], edited: Edited) -> None:
     """Code differs if and only if WIRE or SOURCE says so; every other difference is at least DOC."""
-    changes = compare(edited.old, edited.new)
-    before = files if edited.edit.over == "good_spec" else command_files
-    after = render(edited.new)
+    changes = compare_specs(edited.old, edited.new)
+    before = generated[edited.edit.over]
+    after = render(edited.new.protocols)
     grave = {change.kind for change in changes if change.level > ChangeClass.DOC}
     paths = {path for path in before.keys() | after.keys() if path.endswith(".py")}
     if any(code(before.get(path)) != code(after.get(path)) for path in paths):
         assert grave
     else:
-        assert grave <= OF_THE_REGISTRY | OF_THE_RUNTIME
+        assert grave <= OF_THE_REGISTRY | OF_THE_RUNTIME | OF_OVERLAYS
         if grave & OF_THE_REGISTRY:
             assert registry(before) != registry(after)
     if before != after:
@@ -139,6 +158,8 @@ OF_THE_REGISTRY = {
 }  # fmt: skip
 # Facts that no target writes: the hand-written library has them, too, and would have to follow.
 OF_THE_RUNTIME = {"framing"}
+# Facts that are generated for whoever asks for them.
+OF_OVERLAYS = {"overlay-added"}
 
 
 def registry(files: dict[str, str]) -> list[str]:
@@ -221,11 +242,41 @@ def test_nothing_changed(good: dict[str, Protocol], name: str) -> None:
     assert worst([]) is None
 
 
+def made(over: str) -> set[str]:
+    """Return the kinds that the edits of a good spec make, there and back."""
+    kinds = {kind for edit in EDITS.values() if edit.over == over for kind in edit.kinds}
+    return kinds | {inverse(kind) for kind in kinds}
+
+
+# What no edit of a single protocol's files can make; a test below makes each.
+BY_HAND = {
+    "chapter-renamed", "protocol-added", "protocol-removed", "protocol-renamed", "unclassified",
+}  # fmt: skip
+# What a framing has no place for, or nothing in the spec that has it.
+NOT_IN = {
+    "good_spec": {"command-dummy", "command-size", "message-kind"},
+    "good_commands": {
+        "address", "controller-unit-removed", "layout-context", "layout-only-zero", "message-direction",
+        "unit-address", "unit-channels", "unit-keep-alive", "unit-prefix", "unit-rate", "unit-status",
+    },
+    "good_packets": {
+        "address", "command-dummy", "command-size", "controller-unit-removed", "layout-context",
+        "layout-only-zero", "message-kind", "unit-address", "unit-channels", "unit-keep-alive",
+        "unit-prefix", "unit-rate", "unit-status",
+    },
+}  # fmt: skip
+
+
 def test_every_kind_is_made_by_an_edit_or_its_reverse() -> None:
-    made = {kind for edit in EDITS.values() for kind in edit.kinds}
-    made |= {inverse(kind) for kind in made}
-    others = {"chapter-renamed", "protocol-added", "protocol-removed", "protocol-renamed"}
-    assert made | others | {"unclassified"} == set(KINDS)
+    found = set().union(*map(made, PROTOCOLS))
+    assert found | BY_HAND == set(KINDS)
+    assert not found & BY_HAND
+
+
+@pytest.mark.parametrize("over", PROTOCOLS)
+def test_every_kind_of_wire_is_made_in_every_framing(over: str) -> None:
+    wire = {kind for kind, found in KINDS.items() if found.level is ChangeClass.WIRE}
+    assert made(over) & wire == wire - BY_HAND - NOT_IN[over]
 
 
 def test_protocols_come_and_go_and_get_other_names(protocol: Protocol) -> None:

@@ -13,7 +13,9 @@ from typing import TypeAlias
 
 from stagewire_generator import model
 
-__all__ = ["ATTRIBUTES", "SCALE", "Attribute", "Data", "Elsewhere", "Entries", "Ignored", "Names"]
+__all__ = [
+    "ATTRIBUTES", "SCALE", "Attribute", "Data", "Elsewhere", "Entries", "Ignored", "Names", "Sequence",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +24,13 @@ class Names:
 
     kind: str
     of: str  # an attribute of Matches: message, enumeration, stage ...
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    """A list whose order is a fact, and not only how it is written."""
+
+    kind: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,14 +60,15 @@ class Ignored:
 class Data:
     """Plain data: path -> entry, with ``*`` for a name."""
 
-    table: Mapping[str, str | Names | Entries]
+    table: Mapping[str, str | Names | Sequence | Entries]
 
 
-Attribute: TypeAlias = str | Names | Elsewhere | Ignored | Data
+Attribute: TypeAlias = str | Names | Sequence | Elsewhere | Ignored | Data
 
 _PAIRED = Elsewhere("pairing")
 _PLACE = Ignored("where it stands in the files")
 _FROM_ERRATA = Ignored("follows from the errata, which name their messages and fields")
+_OVERLAY = "document"  # that of the overlay, or of the protocol itself
 
 _DOCUMENT = Data(
     {
@@ -90,6 +100,25 @@ _FRAMING = Data(
         "prefix": "framing",
         "terminator": "framing",
         "axes": Names("framing", "enumeration"),
+        "order": Sequence("framing"),
+        "start": Sequence("framing"),
+        "length/format": "format",  # its size is a fact of its own
+        "length/size": "framing",
+        "length/counts": "framing",
+        "address/format": "format",
+        "address/size": "framing",
+        "id/format": "format",
+        "id/size": "framing",
+        "check/method": "framing",
+        "check/format": "format",
+        "check/size": "framing",
+        "check/covers": "framing",
+        "check/complement": "framing",
+        "check/polynomial": "framing",
+        "check/initial": "framing",
+        "check/reflected": "framing",
+        "check/final": "framing",
+        "end": Sequence("framing"),
     }
 )
 _CONTEXTS = Data(
@@ -118,6 +147,7 @@ _EXCHANGE = Data(
 _UNITS = Data(
     {
         "units/*": Entries("unit", "unit-added", "unit-removed"),
+        "units/*/overlay": _OVERLAY,
         "units/*/title": "text",
         "units/*/note": "text",
         "units/*/page": "page",
@@ -135,12 +165,14 @@ _UNITS = Data(
         "units/*/baud_rates/source": "text",
         "units/*/keep_alive": Names("unit-keep-alive", "message"),
         "families/*": Entries("family", "family-added", "family-removed"),
+        "families/*/overlay": _OVERLAY,
         "families/*/title": "text",
         "families/*/note": "text",
         "families/*/status": "unit-status",
         "families/*/messages": Names("list-messages", "message"),
         "families/*/like": "list-messages",
         "lists/*": Entries("list", "list-added", "list-removed"),
+        "lists/*/overlay": _OVERLAY,
         "lists/*/title": "text",
         "lists/*/note": "text",
         "lists/*/page": "page",
@@ -149,6 +181,7 @@ _UNITS = Data(
         "lists/*/completes": Names("list-messages", "message"),
         "lists/*/misprinted/*": Entries("message", "text", "text"),
         "addresses/*": Entries("address", "address", "address"),
+        "addresses/*/overlay": _OVERLAY,
         "addresses/*/value": "address",
         "addresses/*/first": "address",
         "addresses/*/last": "address",
@@ -156,10 +189,12 @@ _UNITS = Data(
         "addresses/*/page": "page",
         "addresses/*/note": "text",
         "known_prefixes/*": Entries("prefix", "prefix-added", "prefix-removed"),
+        "known_prefixes/*/overlay": _OVERLAY,
         "known_prefixes/*/unit": "unit-prefix",
         "known_prefixes/*/like": "unit-prefix",
         "known_prefixes/*/note": "text",
         "hardware_types/*": Entries("hardware type", "hardware-type", "hardware-type"),
+        "hardware_types/*/overlay": _OVERLAY,
         "hardware_types/*/title": "hardware-type",
         "hardware_types/*/page": "page",
         "hardware_types/*/note": "text",
@@ -189,6 +224,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "firmware": Elsewhere("messages"),
         "package": "package",
         "python_title": "text",
+        "version": "text",
         "name_prefix": "name-prefix",
         "formats": _FORMATS,
         "framing": _FRAMING,
@@ -205,6 +241,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "errata": Elsewhere("proofs"),
         "examples": Elsewhere("proofs"),
         "captures": Elsewhere("proofs"),
+        "overlays": Elsewhere("documents"),
     },
     model.Chapter: {
         "name": _PAIRED,
@@ -212,6 +249,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "page": "page",
         "order": "order",
         "summary": "text",
+        "overlay": _OVERLAY,
     },
     model.Message: {
         "name": _PAIRED,
@@ -233,6 +271,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "size": "command-size",
         "dummy": "command-dummy",
         "firmware": Elsewhere("messages"),
+        "overlay": _OVERLAY,
     },
     model.Firmware: {
         "version": Elsewhere("messages"),
@@ -269,6 +308,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "flags_by_unit": Elsewhere("fields"),
         "note": "text",
         "errata": _FROM_ERRATA,
+        "overlay": Ignored("its message says it, or the block of fields that it stands in"),
     },
     model.Format: {
         "name": Elsewhere("fields"),
@@ -288,6 +328,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "summary": "text",
         "values": Elsewhere("tables"),
         "place": _PLACE,
+        "overlay": _OVERLAY,
     },
     model.EnumValue: {
         "name": _PAIRED,
@@ -303,6 +344,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "format": "flags-format",
         "bits": Elsewhere("tables"),
         "place": _PLACE,
+        "overlay": _OVERLAY,
     },
     model.FlagBit: {"name": _PAIRED, "bit": "bit-number", "note": "text"},
     model.Quantity: {
@@ -313,6 +355,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "factor": Elsewhere("scales"),
         "rule": Elsewhere("scales"),
         "place": _PLACE,
+        "overlay": _OVERLAY,
     },
     model.Factor: {
         "key": Elsewhere("scales"),
@@ -321,13 +364,19 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "source": "scale-note",
         "page": "scale-note",
     },
-    model.Controller: {"name": _PAIRED, "units": Elsewhere("scales"), "place": _PLACE},
+    model.Controller: {
+        "name": _PAIRED,
+        "units": Elsewhere("scales"),
+        "place": _PLACE,
+        "overlay": _OVERLAY,
+    },
     model.Stage: {
         "name": _PAIRED,
         "title": "text",
         "page": "page",
         "scales": Elsewhere("scales"),
         "place": _PLACE,
+        "overlay": _OVERLAY,
     },
     model.Erratum: {
         "id": _PAIRED,
@@ -341,6 +390,14 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "kind": "erratum",
         "origin": "erratum",
         "places": "erratum",
+        "place": _PLACE,
+        "overlay": _OVERLAY,
+    },
+    model.Overlay: {
+        "name": _PAIRED,
+        "title": "document",
+        "summary": "document",
+        "document": _DOCUMENT,
         "place": _PLACE,
     },
 }

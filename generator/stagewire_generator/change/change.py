@@ -31,6 +31,7 @@ class Change:
     :param old: as a person reads it; None where there was nothing.
     :param new: as a person reads it; None where there is nothing any more.
     :param text: what it means, in a sentence.
+    :param overlay: the overlay of the protocol that changes so; "" for the protocol itself.
     """
 
     kind: str
@@ -40,6 +41,12 @@ class Change:
     old: str | None
     new: str | None
     text: str
+    overlay: str = ""
+
+    @property
+    def title(self) -> str:
+        """What changes: ``PROTOCOL``, or ``PROTOCOL/OVERLAY``."""
+        return f"{self.protocol}/{self.overlay}" if self.overlay else self.protocol
 
 
 def worst(changes: Iterable[Change]) -> ChangeClass | None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from stagewire_generator.change.change import Change
 from stagewire_generator.change.comparison import NOWHERE, Comparison, change
+from stagewire_generator.change.documents import compare_overlays
 from stagewire_generator.change.matching import match
 from stagewire_generator.change.messages import (
     compare_chapters,
@@ -14,12 +16,14 @@ from stagewire_generator.change.messages import (
     compare_sets,
 )
 from stagewire_generator.change.pairing import pair
+from stagewire_generator.change.places import find_place
 from stagewire_generator.change.proofs import compare_proofs
 from stagewire_generator.change.scales import compare_scales
+from stagewire_generator.change.spec import Spec
 from stagewire_generator.change.tables import compare_tables
 from stagewire_generator.model import Protocol
 
-__all__ = ["compare"]
+__all__ = ["compare", "compare_specs"]
 
 
 def compare(old: Sequence[Protocol], new: Sequence[Protocol]) -> list[Change]:
@@ -27,14 +31,22 @@ def compare(old: Sequence[Protocol], new: Sequence[Protocol]) -> list[Change]:
 
     Within a class the changes stand in the order of the registry. Nothing changed if the list is empty.
     """
-    pairs = pair({p.name: p for p in old}, {p.name: p for p in new}, _messages)
+    return compare_specs(Spec(old), Spec(new))
+
+
+def compare_specs(old: Spec, new: Spec) -> list[Change]:
+    """Return what changed in the protocols and in each of their overlays, the gravest first."""
+    before_by_name, after_by_name = ({p.name: p for p in s.protocols} for s in (old, new))
+    pairs = pair(before_by_name, after_by_name, _messages)
     changes: list[Change] = []
     changes += [change("protocol-removed", p.name, old=p.name) for p in pairs.removed]
     changes += [change("protocol-added", p.name, new=p.name) for p in pairs.added]
     for before, after in pairs.kept:
         if before.name != after.name:
             changes.append(change("protocol-renamed", after.name, NOWHERE, before.name, after.name))
-        changes += _protocol(before, after)
+        of_protocol = _protocol(before, after)
+        changes += of_protocol
+        changes += _overlays(old, new, before.name, after.name, of_protocol)
     return sorted(changes, key=lambda change: -change.level)
 
 
@@ -45,6 +57,7 @@ def _messages(protocol: Protocol) -> frozenset[tuple[str, int | None]]:
 def _protocol(old: Protocol, new: Protocol) -> list[Change]:
     comparison = Comparison(new.name, match(old, new))
     comparison.attributes(NOWHERE, old, new)
+    compare_overlays(comparison, old, new)
     compare_firmware(comparison, NOWHERE, old.firmware, new.firmware)
     compare_chapters(comparison, old, new)
     compare_messages(comparison, old, new)
@@ -53,3 +66,31 @@ def _protocol(old: Protocol, new: Protocol) -> list[Change]:
     compare_scales(comparison)
     compare_proofs(comparison, old, new)
     return comparison.changes
+
+
+def _overlays(
+    old: Spec, new: Spec, before: str, after: str, of_protocol: Sequence[Change]
+) -> Iterator[Change]:
+    """Yield what changed in the overlays of a protocol, which has perhaps another name.
+
+    The protocol under an overlay changes with the protocol. That is told once, unless the thing stands in the
+    overlay: then it was changed there, too, and is a fact of another document.
+    """
+    told = {_facts(change) for change in of_protocol}
+    was, is_ = old.overlays_of(before), new.overlays_of(after)
+    for name in (name for name in was if name not in is_):
+        yield change("overlay-removed", after, {"overlay": name}, old=name)
+    for name in is_:
+        if name not in was:
+            yield change("overlay-added", after, {"overlay": name}, new=name)
+            continue
+        titles = f"{before}/{name}", f"{after}/{name}"
+        for found in _protocol(old.overlays[titles[0]], new.overlays[titles[1]]):
+            spec, title = (old, titles[0]) if found.new is None else (new, titles[1])
+            own = find_place(found, spec.overlays[title], spec.files[title])
+            if own or _facts(found) not in told:
+                yield replace(found, overlay=name)
+
+
+def _facts(change: Change) -> tuple[object, ...]:
+    return change.kind, *change.where.items(), change.old, change.new

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stagewire_generator.change.attributes import ATTRIBUTES, Attribute, Data, Entries, Names
+from stagewire_generator.change.attributes import (
+    ATTRIBUTES,
+    Attribute,
+    Data,
+    Entries,
+    Names,
+    Sequence,
+)
 from stagewire_generator.change.change import Change
 from stagewire_generator.change.kinds import KINDS
 from stagewire_generator.change.matching import Matches
@@ -89,14 +96,16 @@ class Comparison:
         if isinstance(attribute, Names):
             kind, of = attribute.kind, attribute.of
             expected = self._renamed(of, old)
-        elif isinstance(attribute, str):
-            kind, expected = attribute, old
+        elif isinstance(attribute, str | Sequence):
+            kind = attribute if isinstance(attribute, str) else attribute.kind
+            expected = old
         else:
             return
         if _plain(expected) == _plain(new):
             return
         where = {**where, "attribute": name}
-        if _listed(expected) and _listed(new) and sorted(expected) == sorted(new):
+        ordered = isinstance(attribute, Sequence)
+        if _listed(expected) and _listed(new) and sorted(expected) == sorted(new) and not ordered:
             kind = "order"
         self.add(kind, where, old, new)
 

@@ -22,6 +22,7 @@ class Kind:
 
 _WIRE = {
     "protocol-removed": "none of its frames is known any more",
+    "overlay-removed": "what it adds or lays out otherwise can no longer be asked for",
     "framing": "frames are cut out of the stream otherwise",
     "message-removed": "its frames are no longer known",
     "message-id": "the message has other header bytes",
@@ -61,6 +62,7 @@ _WIRE = {
 }
 _SOURCE = {
     "protocol-added": "new names; streams of this protocol can now be read",
+    "overlay-added": "new names, for whoever asks for the overlay; for all others nothing changes",
     "protocol-renamed": "the protocol is found under another name",
     "package": "the Python package is imported under another name",
     "module-added": "a new module of messages",

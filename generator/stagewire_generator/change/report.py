@@ -30,6 +30,7 @@ def report(old: str, new: str, changes: Sequence[Change]) -> Json:
                 "class": change.level.name,
                 "kind": change.kind,
                 "protocol": change.protocol,
+                **({"overlay": change.overlay} if change.overlay else {}),
                 "where": dict(change.where),
                 "old": change.old,
                 "new": change.new,

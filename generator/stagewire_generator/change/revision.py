@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from stagewire_generator.diagnostics import Diagnostic, Place
-from stagewire_generator.reader import protocol_folders
+from stagewire_generator.location import locate
 
 __all__ = ["Revision", "RevisionError", "revision"]
 
@@ -43,15 +43,11 @@ class Revision:
     def named(self, diagnostic: Diagnostic) -> Diagnostic:
         """Return a diagnostic with its file as ``REVISION:path``, whichever way the reader names it."""
         place = diagnostic.place
-        for base in (*protocol_folders(self.spec), self.spec, *self.spec.parents):
-            found = base / place.file
-            if not base.is_relative_to(self.top):
-                break
-            if found.exists():
-                path = found.relative_to(self.top).as_posix()
-                named = Place(f"{self.name}:{path}", place.line, place.column)
-                return replace(diagnostic, place=named)
-        return diagnostic
+        found = locate(self.spec, place.file)
+        if not found.is_relative_to(self.top):
+            return diagnostic
+        path = found.relative_to(self.top).as_posix()
+        return replace(diagnostic, place=Place(f"{self.name}:{path}", place.line, place.column))
 
 
 @contextmanager
@@ -80,7 +76,11 @@ def revision(name: str, spec: str = "spec") -> Iterator[Revision]:
         raise RevisionError(f"{path} is outside the repository")
     commit = _git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{rev}^{{commit}}")
     if commit is None:
-        raise RevisionError(f"the repository has no revision {rev}")
+        shallow = (_git("rev-parse", "--is-shallow-repository") or b"").strip() == b"true"
+        why = (
+            "; this clone is shallow: fetch the revision, or all of the history" if shallow else ""
+        )
+        raise RevisionError(f"the repository has no revision {rev}{why}")
     sha = commit.decode("ascii").strip()
     with tempfile.TemporaryDirectory(prefix="stagewire-") as temporary:
         root = Path(temporary, *_DEPTH).resolve()

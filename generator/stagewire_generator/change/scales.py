@@ -21,6 +21,7 @@ def compare_scales(comparison: Comparison) -> None:
     comparison.names("controller", "controller", matches.controller)
     for before, after in matches.controller.kept:
         where = {"controller": after.name}
+        comparison.attributes(where, before, after)
         for unit in sorted(set(before.units) - set(after.units)):
             comparison.add("controller-unit-removed", {**where, "unit": unit}, unit, None)
         for unit in sorted(set(after.units) - set(before.units)):

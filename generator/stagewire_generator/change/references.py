@@ -1,0 +1,243 @@
+"""What one side of a change refers to for a thing: errata, pages, witness and worked examples.
+
+References are compared as sets: what the new side refers to and the old side did not is the evidence that
+came with the change. So a text that is reworded, and a page that always stood there, are none.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from stagewire_generator.change.subjects import FRAMING, Subject, messages_of, related
+from stagewire_generator.change.witnessed import squeezed, witnessed
+from stagewire_generator.model import (
+    Enumeration,
+    Erratum,
+    Factor,
+    FlagTable,
+    Json,
+    Protocol,
+    Quantity,
+    Stage,
+)
+from stagewire_generator.reader import Files
+
+__all__ = ["Side"]
+
+# What an example takes from the document; the rest follows from the registry or is our own text.
+_PRINTED = ("printed", "typed", "shown", "claim", "arithmetic", "equals", "printed_value")
+_STATED = ("value", "unit")
+_IN_UNITS = {
+    "unit": "units",
+    "list": "lists",
+    "address": "addresses",
+    "hardware type": "hardware_types",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """A checked protocol and its files; or one of its overlays, which refers to its own document only.
+
+    :param protocol: under the overlay, if it is one.
+    :param files: those of the protocol, or of the overlay.
+    :param renamed: name -> the name of the other side, for what is compared with names in it.
+    :param overlay: its name; "" for the protocol itself.
+    """
+
+    protocol: Protocol
+    files: Files
+    renamed: Mapping[str, str] = field(default_factory=dict)
+    overlay: str = ""
+
+    @property
+    def document(self) -> tuple[object, ...]:
+        """Which document it is: title, issue and date."""
+        return tuple(squeezed(self._document[key]) for key in ("title", "issue", "date"))
+
+    @property
+    def _document(self) -> Json:
+        return self.protocol.document_of(self.overlay)
+
+    def references(self, subject: Subject) -> set[Hashable]:
+        """Return everything that is referred to for a thing, in a form that can be compared."""
+        return {
+            *(("page", self._page(number)) for number in self._numbers(subject)),
+            *(("factor", factor) for factor in self._factors(subject)),
+            *(("witness", part) for part in self._witnessed(subject)),
+            *(("example", *facts) for facts in self._examples(subject)),
+            *(("erratum", *facts) for facts in self.errata(subject)),
+        }
+
+    def errata(self, subject: Subject) -> set[tuple[Hashable, ...]]:
+        """Return what the errata say that name a thing, which may be gone; without cosmetic ones."""
+        return {
+            (
+                tuple(map(self._page, erratum.pages)),
+                squeezed(erratum.printed),
+                squeezed(erratum.encoded),
+                frozenset(map(self._place, erratum.places)),
+            )
+            for erratum in self._errata()
+            if erratum.kind != "cosmetic" and self._names(erratum, subject)
+        }
+
+    def explained(self, subject: Subject | None = None) -> set[str]:
+        """Return the places where errata explain a difference; of a thing, without cosmetic ones, or all."""
+        return {
+            self._place(place)
+            for erratum in self._errata()
+            if subject is None or (erratum.kind != "cosmetic" and self._names(erratum, subject))
+            for place in erratum.places
+        }
+
+    def tells_of(self, subject: Subject) -> bool:
+        """Whether it has something of a thing: a protocol of all its things, an overlay of its own."""
+        own = any(True for _ in self._numbers(subject)) or self._witnessed(subject)
+        return not self.overlay or bool(own)
+
+    def _errata(self) -> Iterator[Erratum]:
+        yield from (e for e in self.protocol.errata if e.overlay == self.overlay)
+
+    def _witnessed(self, subject: Subject) -> set[str]:
+        printed = (document.data for document in self.files.get("printed", []))
+        return witnessed(subject, self.protocol, printed)
+
+    def _numbers(self, subject: Subject) -> Iterator[int]:
+        """Yield the numbers of the pages of a thing, and of what belongs to it."""
+        found: list[Any] = [self.protocol.framing.get("page")] if subject == FRAMING else []
+        for message in messages_of(subject, self.protocol):
+            if message.overlay == self.overlay:
+                found += [*message.pages, *(fact.page for fact in message.firmware)]
+            fields = (f for layout in message.layouts for f in layout.all_fields)
+            found += [f.page for f in fields if f.overlay == self.overlay]
+        found.append(self._entry(subject).get("page"))
+        for thing in self._things(subject):
+            found += [thing.page, *(page for page, _ in _factors(thing))]
+        yield from (number for number in found if number is not None)
+
+    def _entry(self, subject: Subject) -> Json:
+        """Return the entry of a format, or of what stands among the units; empty where it has none."""
+        if subject.noun == "format":
+            head = self.files["overlay" if self.overlay else "protocol"][0]
+            found: Json = head.data.get("formats", {}).get(subject.name, {})
+            return found
+        section = self.protocol.units.get(_IN_UNITS.get(subject.noun, ""), {})
+        entry: Json = section.get(subject.name, {})
+        return entry if entry.get("overlay", "") == self.overlay else {}
+
+    def _factors(self, subject: Subject) -> Iterator[str]:
+        """Yield the factors of a thing as the document prints them."""
+        for thing in self._things(subject):
+            yield from (squeezed(printed) for _, printed in _factors(thing) if printed)
+
+    def _things(self, subject: Subject) -> Iterator[Enumeration | FlagTable | Quantity | Stage]:
+        """Yield the table, quantity or stage that a thing is."""
+        protocol = self.protocol
+        kinds: dict[str, Sequence[Enumeration | FlagTable | Quantity | Stage]] = {
+            "enumeration": protocol.enumerations,
+            "flags": protocol.flags,
+            "quantity": protocol.quantities,
+            "stage": protocol.stages,
+        }
+        for thing in kinds.get(subject.noun, ()):
+            if (thing.name, thing.overlay) == (subject.name, self.overlay):
+                yield thing
+
+    def _page(self, number: int) -> Hashable:
+        """Return a page, or the title of a section: an inserted section renumbers all behind it."""
+        sections = self._document.get("sections", [])
+        return squeezed(sections[number - 1]) if 0 < number <= len(sections) else number
+
+    def _examples(self, subject: Subject) -> Iterator[tuple[Hashable, ...]]:
+        names = {message.name for message in messages_of(subject, self.protocol)} or {subject.name}
+        of_message = subject.noun in ("message", "set")
+        for example in self.protocol.examples.get("examples", {}).values():
+            if example.get("overlay", "") != self.overlay:
+                continue
+            stated = _stated(example)
+            claimed = {text.partition(".")[0] for text in _texts(example.get("claim"))}
+            if of_message:
+                concerned = example.get("message") in names or claimed & names
+            else:
+                concerned = claimed & names or names & {*_texts(stated)}
+            if concerned:
+                facts = {key: example.get(key) for key in _PRINTED}
+                facts["page"] = self._page(example.get("page", 0))
+                facts["stated"] = [{key: s.get(key) for key in _STATED} for s in stated]
+                yield (self._plain(facts),)
+
+    def _names(self, erratum: Erratum, subject: Subject) -> bool:
+        """Whether an erratum names a thing: in its lists, or as a whole word of its subject."""
+        messages = {message.name for message in messages_of(subject, self.protocol)}
+        words = messages | {str(subject)}
+        if subject.noun in ("message", "set"):
+            words |= {f"{self.protocol.name_prefix}{word}" for word in words}
+            listed = {*erratum.messages, *(name.partition(".")[0] for name in erratum.fields)}
+            if listed & words:
+                return True
+        elif subject in self._of_fields(erratum):
+            return True
+        return any(re.search(rf"(?<!\w){re.escape(w)}(?!\w)", erratum.subject) for w in words)
+
+    def _of_fields(self, erratum: Erratum) -> set[Subject]:
+        """Return the tables, quantities and formats of the fields that an erratum names."""
+        if not erratum.fields:
+            return set()
+        return {
+            subject
+            for message in self.protocol.messages
+            for layout in message.layouts
+            for field in layout.all_fields
+            for owner in (message.name, *(message.set or ())[:1])
+            if f"{owner}.{field.name}" in erratum.fields
+            for subject in related(field)
+        }
+
+    def _place(self, place: str) -> str:
+        return "/".join(self.renamed.get(part, part) for part in place.split("/"))
+
+    def _plain(self, value: Any) -> Hashable:
+        """Return plain data in a form that can be compared, with the names of the other side."""
+        if isinstance(value, dict):
+            return tuple(sorted((key, self._plain(item)) for key, item in value.items()))
+        if isinstance(value, list):
+            return tuple(self._plain(item) for item in value)
+        if isinstance(value, str):
+            head, dot, rest = squeezed(value).partition(".")
+            return self.renamed.get(head, head) + dot + rest
+        return repr(value)
+
+
+def _factors(value: Any) -> Iterator[tuple[int | None, str | None]]:
+    """Yield the page of each factor in a quantity or stage, and the factor as printed."""
+    if isinstance(value, Factor):
+        yield value.page, value.printed
+    elif isinstance(value, Quantity | Stage):
+        scales = (value.scales,) if isinstance(value, Stage) else (value.factor, value.rule)
+        for scale in scales:
+            yield from _factors(scale)
+    elif isinstance(value, Mapping):
+        yield value.get("page"), value.get("printed")
+        for item in value.values():
+            yield from _factors(item)
+
+
+def _stated(example: Json) -> list[Json]:
+    stated: Any = example.get("stated", [])
+    return list(stated.values()) if isinstance(stated, dict) else stated
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """Yield every text in plain data."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for item in value.values():
+            yield from _texts(item)
+    elif isinstance(value, list):
+        for item in value:
+            yield from _texts(item)

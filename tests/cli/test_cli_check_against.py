@@ -1,0 +1,281 @@
+"""``stagewire check --against``: folders and revisions, what is demanded of a change, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+ROOT = Path(__file__).parents[2]
+GOOD = ROOT / "tests" / "generator" / "good_spec"
+OVERLAYS = ROOT / "tests" / "generator" / "good_overlays" / "tiny" / "overlays"
+WIRE = ("messages/core.yaml", "at_rest: {bit: 1}", "at_rest: {bit: 2}")
+PAGE = (
+    "messages/core.yaml",
+    "page: 5\n    format: dword\n    summary",
+    "page: 6\n    format: dword\n    summary",
+)
+DOC = ("units.yaml", "Tiny coil", "A tiny coil")
+
+
+def edit(spec: Path, file: str, old: str, new: str) -> None:
+    path = spec / "tiny" / file
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+@pytest.fixture
+def new(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(GOOD, tmp_path / "new"))
+
+
+@pytest.fixture
+def repository(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A repository of two commits, of which the last reworded something; the test stands in it."""
+    for name in [name for name in os.environ if name.startswith("GIT_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
+    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
+    top = tmp_path / "repository"
+    shutil.copytree(GOOD / "tiny", top / "spec" / "tiny")
+    shutil.copytree(GOOD / "conformance", top / "conformance")
+    monkeypatch.chdir(top)
+    git("init", "--quiet")
+    commit()
+    edit(top / "spec", *DOC)
+    commit()
+    return top
+
+
+def git(*arguments: str) -> None:
+    who = ("-c", "user.name=Somebody", "-c", "user.email=somebody@example.org")
+    more = ("-c", "protocol.file.allow=always")
+    subprocess.run(["git", *who, *more, *arguments], check=True, capture_output=True)
+
+
+def commit() -> None:
+    git("add", "--all")
+    git("commit", "--quiet", "--message", "a change")
+
+
+def test_nothing_changed(stagewire: Stagewire, new: Path) -> None:
+    result = stagewire("check", new, "--against", GOOD)
+    assert (result.code, result.err) == (0, "")
+    assert result.out.splitlines()[-1] == f"against {GOOD}: ok; 0 changes: 0 WIRE, 0 SOURCE, 0 DOC"
+
+
+def test_a_change_without_evidence(stagewire: Stagewire, new: Path) -> None:
+    edit(new, *WIRE)
+    result = stagewire("check", new, "--against", GOOD)
+    assert result.code == 1
+    assert result.out == (
+        f"{new}/tiny/messages/core.yaml:15:3: SW050 flags state_bits at_rest bit: bit-number, 1 -> 2; "
+        "no erratum, page, witness or example of it is new or altered\n"
+        "    hint: add the page, witness or worked example that shows it, or an erratum with "
+        "`flags state_bits` in its subject\n"
+    )
+    assert result.err == f"{new}: 1 error\n"
+
+
+def test_a_change_with_evidence(stagewire: Stagewire, new: Path) -> None:
+    edit(new, *WIRE)
+    edit(new, *PAGE)
+    result = stagewire("check", new, "--against", GOOD)
+    assert result.code == 0
+    assert result.out.endswith("ok; 2 changes: 1 WIRE, 0 SOURCE, 1 DOC\n")
+
+
+def test_a_spec_that_is_wrong_is_not_compared(stagewire: Stagewire, new: Path) -> None:
+    edit(new, *WIRE)
+    edit(new, "units.yaml", "units:\n", "units: 7\nunitz:\n")
+    result = stagewire("check", new, "--against", "no such thing")
+    assert result.code == 1
+    assert "SW010" in result.out
+    assert "SW050" not in result.out
+
+
+@pytest.mark.parametrize("format", ["text", "json"])
+def test_what_it_is_held_against_is_wrong(stagewire: Stagewire, new: Path, format: str) -> None:
+    """Where standard output is for programs, all of it goes to standard error."""
+    edit(new, "units.yaml", "units:\n", "units: 7\nunitz:\n")
+    result = stagewire("check", GOOD, "--against", new, "--format", format)
+    assert result.code == 2
+    assert "tiny/units.yaml:" in (result.out if format == "text" else result.err)
+    assert "--against does not pass check" in result.err
+    assert format == "text" or result.out == ""
+
+
+@pytest.mark.parametrize(
+    ("folder", "arguments"),
+    [
+        (".", ["spec", "--against", "HEAD"]),
+        (".", ["--against", "HEAD"]),
+        (".", ["spec", "--against", "HEAD:spec"]),
+        (".", ["spec/tiny", "--against", "HEAD"]),
+        (".", ["./spec/", "--against", "HEAD~1"]),
+        ("spec", [".", "--against", "HEAD"]),
+        ("spec/tiny", [".", "--against", "HEAD"]),
+        ("conformance", ["../spec", "--against", "HEAD"]),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else value,
+)
+def test_revisions(
+    stagewire: Stagewire,
+    repository: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    folder: str,
+    arguments: list[str],
+) -> None:
+    """From wherever it is called, SPEC is the same folder in the work tree and in the revision."""
+    monkeypatch.chdir(repository / folder)
+    assert stagewire("check", *arguments).code == 0
+    edit(repository / "spec", *WIRE)
+    result = stagewire("check", *arguments)
+    assert result.code == 1
+    assert "SW050 flags state_bits" in result.out
+    edit(repository / "spec", *PAGE)
+    assert stagewire("check", *arguments).code == 0
+
+
+def test_the_whole_path_of_a_spec(stagewire: Stagewire, repository: Path) -> None:
+    edit(repository / "spec", *WIRE)
+    assert stagewire("check", repository / "spec", "--against", "HEAD").code == 1
+
+
+def test_evidence_of_an_earlier_change_does_not_count(
+    stagewire: Stagewire, repository: Path
+) -> None:
+    edit(repository / "spec", *PAGE)
+    commit()
+    edit(repository / "spec", *WIRE)
+    assert stagewire("check", "spec", "--against", "HEAD").code == 1
+    assert stagewire("check", "spec", "--against", "HEAD~1").code == 0
+
+
+def test_examples_beside_the_spec_are_evidence(stagewire: Stagewire, repository: Path) -> None:
+    edit(repository / "spec", *WIRE)
+    path = repository / "conformance" / "examples" / "tiny.yaml"
+    text = path.read_text(encoding="utf-8")
+    claim = "{flag: state_bits.at_rest, bit: 2}"
+    path.write_text(text.replace("claim: {prose: true}", f"claim: {claim}"), encoding="utf-8")
+    assert stagewire("check", "spec", "--against", "HEAD").code == 0
+    commit()
+    assert stagewire("check", "spec", "--against", "HEAD~1").code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["spec", "--against", "nowhere"],
+         "--against, nowhere, is no folder, and as a revision it cannot be read: the repository has no"),
+        (["spec", "--against", "HEAD:nowhere"], "the revision HEAD has no folder nowhere"),
+        (["spec", "--against", ""], "the name of --against is empty"),
+        (["spec", "--against", "-x"], "is no revision"),
+        (["spec", "--against"], "requires an argument"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)  # fmt: skip
+def test_called_wrongly(
+    stagewire: Stagewire, repository: Path, arguments: list[str], said: str
+) -> None:
+    result = stagewire("check", *arguments)
+    assert (result.code, result.out) == (2, "")
+    assert said in result.err
+
+
+def test_a_spec_that_the_revision_does_not_have(stagewire: Stagewire, repository: Path) -> None:
+    shutil.copytree("spec", "other")
+    shutil.copytree("conformance", "other/conformance")
+    result = stagewire("check", "other", "--against", "HEAD")
+    assert result.code == 2
+    assert "the revision HEAD has no folder other" in result.err
+
+
+@pytest.mark.parametrize("command", [["check", "spec", "--against"], ["diff", "HEAD"]])
+def test_a_shallow_clone(
+    stagewire: Stagewire,
+    repository: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: list[str],
+) -> None:
+    """As most CI servers make them: what is missing can be fetched, and that is said."""
+    git("clone", "--quiet", "--depth", "1", repository.as_uri(), "../shallow")
+    monkeypatch.chdir(repository.parent / "shallow")
+    assert stagewire(*command, "HEAD").code == 0
+    result = stagewire(*command, "HEAD~1")
+    assert result.code == 2
+    assert "this clone is shallow: fetch the revision" in result.err
+    monkeypatch.chdir(repository)
+    assert "shallow" not in stagewire(*command, "HEAD~9").err
+
+
+def test_for_a_program(stagewire: Stagewire, repository: Path) -> None:
+    edit(repository / "spec", *WIRE)
+    result = stagewire("check", "--against", "HEAD", "--format", "json")
+    assert result.code == 1
+    data = json.loads(result.out)
+    assert (data["against"], data["changes"]) == ("HEAD", {"WIRE": 1, "SOURCE": 0, "DOC": 0})
+    assert [d["file"] for d in data["diagnostics"]] == ["spec/tiny/messages/core.yaml"]
+    assert list(data["protocols"]) == ["tiny"]
+
+
+SECONDS = ("overlays/second/messages/core.yaml", "{name: seconds}", "{name: seconds, maximum: 9}")
+EDITION = ("overlays/second/overlay.yaml", "date: Winter", "date: Late winter")
+
+
+def test_overlays(stagewire: Stagewire, repository: Path) -> None:
+    """A revision without overlays, one that has them, and what changes in one of them."""
+    shutil.copytree(OVERLAYS, repository / "spec" / "tiny" / "overlays")
+    result = stagewire("check", "--against", "HEAD")
+    assert result.code == 0
+    assert result.out.endswith("against HEAD: ok; 2 changes: 0 WIRE, 2 SOURCE, 0 DOC\n")
+    commit()
+    edit(repository / "spec", *SECONDS)
+    result = stagewire("check", "--against", "HEAD")
+    assert result.code == 1
+    assert result.out.startswith(
+        "spec/tiny/overlays/second/messages/core.yaml:43:14: SW050 LAMP_TEST header "
+    )
+    assert "in the overlay second" in result.out
+    edit(repository / "spec", *EDITION)
+    assert stagewire("check", "--against", "HEAD").code == 0
+    shutil.rmtree(repository / "spec" / "tiny" / "overlays" / "third")
+    result = stagewire("check", "--against", "HEAD")
+    assert result.code == 1
+    assert result.out.startswith(
+        "spec/tiny/protocol.yaml:2:1: SW051 overlay third: overlay-removed"
+    )
+    assert result.err == "spec: 1 error\n"
+    assert stagewire("check", "--against", "HEAD~1").code == 0  # where there was none
+
+
+def test_overlays_for_a_program(stagewire: Stagewire, repository: Path) -> None:
+    shutil.copytree(OVERLAYS, repository / "spec" / "tiny" / "overlays")
+    commit()
+    edit(repository / "spec", *SECONDS)
+    data = json.loads(stagewire("check", "--against", "HEAD", "--format", "json").out)
+    assert data["changes"] == {"WIRE": 1, "SOURCE": 0, "DOC": 0}
+    [found] = data["diagnostics"]
+    assert found["file"] == "spec/tiny/overlays/second/messages/core.yaml"
+
+
+def test_overlays_laid_over_together_are_not_compared(
+    stagewire: Stagewire, repository: Path
+) -> None:
+    shutil.copytree(OVERLAYS, repository / "spec" / "tiny" / "overlays")
+    result = stagewire("check", "--against", "HEAD", "--overlay", "tiny/second")
+    assert (result.code, result.out) == (2, "")
+    assert "--against compares each overlay by itself" in result.err
+
+
+def test_the_project_against_itself(stagewire: Stagewire) -> None:
+    assert stagewire("check", ROOT / "spec", "--against", ROOT / "spec").code == 0

@@ -1,0 +1,72 @@
+"""The table of diagnostics: every code explained, and the page that is made of it."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stagewire_generator.codes import CODES, GROUPS, Code
+from stagewire_generator.codes_page import anchor, page
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "diagnostics.md"
+
+
+@pytest.mark.parametrize("name", CODES)
+def test_a_code_is_explained(name: str) -> None:
+    """Title and hint go on a line behind other words; a cause is sentences of its own."""
+    code = CODES[name]
+    assert re.fullmatch(r"SW\d{3}", name)
+    for text in (code.title, code.hint):
+        assert not text.endswith(".")
+        assert "\n" not in text
+        assert not re.match(r"[A-Z][a-z]", text)
+    assert re.fullmatch(r"[A-Z`].*\.", code.cause)
+    assert len(code.cause) > 40
+    assert code.title not in code.cause
+
+
+@pytest.mark.parametrize("missing", ["title", "cause", "hint"])
+def test_a_code_without_an_explanation_cannot_be_made(missing: str) -> None:
+    texts = {"title": "wrong", "cause": "A mistake.", "hint": "mend it"}
+    assert Code(**texts).title == "wrong"
+    with pytest.raises(ValueError, match=f"without a {missing}"):
+        Code(**{**texts, missing: " "})
+    del texts[missing]
+    with pytest.raises(TypeError):
+        Code(**texts)
+
+
+def test_a_code_belongs_to_one_group() -> None:
+    names = [name for group in GROUPS for name in group.codes]
+    assert len(names) == len(set(names)) == len(CODES)
+    for group in GROUPS:
+        assert list(group.codes) == sorted(group.codes)
+        assert group.introduction.endswith(".")
+
+
+def test_the_page_is_what_the_table_gives() -> None:
+    """When it is not: ``python -m stagewire_generator.codes_page docs/diagnostics.md``."""
+    assert PAGE.read_text(encoding="utf-8") == page()
+
+
+def test_the_page_is_made_by_a_command(tmp_path: Path) -> None:
+    made = tmp_path / "page.md"
+    command = [sys.executable, "-m", "stagewire_generator.codes_page", str(made)]
+    subprocess.run(command, check=True)
+    assert made.read_bytes() == PAGE.read_bytes()
+
+
+def test_every_code_has_an_anchor_and_its_texts() -> None:
+    parts = re.split(r"^### (SW\d{3})$", page(), flags=re.MULTILINE)
+    explained = dict(zip(parts[1::2], parts[2::2], strict=True))
+    assert list(explained) == [name for group in GROUPS for name in group.codes]
+    for name, code in CODES.items():
+        text = " ".join(explained[name].split())
+        for wanted in (code.title, code.cause, code.hint):
+            assert wanted[1:] in text
+        assert anchor(name) == f"docs/diagnostics.md#{name.lower()}"
