@@ -1,0 +1,159 @@
+"""The templates of all targets, and the ones of a user that stand in for them.
+
+A user's file shadows ours by its name, whatever target has it; so no two targets have a template of one
+name. ``stagewire/NAME`` is always ours, so that a template can include what it shadows.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterator
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+
+import jinja2
+
+from stagewire_generator.files import NotReadError, content, leads_out
+
+__all__ = ["Templates", "TemplatesError", "our_templates", "templates_in"]
+
+_OURS = "stagewire"
+_OWN = (
+    "_"  # what a name begins with that shadows nothing: a part that templates of the user include
+)
+
+
+class TemplatesError(Exception):
+    """Templates of a user that cannot be used; a line for each problem, with file and line."""
+
+
+class Templates:
+    """Renders the templates of all targets.
+
+    :param folder: where a user has some of his own.
+    Raises :class:`TemplatesError` with everything that is wrong in the folder, and later for a template
+    that fails while it is rendered.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._texts: dict[str, tuple[str, Path]] = {}
+        ours = jinja2.FileSystemLoader(sorted({path.parent for path in our_templates()}))
+        self._environment = jinja2.Environment(
+            loader=jinja2.ChoiceLoader(
+                [
+                    jinja2.FunctionLoader(self._own),
+                    jinja2.PrefixLoader({_OURS: ours}),
+                    ours,
+                ]
+            ),
+            undefined=jinja2.StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+            keep_trailing_newline=True,
+            autoescape=False,  # what is written is source: the views have escaped every text
+        )
+        if folder is not None:
+            problems = list(self._read(folder))
+            if problems:
+                raise TemplatesError("\n".join(problems))
+
+    @property
+    def of_a_user(self) -> bool:
+        """Whether some of the templates are a user's."""
+        return bool(self._texts)
+
+    def render(self, name: str, **values: object) -> str:
+        """Return the text that a template makes of the values."""
+        try:
+            text = self._environment.get_template(name).render(values)
+            text.encode("utf-8")
+        except Exception as error:  # a template may do anything, and raise anything
+            if not self.of_a_user:
+                raise  # ours alone: that is no fault of the user
+            raise TemplatesError(self._problem(name, error)) from error
+        return text
+
+    def _own(self, name: str) -> tuple[str, str, None] | None:
+        text, path = self._texts.get(name, (None, None))
+        return None if text is None else (text, str(path), None)
+
+    def _read(self, folder: Path) -> Iterator[str]:
+        """Read and compile all files of a folder; yield what is wrong with them."""
+        known = {path.name for path in our_templates()}
+        paths = templates_in(folder)
+        if not paths:
+            yield f"{folder}: there is no template in it"
+        for path in paths:
+            if path.is_dir():
+                yield f"{path}: is a folder; templates stand in {folder} itself"
+            elif path.name not in known and not path.name.startswith(_OWN):
+                yield f"{path}: there is no template of this name to shadow{_near(path.name)}"
+            else:
+                try:
+                    self._texts[path.name] = (_text(path, folder), path)
+                except ValueError as error:
+                    yield f"{path}: {error}"
+        for name, (_, path) in self._texts.items():
+            try:
+                self._environment.get_template(name)
+            except jinja2.TemplateSyntaxError as error:
+                yield f"{path}:{error.lineno}: {error.message}"
+            except (RecursionError, ValueError, SyntaxError) as error:  # what Python cannot compile
+                yield f"{path}: cannot be compiled: {error}"
+
+    def _problem(self, name: str, error: Exception) -> str:
+        """Return where in a template an error came up, and what it says."""
+        message = str(error) or "it failed"
+        if isinstance(error, jinja2.TemplateNotFound):
+            missing = str(error.name)
+            message = f"there is no template {missing} to include{_near(missing)}"
+        elif isinstance(error, UnicodeEncodeError):
+            message = "makes a text that cannot be written as UTF-8"
+        elif not isinstance(error, jinja2.TemplateError):
+            message = f"{type(error).__name__}: {message}"
+        shown = {str(path): str(path) for _, path in self._texts.values()}
+        shown |= {str(path): f"{_OURS}/{path.name}" for path in our_templates()}
+        where = str(self._texts[name][1]) if name in self._texts else f"{_OURS}/{name}"
+        for frame, line in traceback.walk_tb(error.__traceback__):
+            if template := shown.get(frame.f_code.co_filename):
+                where = f"{template}:{line}"  # the innermost is the last
+        return f"{where}: {message}"
+
+
+@cache
+def our_templates() -> tuple[Path, ...]:
+    """Return our own templates, of all targets, sorted by target and name."""
+    return tuple(sorted(Path(__file__).parent.glob("*/templates/*.j2")))
+
+
+def templates_in(folder: Path) -> list[Path]:
+    """Return what stands in a folder of templates, right or wrong, but for hidden files; sorted."""
+    return sorted(path for path in folder.iterdir() if not path.name.startswith("."))
+
+
+def _text(path: Path, folder: Path) -> str:
+    """Return the text of a template; raise ValueError that says why it has none."""
+    if leads_out(path, folder):
+        raise ValueError("is a link out of the folder of the templates")
+    try:
+        return content(path).decode("utf-8-sig")  # some editors put a mark before the text
+    except NotReadError as error:
+        raise ValueError(str(error)) from None
+    except OSError as error:
+        raise ValueError(f"cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise ValueError(f"byte {error.start} is not UTF-8") from None
+
+
+def _near(name: str) -> str:
+    """Return a question after those of ours that a name may mean; all their endings are alike."""
+    ours = [path.name for path in our_templates()]
+    stems = {_stem(known) for known in ours}
+    near = get_close_matches(_stem(name.removeprefix(f"{_OURS}/")), stems)
+    meant = [known for known in ours if _stem(known) in near]
+    return f"; did you mean {' or '.join(meant)}?" if meant else ""
+
+
+def _stem(name: str) -> str:
+    return name.partition(".")[0]

@@ -1,0 +1,175 @@
+"""Templates of a user: what shadows ours, and that whatever is wrong with them is said with its place."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from stagewire_generator import render
+from stagewire_generator.model import Protocol
+from stagewire_generator.targets.templates import Templates, TemplatesError, our_templates
+
+FLAGS = "python/stagewire_tiny/flags.py"
+INCLUDED = '{% include "stagewire/flags.py.j2" %}'
+
+Shadowed = Callable[..., dict[str, str]]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "my templates"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
+def shadowed(folder: Path, protocol: Protocol) -> Shadowed:
+    """Render the small good spec with templates by name; what is not text is bytes."""
+
+    def shadow(**given: str | bytes) -> dict[str, str]:
+        for name, text in given.items():
+            path = folder / name.replace("__", ".")
+            path.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8"))
+        return render([protocol], None, Templates(folder))
+
+    return shadow
+
+
+def problems(shadowed: Shadowed, **given: str | bytes) -> list[str]:
+    with pytest.raises(TemplatesError) as caught:
+        shadowed(**given)
+    return str(caught.value).split("\n")
+
+
+def test_names_are_unique_over_all_targets() -> None:
+    """A user shadows by file name alone."""
+    names = [path.name for path in our_templates()]
+    assert "flags.py.j2" in names
+    assert sorted(set(names)) == sorted(names)
+
+
+def test_a_file_shadows_ours_of_the_same_name(shadowed: Shadowed, files: dict[str, str]) -> None:
+    mine = shadowed(flags__py__j2="# bits of {{ package.package }}\n")
+    assert mine[FLAGS] == "# bits of stagewire_tiny\n"
+    assert {path for path in files if mine[path] != files[path]} == {FLAGS, "manifest.json"}
+
+
+def test_the_shadowed_one_can_be_included(shadowed: Shadowed, files: dict[str, str]) -> None:
+    mine = shadowed(flags__py__j2=f'{{% include "_notice" %}}\n{INCLUDED}', _notice="# mine\n")
+    assert mine[FLAGS] == f"# mine\n{files[FLAGS]}"
+
+
+def test_what_ours_include_can_be_shadowed(shadowed: Shadowed, files: dict[str, str]) -> None:
+    """Also when ours are included by a template of the user."""
+    mine = shadowed(
+        chapter__py__j2='# mine\n{% include "stagewire/chapter.py.j2" %}',
+        plain__py__j2="# the message {{ view.name }}\n",
+    )
+    text = mine["python/stagewire_tiny/messages/extra.py"]
+    assert text.startswith(f"# mine\n{files['python/stagewire_tiny/messages/extra.py'][:20]}")
+    assert "# the message Lamp\n" in text
+
+
+@pytest.mark.parametrize("text", [f"\ufeff{INCLUDED}", INCLUDED.replace(" ", "\r\n")])
+def test_files_of_other_systems(shadowed: Shadowed, files: dict[str, str], text: str) -> None:
+    assert shadowed(flags__py__j2=text)[FLAGS] == files[FLAGS]
+
+
+def test_hidden_files_are_not_looked_at(shadowed: Shadowed, files: dict[str, str]) -> None:
+    assert shadowed(flags__py__j2=INCLUDED, __swp=b"\xff")[FLAGS] == files[FLAGS]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("one\n{{ nothing }}", "2: 'nothing' is undefined"),
+        ("{{ package.nothing }}", "1: "),
+        ("\n\n{% if %}", "3: Expected an expression, got 'end of statement block'"),
+        ("{% if package %}\n", "1: Unexpected end of template"),
+        ("\n{{ package|backwards }}", "2: No filter named 'backwards'."),
+        ("\n{{ 1 / 0 }}", "2: ZeroDivisionError: division by zero"),
+        ("\n{{ package.title|sort(attribute='x') }}", "2: "),
+        ('\n{% include "stagewire/flag.py.j2" %}', "2: there is no template stagewire/flag.py.j2"),
+        ('\n{% include "_mine" %}', "2: there is no template _mine to include"),
+        ('\n{% include "../flags.py.j2" %}', "2: there is no template ../flags.py.j2 to include"),
+        ('\n{% include "flags.py.j2" %}', "2: RecursionError: "),
+        ("{% extends none %}", "1: "),
+    ],
+)
+def test_a_failing_template_is_named_with_its_line(
+    shadowed: Shadowed, folder: Path, text: str, said: str
+) -> None:
+    [problem] = problems(shadowed, flags__py__j2=text)
+    assert problem.lower().startswith(f"{folder / 'flags.py.j2'}:{said}".lower())
+    assert not problem.endswith(": ")
+
+
+def test_the_place_is_the_innermost(shadowed: Shadowed, folder: Path) -> None:
+    [problem] = problems(shadowed, flags__py__j2='{% include "_part" %}', _part="\n{{ oh }}")
+    assert problem == f"{folder / '_part'}:2: 'oh' is undefined"
+    given = '{% set package = 0 %}{% include "stagewire/flags.py.j2" %}'
+    [problem] = problems(shadowed, flags__py__j2=given)
+    assert problem.startswith("stagewire/flags.py.j2:1: 'int object' has no attribute")
+
+
+def test_a_text_that_cannot_be_written(shadowed: Shadowed, folder: Path) -> None:
+    [problem] = problems(shadowed, flags__py__j2='{{ "\\ud800" }}')
+    assert problem == f"{folder / 'flags.py.j2'}: makes a text that cannot be written as UTF-8"
+
+
+def test_what_is_no_python_is_not_written(shadowed: Shadowed) -> None:
+    [said] = problems(shadowed, flags__py__j2="FINE = 1\ndef not python\n")
+    assert said.startswith(f"{FLAGS}:2: the templates make what is no Python: ")
+
+
+def test_a_name_that_shadows_nothing_is_told_the_near_ones(
+    shadowed: Shadowed, folder: Path
+) -> None:
+    assert problems(shadowed, quantity__py__j2="", chapter__j2="", README__md="") == [
+        f"{folder / 'README.md'}: there is no template of this name to shadow",
+        f"{folder / 'chapter.j2'}: there is no template of this name to shadow; "
+        "did you mean chapter.py.j2?",
+        f"{folder / 'quantity.py.j2'}: there is no template of this name to shadow; "
+        "did you mean quantities.py.j2?",
+    ]
+
+
+def test_everything_that_is_wrong_with_files_is_reported(
+    shadowed: Shadowed, folder: Path, tmp_path: Path
+) -> None:
+    (folder / "python").mkdir()
+    (tmp_path / "elsewhere").write_text("a secret", encoding="utf-8")
+    (folder / "stages.py.j2").symlink_to(tmp_path / "elsewhere")
+    os.mkfifo(folder / "package.py.j2")
+    given: dict[str, str | bytes] = {
+        "flags__py__j2": b"caf\xe9",
+        "chapter__py__j2": " " * (1 << 20) + "1",
+        "messages__py__j2": "{% endif %}",
+        "quantities__py__j2": "{{ package.title",
+    }
+    found = {
+        line.partition(": ")[0]: line.partition(": ")[2] for line in problems(shadowed, **given)
+    }
+    assert found == {
+        str(folder / "chapter.py.j2"): "has more than 1048576 bytes",
+        str(folder / "flags.py.j2"): "byte 3 is not UTF-8",
+        str(folder / "package.py.j2"): "is no regular file",
+        str(folder / "python"): f"is a folder; templates stand in {folder} itself",
+        str(folder / "stages.py.j2"): "is a link out of the folder of the templates",
+        f"{folder / 'messages.py.j2'}:1": "Encountered unknown tag 'endif'.",
+        f"{folder / 'quantities.py.j2'}:1": "unexpected end of template, expected 'end of print statement'.",
+    }
+
+
+def test_an_empty_folder_is_a_mistake(folder: Path) -> None:
+    with pytest.raises(TemplatesError, match="there is no template in it"):
+        Templates(folder)
+
+
+def test_a_link_within_the_folder_is_followed(shadowed: Shadowed, folder: Path) -> None:
+    (folder / "_part").write_text("# linked\n", encoding="utf-8")
+    (folder / "flags.py.j2").symlink_to("_part")
+    assert shadowed()[FLAGS] == "# linked\n"
