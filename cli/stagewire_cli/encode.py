@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
@@ -9,6 +10,7 @@ import typer
 from stagewire.commands import CommandProtocol
 from stagewire.errors import CodecError
 from stagewire.framed import FramedProtocol
+from stagewire.packets import PacketProtocol
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.protocols import PROTOCOL_HELP, choose_by_message
@@ -48,6 +50,9 @@ def encode(
     axis: Annotated[
         str | None, typer.Option("--axis", help="Axis that a command is for: a name or a number.")
     ] = None,
+    address: Annotated[
+        str | None, typer.Option("--address", help="Address of the controller in a packet.")
+    ] = None,
     allow_dummy: Annotated[
         bool, typer.Option("--allow-dummy", help="Encode a function that the document forbids.")
     ] = False,
@@ -64,10 +69,11 @@ def encode(
 
     Values are raw counts: integers, 0x05, names of enumerations and flags (CONTINUOUS, a|b), text,
     or hex for byte strings. Without addresses the message goes between the host and a single USB
-    unit, in its own direction. A command has an axis instead, a setup command and a reply nothing.
+    unit, in its own direction. A command has an axis instead, a setup command and a reply nothing,
+    a packet the address of the controller if its protocol has addresses.
     """
     chosen = choose_by_message(protocol, message)
-    options: Json = {"dest": dest, "source": source, "axis": axis}
+    options: Json = {"dest": dest, "source": source, "axis": axis, "address": address}
     options |= {"allow_dummy": allow_dummy, "refuse_prefix_bytes": refuse_prefix_bytes}
     name = _message(chosen, message)
     try:
@@ -77,17 +83,16 @@ def encode(
         request: Json = {"message": name, "form": form or cls.layout.form}
         codec = codec_of(chosen)
         for key in ("data", "extra"):
-            if key in words and key not in entries and key in codec.keys["encode"]:
+            if key in words and key not in entries and key in codec.keys_of("encode"):
                 request[key] = parse_value(key, words.pop(key), {"kind": "bytes"})
         request["fields"] = {
             key: parse_value(f"{name}.{key}", text, entries[key] if key in entries else _bare(key))
             for key, text in words.items()
         }
         given = {key: value for key, value in options.items() if value}
-        if isinstance(chosen, FramedProtocol):
-            request |= _addresses(chosen, name, given)
-        elif isinstance(chosen, CommandProtocol):
-            request |= _slots(chosen, given)
+        for kind, beside in _BESIDE.items():
+            if isinstance(chosen, kind):
+                request |= beside(chosen, name, given)
         raw = codec.encode(request)
     except CodecError as error:
         raise CalledWronglyError(str(error)) from None
@@ -117,12 +122,33 @@ def _addresses(protocol: FramedProtocol, name: str, given: Json) -> Json:
     }
 
 
-def _slots(protocol: CommandProtocol, given: Json) -> Json:
+def _slots(protocol: CommandProtocol, name: str, given: Json) -> Json:
     """Return what stands in a command beside its fields; an axis may be given by its name."""
     _only(protocol, given, "axis", "allow_dummy", "refuse_prefix_bytes")
     if "axis" in given:
         given["axis"] = parse_axis("--axis", given["axis"], protocol.axes)
     return given
+
+
+def _address(protocol: PacketProtocol, name: str, given: Json) -> Json:
+    """Return the address of the controller, where packets have one."""
+    if not protocol.shape.address:
+        _only(protocol, given)
+        return {}
+    _only(protocol, given, "address")
+    if "address" not in given:
+        raise CalledWronglyError(
+            f"{name} lacks the address of the controller; give it by --address"
+        )
+    return {"address": parse_address("--address", given["address"])}
+
+
+_BESIDE: dict[type[Protocol], Callable[[Any, str, Json], Json]] = {
+    FramedProtocol: _addresses,
+    CommandProtocol: _slots,
+    PacketProtocol: _address,
+}
+"""What stands in a message beside its fields, by the class of the protocol."""
 
 
 def _only(protocol: Protocol, given: Json, *allowed: str) -> None:

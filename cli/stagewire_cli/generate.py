@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.generator import folder, load, show_diagnostics, the_generator
+from stagewire_cli.generator import check_folders, folder, load, show_diagnostics, the_generator
+from stagewire_cli.listing import show_paths
 from stagewire_cli.progress import progress
 from stagewire_cli.terminal import printable
 
@@ -20,6 +22,10 @@ EXAMPLE = """\b
 Examples:
   stagewire generate --spec spec --out generated
   stagewire generate --check
+  stagewire generate --spec-dir mine/spec --package acme_turntable --out mine/generated
+  stagewire generate --overlay thorlabs_apt/later_issues --out later
+  stagewire generate --list-inputs
+  stagewire generate --templates my-templates --out generated
 """
 
 
@@ -28,6 +34,7 @@ def generate(
         list[Path] | None,
         typer.Option(
             "--spec",
+            "--spec-dir",
             parser=folder,
             metavar="FOLDER",
             help="Folder that holds protocols; may be repeated.  [default: spec]",
@@ -41,31 +48,148 @@ def generate(
         list[str] | None,
         typer.Option("--target", help="Only this target; may be repeated.  [default: all]"),
     ] = None,
+    package: Annotated[
+        str | None,
+        typer.Option(
+            "--package",
+            metavar="NAME",
+            help="Make a project of the one protocol: pip installs it as this Python package.",
+        ),
+    ] = None,
+    overlay: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--overlay",
+            metavar="PROTOCOL/OVERLAY",
+            help="Lay this later issue over its protocol; may be repeated.",
+        ),
+    ] = None,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing; report what would change.")
     ] = False,
+    templates: Annotated[
+        Path | None,
+        typer.Option(
+            "--templates",
+            parser=folder,
+            metavar="FOLDER",
+            help="Folder of templates that stand in for ours of the same file name.",
+        ),
+    ] = None,
+    list_outputs: Annotated[
+        bool,
+        typer.Option("--list-outputs", help="Write nothing; list the files that would be written."),
+    ] = False,
+    list_inputs: Annotated[
+        bool,
+        typer.Option("--list-inputs", help="Write nothing; list the files that decide on them."),
+    ] = False,
+    list_templates: Annotated[
+        bool, typer.Option("--list-templates", help="List our templates, to be copied.")
+    ] = False,
+    cmake_dir: Annotated[
+        bool, typer.Option("--cmake-dir", help="Print the folder of StagewireGenerate.cmake.")
+    ] = False,
 ) -> None:
     """Generate all bindings from a spec, or check that they are what it gives."""
+    _only_one(
+        {
+            "--check": check,
+            "--list-outputs": list_outputs,
+            "--list-inputs": list_inputs,
+            "--list-templates": list_templates,
+            "--cmake-dir": cmake_dir,
+        }
+    )
     with the_generator():
-        from stagewire_generator import TARGETS, render
-        from stagewire_generator.diagnostics import SpecError
+        import stagewire_generator
+        from stagewire_generator import TARGETS
+        from stagewire_generator.manifest import MANIFEST
+        from stagewire_generator.naming import why_no_project
+        from stagewire_generator.targets.templates import our_templates
+    folders = spec or [Path("spec")]
     for name in target or []:
         if name not in TARGETS:
             raise CalledWronglyError(f"there is no target {name} (there are: {', '.join(TARGETS)})")
-    folders = spec or [Path("spec")]
-    try:
-        protocols, _ = load(folders)
-    except SpecError as error:
-        show_diagnostics(error, folders)
-        typer.echo(f"nothing was {'compared' if check else 'written'}", err=True)
-        raise typer.Exit(WRONG) from None
-    with progress() as say:
-        say("rendering")
-        files = render(protocols, target)
-    if check:
-        _compare(out, files, partial=bool(target))
+    if package is not None and (why := why_no_project(package)):
+        raise CalledWronglyError(f"--package {package}: {why}")
+    if templates is not None and not templates.is_dir():
+        raise CalledWronglyError(f"{templates} is no folder; give one that holds templates")
+    rendered = functools.partial(
+        _render, folders, target, templates, package or "", overlays=overlay or []
+    )
+    if list_templates:
+        show_paths(our_templates())
+    elif cmake_dir:
+        show_paths([Path(stagewire_generator.__file__).parent / "cmake"])
+    elif list_inputs:
+        _list_inputs(folders, templates)
+    elif list_outputs:
+        files = rendered("listed", err=True)
+        show_paths(out / path for path in {*files, MANIFEST})
+    elif check:
+        _compare(out, rendered("compared"), partial=bool(target))
     else:
-        _write(out, files, partial=bool(target))
+        _write(out, rendered("written"), partial=bool(target))
+
+
+def _only_one(modes: Mapping[str, bool]) -> None:
+    """Raise :class:`CalledWronglyError` where more than one of the options is given."""
+    given = [name for name, wanted in modes.items() if wanted]
+    if len(given) > 1:
+        raise CalledWronglyError(f"{' and '.join(given)} exclude each other")
+
+
+def _render(
+    folders: Sequence[Path],
+    targets: list[str] | None,
+    templates: Path | None,
+    package: str,
+    undone: str,
+    *,
+    overlays: Sequence[str] = (),
+    err: bool = False,
+) -> dict[str, str]:
+    """Return path -> text of all files; where spec or templates are wrong, say so and end.
+
+    :param package: what the package of the only protocol is called; empty where none is a project.
+    :param undone: what was not done then.
+    :param overlays: the later issues that are laid over, in order.
+    :param err: whether all that is said goes to standard error.
+    """
+    from stagewire_generator import SpecError, render
+    from stagewire_generator.targets.templates import Templates, TemplatesError
+
+    try:
+        protocols, _ = load(folders, overlays=overlays)
+        if package and len(protocols) != 1:
+            names = ", ".join(sorted(protocol.name for protocol in protocols))
+            raise CalledWronglyError(
+                f"--package takes one protocol, and there are {len(protocols)}: {names}; "
+                "give the folder of one of them"
+            )
+        with progress() as say:
+            say("rendering")
+            return render(protocols, targets, Templates(templates), package)
+    except SpecError as error:
+        show_diagnostics(error, folders, err=err)
+    except TemplatesError as error:
+        for line in str(error).split("\n"):
+            typer.echo(f"stagewire: {printable(line)}", err=True)
+    typer.echo(f"nothing was {undone}", err=True)
+    raise typer.Exit(WRONG)
+
+
+def _list_inputs(folders: Sequence[Path], templates: Path | None) -> None:
+    """List what decides on the output; a spec that is wrong has files, too."""
+    from stagewire_generator.inputs import inputs
+    from stagewire_generator.reader import protocol_folders
+
+    check_folders(folders)
+    for given in folders:
+        if not protocol_folders(given):
+            raise CalledWronglyError(f"{given} holds no folder with a protocol.yaml in it")
+    show_paths(inputs(folders, templates))
 
 
 def _compare(out: Path, files: Mapping[str, str], *, partial: bool) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING
 import typer
 
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.located import located
 from stagewire_cli.progress import progress
+from stagewire_cli.terminal import printable
 
 if TYPE_CHECKING:
-    from stagewire_generator.diagnostics import SpecError
+    from stagewire_generator.checks import Checked
+    from stagewire_generator.diagnostics import Diagnostic, SpecError
     from stagewire_generator.model import Protocol
     from stagewire_generator.pipeline import Counts
 
-__all__ = ["folder", "load", "show_diagnostics", "the_generator"]
+__all__ = ["check_folders", "folder", "load", "show_diagnostics", "the_generator"]
 
 
 def folder(text: str | Path) -> Path:
@@ -34,48 +37,95 @@ def the_generator() -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         name = (error.name or "").partition(".")[0]
-        if name not in ("jinja2", "yaml", "jsonschema", "stagewire_generator"):
+        if name not in (
+            "jinja2",
+            "yaml",
+            "jsonschema",
+            "junitparser",
+            "ruamel",
+            "stagewire_generator",
+        ):
             raise
         raise CalledWronglyError(
             f"this command needs {name}; it comes with pip install 'stagewire[generator]'"
         ) from None
 
 
-def load(folders: Sequence[Path]) -> tuple[list[Protocol], dict[str, Counts]]:
-    """Read and check every spec; raise ``SpecError`` with the diagnostics of all of them.
-
-    Returns the protocols, and what was looked at by protocol.
-    """
-    from stagewire_generator.diagnostics import Diagnostic, SpecError
-    from stagewire_generator.pipeline import check
-
+def check_folders(folders: Sequence[Path]) -> None:
+    """Raise :class:`CalledWronglyError` for a spec that is no folder."""
     for folder in folders:
         if not folder.is_dir():
             raise CalledWronglyError(
                 f"{folder} is no folder; give one that holds protocols, such as ./spec"
             )
+
+
+def _check_overlays(folders: Sequence[Path], overlays: Sequence[str]) -> None:
+    """Raise :class:`CalledWronglyError` for an overlay that is nowhere, or that is asked for twice."""
+    from stagewire_generator.reader import overlay_folders, protocol_folders
+
+    known = sorted(
+        f"{protocol.name}/{overlay.name}"
+        for folder in folders
+        for protocol in protocol_folders(folder)
+        for overlay in overlay_folders(protocol)
+    )
+    for name in overlays:
+        if name not in known:
+            there = f"there are: {printable(', '.join(known))}" if known else "there are none"
+            raise CalledWronglyError(f"there is no overlay {name} ({there})")
+        if overlays.count(name) > 1:
+            raise CalledWronglyError(f"--overlay {name} is given twice")
+
+
+def load(
+    folders: Sequence[Path],
+    looked_at: dict[str, Checked] | None = None,
+    overlays: Sequence[str] = (),
+    named: Callable[[Diagnostic], Diagnostic] | None = None,
+) -> tuple[list[Protocol], dict[str, Counts]]:
+    """Read and check every spec; raise ``SpecError`` with the diagnostics of all of them.
+
+    :param looked_at: filled with the models and files that were checked, by protocol and by
+        ``PROTOCOL/OVERLAY``.
+    :param overlays: ``PROTOCOL/OVERLAY``; their protocols are returned with them laid over, in this order.
+    :param named: names the file of a diagnostic; without it that is its path from the current folder.
+    Returns the protocols, and what was looked at by protocol.
+    """
+    from stagewire_generator.diagnostics import SpecError
+    from stagewire_generator.pipeline import check
+
+    check_folders(folders)
+    _check_overlays(folders, overlays)
     protocols: list[Protocol] = []
     counts: dict[str, Counts] = {}
     found: list[Diagnostic] = []
     with progress() as say:
         for folder in folders:
             try:
-                protocols += check(folder, say, counts)
+                protocols += check(folder, say, counts, looked_at, overlays)
             except SpecError as error:
-                found += error.diagnostics
+                found += (
+                    map(named, error.diagnostics) if named else located(error.diagnostics, folder)
+                )
     if found:
         raise SpecError(found)
-    names = [protocol.name for protocol in protocols]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise CalledWronglyError(f"{', '.join(twice)} comes from more than one of the folders")
+    taken = {"protocol": [p.name for p in protocols], "package": [p.package for p in protocols]}
+    for noun, names in taken.items():  # what is written of one would take the place of the other
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise CalledWronglyError(
+                f"the {noun} {', '.join(twice)} comes from more than one of the folders"
+            )
     return protocols, counts
 
 
-def show_diagnostics(error: SpecError, folders: Sequence[Path]) -> None:
-    """Print every diagnostic, and on standard error how many the folders gave."""
+def show_diagnostics(error: SpecError, folders: Sequence[Path], *, err: bool = False) -> None:
+    """Print every diagnostic, and on standard error how many the folders gave.
+
+    :param err: whether the diagnostics, too, go to standard error, where output is for programs.
+    """
     for diagnostic in error.diagnostics:
-        typer.echo(str(diagnostic))
+        typer.echo(str(diagnostic), err=err)
     number = len(error.diagnostics)
     where = ", ".join(map(str, folders))
     typer.echo(f"{where}: {number} error{'s' * (number != 1)}", err=True)

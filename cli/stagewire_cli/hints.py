@@ -1,16 +1,21 @@
-"""What may be behind the refusal of a frame, where its bytes give it away."""
+"""What may be behind the refusal of a frame or a packet, where its bytes give it away."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from stagewire.commands import CommandProtocol
-from stagewire.errors import CodecError, UnknownMessageError
+from stagewire.errors import CodecError, StagewireError, UnknownMessageError
 from stagewire.framed import FramedProtocol
 from stagewire.header import DATA_FLAG, HEADER_SIZE
+from stagewire.packets import PacketProtocol
 from stagewire.protocol import available_protocols, load_protocol
+from stagewire_conformance.answers import message_of
+from stagewire_conformance.codec import codec_of
 
-__all__ = ["hints_for_frame"]
+__all__ = ["hints_for_frame", "hints_for_packet"]
+
+_SEVERAL = "several {} in one text are read from a file, from standard input, or with --end"
 
 
 def hints_for_frame(protocol: FramedProtocol, raw: bytes, error: CodecError) -> Iterator[str]:
@@ -29,21 +34,32 @@ def hints_for_frame(protocol: FramedProtocol, raw: bytes, error: CodecError) -> 
             f"byte 4 seems to lack the bit of a data packet ({raw[4] | DATA_FLAG:#04x})"
         )
     elif error.code == "trailing":
-        yield "several frames in one text are read from a file, from standard input, or with --end"
-    yield from _as_a_command(raw)
+        yield _SEVERAL.format("frames")
+    yield from _in_others(raw)
 
 
-def _as_a_command(raw: bytes) -> Iterator[str]:
-    """Yield what the bytes are for a protocol of commands; without options they are taken for a frame."""
+def hints_for_packet(protocol: PacketProtocol, raw: bytes, error: CodecError) -> Iterator[str]:
+    """Yield what may have gone wrong with bytes that a protocol of packets refuses."""
+    start = raw.find(protocol.shape.start)
+    if start > 0:
+        yield f"the bytes that begin a packet stand at byte {start}"
+    elif error.code == "trailing":
+        yield _SEVERAL.format("packets")
+    yield from _in_others(raw)
+
+
+def _in_others(raw: bytes) -> Iterator[str]:
+    """Yield what bytes that were refused are in other protocols, and how they are read so."""
     for name in available_protocols():
-        protocol = load_protocol(name)
-        if not isinstance(protocol, CommandProtocol):
-            continue
         try:
-            command = protocol.decode(raw).message.layout.message
-        except CodecError:
+            protocol = load_protocol(name)
+            message = message_of(codec_of(protocol).decoded(raw, {})).layout.message
+        except StagewireError:  # what cannot be read so, or not be loaded, is no hint
             continue
-        yield f"as a command of {name} this is {command}: say --direction command"
+        if isinstance(protocol, CommandProtocol):
+            yield f"as a command of {name} this is {message}: say --direction command"
+        else:
+            yield f"in {name} this is {message}: say --protocol {name}"
 
 
 def _lacks_flag(raw: bytes) -> bool:

@@ -17,7 +17,18 @@ import typer
 
 import stagewire
 from stagewire.errors import StagewireError
-from stagewire_cli import check, conformance, decode, diff, encode, generate, show, testee
+from stagewire_cli import (
+    check,
+    conformance,
+    decode,
+    diff,
+    encode,
+    format,
+    generate,
+    schemas,
+    show,
+    testee,
+)
 from stagewire_cli.errors import CALLED_WRONGLY, OK, WRONG, CalledWronglyError
 from stagewire_cli.terminal import printable
 
@@ -42,6 +53,8 @@ app = typer.Typer(
 )
 app.command("check", epilog=check.EXAMPLE)(check.check)
 app.command("generate", epilog=generate.EXAMPLE)(generate.generate)
+app.command("format", epilog=format.EXAMPLE)(format.format_files)
+app.command("schemas", epilog=schemas.EXAMPLE)(schemas.schemas)
 app.command("diff", epilog=diff.EXAMPLE)(diff.diff)
 app.command("show", epilog=show.EXAMPLE)(show.show)
 app.command("decode", epilog=decode.EXAMPLE)(decode.decode)

@@ -5,9 +5,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable
 
-from stagewire.errors import UnknownProtocolError
+import typer
+
+from stagewire.errors import UnknownProtocolError, UnusableProtocolError
 from stagewire.protocol import Protocol, available_protocols, load_protocol
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.terminal import printable
 
 __all__ = ["PROTOCOL_HELP", "choose", "choose_by_message", "one_or_all"]
 
@@ -43,13 +46,23 @@ def choose_by_message(name: str | None, message: str) -> Protocol:
     raise CalledWronglyError(f"no installed protocol has a message {message}{like}")
 
 
-def one_or_all(name: str | None) -> list[Protocol]:
-    """Return the protocol of this name, or without a name all that are installed."""
-    return _installed() if name is None else [_named(name)]
+def one_or_all(name: str | None, *, whole: bool = False) -> list[Protocol]:
+    """Return the protocol of this name, or without a name all that are installed.
+
+    With ``whole`` one that cannot be used is an error; otherwise it is named and left out.
+    """
+    return _installed(whole=whole) if name is None else [_named(name)]
 
 
-def _installed() -> list[Protocol]:
-    found = [load_protocol(name) for name in available_protocols()]
+def _installed(*, whole: bool = False) -> list[Protocol]:
+    found = []
+    for name in available_protocols():
+        try:
+            found.append(load_protocol(name))
+        except UnusableProtocolError as error:  # somebody else's package; the others go on working
+            if whole:
+                raise CalledWronglyError(str(error)) from None
+            typer.echo(f"stagewire: left out: {printable(str(error))}", err=True)
     if not found:
         raise CalledWronglyError("no protocol is installed; install stagewire, or its checkout")
     return found

@@ -27,15 +27,17 @@ def frame_title(protocol: Protocol, answer: Json) -> str:
     entry = registry.messages.get(answer["message"], {})
     known = ""
     if entry.get("id") is not None:
-        known = f" ({spelled_id(entry)}, {registry.where(entry['pages'])})"
+        place = registry.where(entry["pages"], entry.get("overlay", ""))
+        known = f" ({spelled_id(registry, entry)}, {place})"
     whom = [f"{key} {_address(registry, key, answer[key])}" for key in ADDRESSES if key in answer]
     return f"{answer['message']}{known}\n{', '.join(['form ' + answer['form'], *whom])}"
 
 
-def spelled_id(entry: Json) -> str:
+def spelled_id(registry: Registry, entry: Json) -> str:
     """Return the id of a message, or the byte of a command, as the documents print it."""
     if entry["kind"] == "message":
-        return f"id {entry['id']:#06x}"
+        size = registry.data["framing"].get("id", {}).get("size", 2)  # of packets it is stated
+        return f"id {entry['id']:#0{2 + 2 * size}x}"
     return f"{'setup byte' if entry['kind'] == 'setup' else 'byte'} {entry['id']:#04x}"
 
 
@@ -63,8 +65,10 @@ def frame_line(protocol: Protocol, answer: Json) -> str:
         whom = _between(answer["source"], answer["dest"])
     elif "axis" in answer:
         whom = f"axis {_address(registry_of(protocol), 'axis', answer['axis'])}"
+    elif "address" in answer:
+        whom = f"{answer['address']:#04x}"
     else:
-        whom = answer["kind"]
+        whom = answer.get("kind", "")  # a packet may have no address
     return _line(whom, answer["message"], answer["form"], words)
 
 
@@ -83,7 +87,7 @@ def _between(source: int, dest: int) -> str:
 
 def _line(whom: str, message: str, form: str, words: list[str]) -> str:
     shown = "" if form in ("header", "data", "request") else f" ({form})"
-    return " ".join([f"{whom} {message}{shown}", *words])
+    return " ".join([*([whom] if whom else []), f"{message}{shown}", *words])
 
 
 def _address(registry: Registry, kind: str, value: int) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +12,10 @@ from stagewire.errors import BadValueError, CodecError
 from stagewire.framed import FramedProtocol
 from stagewire.framed_message import UndecidedMessage
 from stagewire.message import Message
+from stagewire.packets import PacketProtocol
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.formats.task import CommandTask, FramedTask, Task
+from stagewire_cli.formats.task import CommandTask, FramedTask, PacketTask, Task
 from stagewire_cli.protocols import choose, choose_by_message
 from stagewire_conformance.codec import codec_of
 
@@ -41,11 +42,13 @@ class Selection:
     def task(self) -> Task:
         """Return what is to be decoded. Raises :class:`CalledWronglyError`."""
         protocol = self._protocol()
-        if isinstance(protocol, CommandProtocol):
-            return self._of_commands(protocol)
-        if isinstance(protocol, FramedProtocol):
-            return self._of_frames(protocol)
-        raise CalledWronglyError(f"{protocol.name}: its bytes cannot be decoded by this command")
+        for cls, task in _TASKS.items():
+            if isinstance(protocol, cls):
+                return task(self, protocol)
+        raise CalledWronglyError(
+            f"{protocol.name}: its bytes cannot be decoded by this command, which does not know protocols "
+            f"of the class {type(protocol).__name__}"
+        )
 
     def _protocol(self) -> Protocol:
         """Return the protocol that the options are for; by themselves bytes are taken for frames."""
@@ -60,12 +63,7 @@ class Selection:
         return choose(self.protocol, lambda protocol: isinstance(protocol, kind))
 
     def _of_frames(self, protocol: FramedProtocol) -> FramedTask:
-        for option, value in (("--direction", self.direction), ("--command", self.command)):
-            if value is not None:
-                raise CalledWronglyError(
-                    f"{option} is for protocols of commands and replies; frames of {protocol.name} say "
-                    "themselves which way they go"
-                )
+        self._no_commands(f"frames of {protocol.name} say themselves which way they go")
         context = None if self.status is None else {"status": self.status}
         self._check(protocol, context)
         if self.message is None:
@@ -97,11 +95,35 @@ class Selection:
             )
         return CommandTask(protocol, command, only, form or None)
 
+    def _of_packets(self, protocol: PacketProtocol) -> PacketTask:
+        self._no_commands(f"packets of {protocol.name} look alike both ways")
+        if self.status is not None:
+            self._check(protocol, {"status": self.status})
+        if self.message is None:
+            return PacketTask(protocol)
+        name, colon, form = self.message.partition(":")
+        return PacketTask(protocol, _class(protocol, "--message", name, form if colon else None))
+
+    def _no_commands(self, why: str) -> None:
+        """Raise for the options that only protocols of commands have."""
+        for option, value in (("--direction", self.direction), ("--command", self.command)):
+            if value is not None:
+                raise CalledWronglyError(
+                    f"{option} is for protocols of commands and replies; {why}"
+                )
+
     def _check(self, protocol: Protocol, context: Mapping[str, str] | None) -> None:
         try:
             codec_of(protocol).check_context(context)
         except BadValueError as error:
             raise CalledWronglyError(f"--status: {error}") from None
+
+
+_TASKS: dict[type[Protocol], Callable[[Selection, Any], Task]] = {
+    CommandProtocol: Selection._of_commands,
+    FramedProtocol: Selection._of_frames,
+    PacketProtocol: Selection._of_packets,
+}
 
 
 def _class(protocol: Protocol, option: str, name: str, form: str | None) -> Any:

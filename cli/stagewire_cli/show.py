@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stagewire.packets import PacketProtocol
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.parts import parts_table
 from stagewire_cli.protocols import one_or_all
 from stagewire_cli.rendering import spelled_id
 from stagewire_cli.terminal import console, table
@@ -49,7 +51,8 @@ def show(
     as_json: Annotated[bool, typer.Option("--json", help="As it stands in the registry.")] = False,
 ) -> None:
     """Show a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum."""
-    registries = {one.name: registry_of(one) for one in one_or_all(protocol)}
+    protocols = {one.name: one for one in one_or_all(protocol)}
+    registries = {known: registry_of(one) for known, one in protocols.items()}
     everything = [
         (choice, *entry) for choice, registry in registries.items() for entry in _entries(registry)
     ]
@@ -68,8 +71,12 @@ def show(
         registry = registries[choice]
         if kind == "message":
             _message(out, registry, entry)
+            one = protocols[choice]
+            if isinstance(one, PacketProtocol) and entry["id"] is not None:
+                out.print("\npacket, its payload of n bytes")
+                out.print(parts_table(one.shape, entry["id"]))
             continue
-        entry = _placed(entry, registry.data["document"].get("sections"))
+        entry = _placed(entry, registry.document(entry.get("overlay", "")).get("sections"))
         if kind == "enumeration":
             _values(out, entry)
         elif kind == "flag table":
@@ -108,9 +115,9 @@ def _like(name: str, everything: list[Found]) -> str:
 
 
 def _message(out: Console, registry: Registry, entry: Json) -> None:
-    id = "without an id" if entry["id"] is None else spelled_id(entry)
+    id = "without an id" if entry["id"] is None else spelled_id(registry, entry)
     direction = str(entry["direction"]).replace("_", " ")
-    out.print(f"{id}, {direction}, {registry.where(entry['pages'])}")
+    out.print(f"{id}, {direction}, {registry.where(entry['pages'], entry.get('overlay', ''))}")
     _plain(out, {key: entry[key] for key in _OF_COMMANDS if entry.get(key) not in (None, False)})
     if entry["kind"] == "command" and entry["size"] is None:
         out.print("no size slot")

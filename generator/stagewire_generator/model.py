@@ -27,6 +27,7 @@ __all__ = [
     "Json",
     "Layout",
     "Message",
+    "Overlay",
     "ParameterSet",
     "Protocol",
     "Quantity",
@@ -34,6 +35,8 @@ __all__ = [
 ]
 
 Json = dict[str, Any]
+
+_ID_SIZES = {"header": 2, "slots": 1}  # kind of framing -> bytes of an id, where they are fixed
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +84,7 @@ class Enumeration:
     summary: str
     values: tuple[EnumValue, ...]
     place: Place
+    overlay: str = ""  # name of the overlay that it comes from; so wherever there is one
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +111,7 @@ class FlagTable:
     format: Format
     bits: tuple[FlagBit, ...]
     place: Place
+    overlay: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +141,7 @@ class Quantity:
     factor: Factor | None
     rule: Json  # {"by": "stage"} and the like; {} when there is a factor
     place: Place
+    overlay: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +151,7 @@ class Controller:
     name: str
     units: tuple[str, ...]
     place: Place
+    overlay: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +163,7 @@ class Stage:
     page: int
     scales: Mapping[str, Mapping[str, Factor | str]]
     place: Place
+    overlay: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +188,7 @@ class Field:
     flags_by_unit: Mapping[str, FlagTable] = field(default_factory=dict)
     note: str = ""
     errata: tuple[str, ...] = ()
+    overlay: str = ""
 
     @property
     def unit(self) -> str | None:
@@ -239,6 +248,7 @@ class Message:
     size: int | None = None  # what a command sends in its size slot; None: the slot is left out
     dummy: bool = False  # does nothing, and is not to be used
     firmware: tuple[Firmware, ...] = ()
+    overlay: str = ""
 
     @property
     def documented(self) -> bool:
@@ -270,6 +280,7 @@ class Chapter:
     page: int
     order: int
     summary: str
+    overlay: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -288,6 +299,18 @@ class Erratum:
     origin: str  # document | scan
     places: tuple[str, ...]
     place: Place
+    overlay: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Overlay:
+    """A later issue of the document, as far as the registry has it: what it adds and replaces."""
+
+    name: str
+    title: str
+    summary: str
+    document: Json  # title, issue, date; pages or sections
+    place: Place
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -301,9 +324,10 @@ class Protocol:
     firmware: tuple[Firmware, ...]
     package: str
     python_title: str
+    version: str  # of the package, where it is a project of its own
     name_prefix: str
     formats: Json  # name -> size, signed
-    framing: Json
+    framing: Json  # with the size beside every format that it names
     contexts: Json
     chapters: tuple[Chapter, ...]
     messages: tuple[Message, ...]  # sorted by id, then name; those without an id last
@@ -317,3 +341,15 @@ class Protocol:
     errata: tuple[Erratum, ...]
     examples: Json
     captures: Json
+    overlays: tuple[Overlay, ...] = ()  # in the order in which they were laid over
+
+    def document_of(self, overlay: str) -> Json:
+        """Return the document of an overlay; that of the protocol itself for an empty name."""
+        found: Json = {"": self.document, **{o.name: o.document for o in self.overlays}}[overlay]
+        return found
+
+    @property
+    def id_digits(self) -> int:
+        """Hexadecimal digits of an id as it stands on the wire."""
+        fixed = _ID_SIZES.get(self.framing["kind"])
+        return 2 * (fixed or self.framing["id"].get("size", 1))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import builtins
 import keyword
+import re
 import sys
 
 from stagewire_generator.model import Message
 
-__all__ = ["camel", "can_name_chapter", "can_name_file", "can_name_package", "message_classes"]
+__all__ = [
+    "camel", "can_name_chapter", "can_name_file", "can_name_package", "message_classes", "why_no_project",
+]  # fmt: skip
 
 # What Windows takes for a device, whatever the ending of the file is.
 _DEVICES = frozenset({
@@ -16,8 +19,11 @@ _DEVICES = frozenset({
 })  # fmt: skip
 # Packages that a generated one would hide, or be hidden by.
 _PACKAGES = sys.stdlib_module_names | {
-    "serial", "stagewire", "stagewire_cli", "stagewire_conformance", "stagewire_generator"
+    "click", "jinja2", "jsonschema", "numpy", "pyarrow", "rich", "ruamel", "serial", "stagewire",
+    "stagewire_cli", "stagewire_conformance", "stagewire_generator", "typer", "yaml",
 }  # fmt: skip
+_PACKAGE = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*\Z")  # as the schema of a protocol has it
+_LONGEST_PACKAGE = 40
 
 
 def can_name_file(name: str) -> bool:
@@ -28,6 +34,18 @@ def can_name_file(name: str) -> bool:
 def can_name_package(name: str) -> bool:
     """Whether a package can have this name beside those that it needs."""
     return can_name_file(name) and not keyword.iskeyword(name) and name not in _PACKAGES
+
+
+def why_no_project(name: str) -> str:
+    """Return why a project of somebody else cannot have a package of this name; empty if it can."""
+    if not _PACKAGE.match(name) or len(name) > _LONGEST_PACKAGE:
+        least = "small letters, digits and single underscores, a letter first"
+        return f"a package is named with {least}, at most {_LONGEST_PACKAGE} of them"
+    if name.startswith("stagewire"):
+        return "names that begin with stagewire are those of its own packages"
+    if not can_name_package(name):
+        return "Python, a system, or another package has this name already"
+    return ""
 
 
 def can_name_chapter(name: str) -> bool:

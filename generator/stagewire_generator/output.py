@@ -11,19 +11,19 @@ import contextlib
 import difflib
 import hashlib
 import json
-import os
 import re
 import stat
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from stagewire_generator.files import replace
 from stagewire_generator.manifest import MANIFEST, digest, render
 
 __all__ = ["Change", "OutputError", "compare", "write"]
 
 _DIFF_LINES = 40
+_MODE = 0o644  # of what is generated, whoever generates it
 _IGNORED = frozenset({"__pycache__"})
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 
@@ -98,7 +98,7 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
         listed = "\n  ".join(foreign)
         raise OutputError(
             f"nothing was written: {out} holds files that the generator did not make:\n  {listed}\n"
-            "move them away, or choose another folder with --out"
+            "move them away, or choose another folder"
         )
     touched = []
     for path in stale:
@@ -108,7 +108,8 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
     for path in sorted(files, key=lambda path: path == MANIFEST):  # it says what is done: last
         target, data = targets[path], files[path].encode("utf-8")
         if not target.is_file() or target.read_bytes() != data:
-            _replace(target, data)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            replace(target, data, _MODE)
             touched.append(path)
     return sorted(touched)
 
@@ -171,21 +172,6 @@ def _listed(out: Path) -> dict[str, str]:
                 and _DIGEST.match(sha)
             }
     return {}
-
-
-def _replace(target: Path, data: bytes) -> None:
-    """Write to a temporary file beside ``target`` and rename it, so that nothing is half-written."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(name)
-        raise
 
 
 def _prune(out: Path, folder: Path) -> None:

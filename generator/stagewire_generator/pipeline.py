@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 from stagewire_generator import manifest
+from stagewire_generator.checks import Checked, check_overlays, check_protocol
 from stagewire_generator.diagnostics import Diagnostics, Place, SpecError
-from stagewire_generator.lint import (
-    check_errata,
-    check_framing,
-    check_layouts,
-    check_names,
-    check_pages,
-)
 from stagewire_generator.model import Protocol
 from stagewire_generator.reader import protocol_folders, read
-from stagewire_generator.resolver import resolve
-from stagewire_generator.targets import python, registry, vectors
+from stagewire_generator.targets import project, python, registry, vectors
+from stagewire_generator.targets.templates import Templates
 
 __all__ = ["TARGETS", "Counts", "check", "render"]
 
-TARGETS: dict[str, Callable[[Protocol], dict[str, str]]] = {
+TARGETS: dict[str, Callable[[Protocol, Templates], dict[str, str]]] = {
     "python": python.render,
-    "registry": registry.render,
-    "vectors": vectors.render,
+    "registry": lambda protocol, _: registry.render(protocol),  # JSON is nobody's template
+    "vectors": lambda protocol, _: vectors.render(protocol),
 }
 
 
@@ -45,11 +40,16 @@ def check(
     spec: Path,
     progress: Callable[[str], None] | None = None,
     counts: dict[str, Counts] | None = None,
+    looked_at: dict[str, Checked] | None = None,
+    overlays: Sequence[str] = (),
 ) -> list[Protocol]:
-    """Load and check all protocols in ``spec``.
+    """Load and check all protocols in ``spec``, and each of their overlays.
 
     :param progress: called with the name of what is being read or checked.
-    :param counts: filled with what was looked at, by protocol.
+    :param counts: filled with what was looked at, by protocol, and by ``PROTOCOL/OVERLAY``.
+    :param looked_at: filled with the models and files that were checked, by the same names.
+    :param overlays: those under which protocols are returned, named ``PROTOCOL/OVERLAY`` as their folders
+        are; what is no overlay of this spec is passed over.
     Raises :class:`SpecError` with every diagnostic of the run.
     """
     say = progress or (lambda _: None)
@@ -65,14 +65,14 @@ def check(
         files = read(folder, diagnostics, say)
         if len(diagnostics.found) > before or "protocol" not in files:
             continue  # a model of half a spec would only bring errors that are none
-        protocol = resolve(files, diagnostics)
-        say(f"{protocol.name}: names and layouts")
-        check_names(protocol, next(iter(files.get("units", [])), None), diagnostics)
-        check_layouts(protocol, diagnostics)
-        check_framing(protocol, files["protocol"][0], diagnostics)
-        check_pages(protocol, files, diagnostics)
-        say(f"{protocol.name}: witness and errata")
-        comparison = check_errata(protocol, files, diagnostics)
+        alone = check_protocol(files, diagnostics, say)
+        protocol = alone.protocol
+        checked = {protocol.name: alone}
+        if len(diagnostics.found) == before:  # else every overlay would repeat what is wrong
+            wanted = [Path(name).name for name in overlays if Path(name).parent.name == folder.name]
+            composed, under = check_overlays(folder, files, wanted, diagnostics, say)
+            protocol = composed or protocol
+            checked |= under
         for other in protocols:
             head = files["protocol"][0]
             if protocol.name == other.name:
@@ -82,28 +82,58 @@ def check(
                 place = head.place("python", "package")
                 diagnostics.add(place, "SW020", f"the package {protocol.package} is defined twice")
         protocols.append(protocol)
+        if looked_at is not None:
+            looked_at.update(checked)
         if counts is not None:
-            layouts = [layout for message in protocol.messages for layout in message.layouts]
-            counts[protocol.name] = Counts(
-                messages=len(protocol.messages),
-                layouts=len(layouts),
-                fields=sum(len(layout.all_fields) for layout in layouts),
-                errata=len(protocol.errata),
-                places=comparison.compared,
-                examples=len(protocol.examples.get("examples", {})),
-            )
+            counts.update((name, _counts(one)) for name, one in checked.items())
     if diagnostics:
         raise SpecError(list(diagnostics))
     return protocols
 
 
-def render(protocols: Sequence[Protocol], targets: Sequence[str] | None = None) -> dict[str, str]:
-    """Return path (below the output folder) -> text of everything that is generated."""
+def _counts(checked: Checked) -> Counts:
+    protocol = checked.protocol
+    layouts = [layout for message in protocol.messages for layout in message.layouts]
+    return Counts(
+        messages=len(protocol.messages),
+        layouts=len(layouts),
+        fields=sum(len(layout.all_fields) for layout in layouts),
+        errata=len(protocol.errata),
+        places=checked.comparison.compared,
+        examples=len(protocol.examples.get("examples", {})),
+    )
+
+
+def render(
+    protocols: Sequence[Protocol],
+    targets: Sequence[str] | None = None,
+    templates: Templates | None = None,
+    package: str = "",
+) -> dict[str, str]:
+    """Return path (below the output folder) -> text of everything that is generated.
+
+    :param targets: the names of some targets; their files come without a manifest.
+    :param templates: with some of a user in the place of ours. Raises ``TemplatesError`` when one fails.
+    :param package: what the Python package of the only protocol is called; with it the package becomes a
+        project of its own, which pip installs.
+    """
+    templates = templates or _ours()
     files: dict[str, str] = {}
+    if package:
+        [only] = protocols
+        protocols = [replace(only, package=package)]
+        if "python" in (targets or TARGETS):
+            files.update(project.render(protocols[0], templates))
     for protocol in protocols:
         for target in targets or TARGETS:
-            files.update(TARGETS[target](protocol))
+            files.update(TARGETS[target](protocol, templates))
     if not targets:
         digests = {path: manifest.digest(text) for path, text in files.items()}
         files[manifest.MANIFEST] = manifest.render(digests)
     return dict(sorted(files.items()))
+
+
+@cache
+def _ours() -> Templates:
+    """Return our templates alone; to compile them takes longer than to render a small spec."""
+    return Templates()

@@ -3,14 +3,14 @@
 A spec is a folder with one folder per protocol in it (a folder that holds ``protocol.yaml``), or such a
 folder itself. Which kind a file is follows from where it stands; worked examples and captures stand
 in a folder ``conformance`` beside the spec, in it, or in that of the protocol; the innermost counts.
+An overlay is a folder in ``overlays`` with files of the same kinds, its examples and captures included.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -20,9 +20,21 @@ import jsonschema
 
 from stagewire_generator import strict_yaml
 from stagewire_generator.diagnostics import MOST_OF_A_FILE, Diagnostics, Place
+from stagewire_generator.files import leads_out
+from stagewire_generator.schema_errors import HERE, explained, nearest
+from stagewire_generator.strays import strays
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["Files", "protocol_folders", "read"]
+__all__ = [
+    "Files",
+    "files_of",
+    "fits_schema",
+    "overlay_folders",
+    "protocol_folders",
+    "read",
+    "read_overlay",
+    "schema_folder",
+]
 
 Files = dict[str, list[Document]]
 
@@ -36,32 +48,100 @@ _KINDS = {
     "errata": "errata/*.yaml",
     "printed": "printed/*.yaml",
 }
-_LONG_PATTERN = 60  # characters; the description of a longer one says more
-_LONGEST = 160  # characters of a place or a message
-_BESIDE_A_REFERENCE = {"$ref", "title", "description", "maxLength"}
+# The same below the folder of an overlay
+_KINDS_OF_OVERLAYS = {
+    "overlay": "overlay.yaml",
+    **{kind: pattern for kind, pattern in _KINDS.items() if kind != "protocol"},
+    "examples": "examples.yaml",
+    "captures": "captures.yaml",
+}
+_WHOLE = ("required", "if", "then", "else")  # what schemas ask of a whole file or section
+_PARTS = frozenset({"stages", "units"})  # of these an overlay has what it changes
+_LONGEST = 160  # characters of a place
+_LINK = "is a link out of the folder of the spec"
+_BESIDE_A_REFERENCE = {"$ref", "title", "description", "maxLength", HERE}
 _BESIDE = {"examples": "examples/{}.yaml", "captures": "captures/{}.yaml"}
 
 
 def protocol_folders(spec: Path) -> list[Path]:
     """Return the folders of the protocols in ``spec``, sorted."""
-    if (spec / "protocol.yaml").is_file():
-        return [Path(os.path.abspath(spec))]  # "." has no name, and the examples go by the name
+    alone = (spec / "protocol.yaml").is_file()
+    if alone or spec.name in ("", ".."):  # what stands beside is found by the name and the parent
+        spec = Path(os.path.abspath(spec))
+    if alone:
+        return [spec]
     return sorted(p.parent for p in spec.glob("*/protocol.yaml"))
 
 
+def overlay_folders(folder: Path) -> list[Path]:
+    """Return the folders of the overlays of the protocol in ``folder``, sorted."""
+    return sorted(path for path in folder.glob("overlays/*") if path.is_dir())
+
+
 def read(folder: Path, diagnostics: Diagnostics, progress: Callable[[str], None]) -> Files:
-    """Load all files of the protocol in ``folder``."""
+    """Load all files of the protocol in ``folder``, without its overlays."""
+    found = list(_find(folder))
+    astray = strays(folder, {path for _, path, _ in found})
+    _refuse_strays(astray, folder, folder.parent, diagnostics)
+    return _read(found, diagnostics, progress)
+
+
+def read_overlay(folder: Path, diagnostics: Diagnostics, progress: Callable[[str], None]) -> Files:
+    """Load all files of the overlay in ``folder``; every document is marked with its name."""
+    root = folder.parents[2]
+    place = Place(folder.relative_to(root).as_posix())
+    if leads_out(folder, root):
+        diagnostics.add(place, "SW008", _LINK)
+        return {}
+    if not (folder / "overlay.yaml").is_file():
+        diagnostics.add(place, "SW006", "no overlay.yaml in it")
+    found = list(_find_overlay(folder))
+    astray = strays(folder, {path for _, path, _ in found}, overlay=True)
+    _refuse_strays(astray, folder, root, diagnostics)
+    files = _read(found, diagnostics, progress, parts=_PARTS)
+    for document in files.get("overlay", ()):
+        name = document.data["overlay"]
+        if name != folder.name:
+            what = f"the overlay {name} stands in a folder {folder.name}"
+            diagnostics.add(document.place("overlay"), "SW062", what)
+    marked = [document for documents in files.values() for document in documents]
+    for document in marked:
+        document.overlay = folder.name
+    return files
+
+
+def _refuse_strays(
+    astray: Iterable[tuple[Path, str]], folder: Path, root: Path, diagnostics: Diagnostics
+) -> None:
+    for path, place in astray:
+        name, above = (part.relative_to(root).as_posix() for part in (path, folder))
+        hint = f"move it to {above}/{place}, with a name that ends in .yaml"
+        diagnostics.add(Place(name), "SW008", "stands where nothing is read", hint)
+
+
+def _read(
+    found: Iterable[tuple[str, Path, Path]],
+    diagnostics: Diagnostics,
+    progress: Callable[[str], None],
+    parts: Collection[str] = (),
+) -> Files:
     files: Files = {}
-    for kind, path, root in _find(folder):
+    for kind, path, root in found:
         name = path.relative_to(root).as_posix()
         progress(name)
-        if _leads_out(path, root):
-            diagnostics.add(Place(name), "SW008", "is a link out of the folder of the spec")
+        if leads_out(path, root):  # diagnostics quote what they find: it could be any file
+            diagnostics.add(Place(name), "SW008", _LINK)
             continue
         document = strict_yaml.load(path, name, diagnostics, any_byte=kind in _BESIDE)
-        if document is not None and _valid(document, kind, diagnostics):
+        if document is not None and fits_schema(document, kind, diagnostics, part=kind in parts):
             files.setdefault(kind, []).append(document)
     return files
+
+
+def files_of(folder: Path) -> list[Path]:
+    """Return the files that are read of the protocol in ``folder`` and of its overlays, right or wrong."""
+    overlays = (found for overlay in overlay_folders(folder) for found in _find_overlay(overlay))
+    return [path for _, path, _ in (*_find(folder), *overlays)]
 
 
 def _find(folder: Path) -> Iterator[tuple[str, Path, Path]]:
@@ -80,61 +160,41 @@ def _find(folder: Path) -> Iterator[tuple[str, Path, Path]]:
         return
 
 
-def _leads_out(path: Path, root: Path) -> bool:
-    """Whether a link takes what is read from somewhere else.
+def _find_overlay(folder: Path) -> Iterator[tuple[str, Path, Path]]:
+    """Yield the same for each file of an overlay."""
+    root = folder.parents[2]
+    for kind, pattern in _KINDS_OF_OVERLAYS.items():
+        for path in sorted(folder.glob(pattern)):
+            yield kind, path, root
 
-    Diagnostics quote what they find, so a spec that is not trusted could show any file that its
-    reader may read.
+
+def fits_schema(
+    document: Document, kind: str, diagnostics: Diagnostics, *, part: bool = False
+) -> bool:
+    """Hold a file against the schema of its kind; what is wrong goes to ``diagnostics``.
+
+    :param part: whether it may lack what the schema asks of a whole file.
     """
-    return not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(root))
-
-
-def _valid(document: Document, kind: str, diagnostics: Diagnostics) -> bool:
     valid = True
-    for error in islice(_validator(kind).iter_errors(document.data), MOST_OF_A_FILE):
+    for error in islice(_validator(kind, part).iter_errors(document.data), MOST_OF_A_FILE):
         valid = False
-        while error.context:  # of several alternatives, say what is wrong with the nearest
-            error = max(error.context, key=lambda e: (len(e.absolute_path), -len(str(e.message))))
-        place = document.place(*error.absolute_path, *_culprit(error))
+        error = nearest(error)
+        key, what, hint = explained(error)
+        place = document.place(*error.absolute_path, *key)
         where = ".".join(str(part) for part in error.absolute_path) or kind
-        diagnostics.add(place, "SW010", f"{_short(where)}: {_plain(error)}")
+        where = where if len(where) <= _LONGEST else f"{where[: _LONGEST - 3]}..."
+        diagnostics.add(place, "SW010", f"{where}: {what}", hint)
     return valid
 
 
-def _culprit(error: jsonschema.ValidationError) -> list[str]:
-    """Return the key that an error about a whole mapping means, for its place."""
-    if error.validator == "additionalProperties" and isinstance(error.instance, dict):
-        schema = error.schema if isinstance(error.schema, dict) else {}
-        known, patterns = schema.get("properties", ()), schema.get("patternProperties", ())
-        for key in error.instance:
-            if key not in known and not any(re.search(pattern, key) for pattern in patterns):
-                return [key]
-    if "propertyNames" in error.absolute_schema_path and isinstance(error.instance, str):
-        return [error.instance]
-    return []
-
-
-def _plain(error: jsonschema.ValidationError) -> str:
-    described = error.schema.get("description") if isinstance(error.schema, dict) else None
-    message = "not allowed here" if error.validator == "not" else _short(str(error.message))
-    if (
-        error.validator == "pattern"
-        and described
-        and len(str(error.validator_value)) > _LONG_PATTERN
-    ):
-        message = f"{_short(repr(error.instance))} is not allowed"
-    return f"{message} ({described})" if described else message
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
-
-
 @cache
-def _validator(kind: str) -> Any:
-    path = _schema_folder() / f"{kind}.schema.json"
+def _validator(kind: str, part: bool = False) -> Any:
+    path = schema_folder() / f"{kind}.schema.json"
     schema = json.loads(path.read_text(encoding="utf-8"))
     _inline(schema)
+    for whole in (schema, *schema["properties"].values()) if part else ():
+        for keyword in _WHOLE:
+            whole.pop(keyword, None)
     return jsonschema.Draft202012Validator(schema)
 
 
@@ -156,11 +216,12 @@ def _inline(schema: Any) -> None:
                 if part.keys() - _BESIDE_A_REFERENCE or "maxLength" in part.keys() & meant.keys():
                     break
                 del part["$ref"]
-                part.update(meant)
+                here = part.get(HERE) or part.get("description", "")
+                part.update(meant, **{HERE: here})
         parts.extend(part.values() if isinstance(part, dict) else part)
 
 
-def _schema_folder() -> Path:
+def schema_folder() -> Path:
     """Return the schemas of an installed wheel or of the checkout, never those of the spec.
 
     Their patterns keep a text of the spec from becoming code; a spec must not bring looser ones.

@@ -7,9 +7,7 @@ exist. Every node keeps its place, so that whatever is wrong with it can be show
 
 from __future__ import annotations
 
-import os
 import re
-import stat
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,8 +17,9 @@ from typing import Any
 import yaml
 
 from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.files import NotReadError, content
 
-__all__ = ["Document", "KeyPath", "load"]
+__all__ = ["Document", "KeyPath", "is_plain_text", "load", "parse", "text_of"]
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -39,8 +38,6 @@ _AMBIGUOUS = re.compile(  # what is left after the forms above; linear, so that 
 )
 _LONGEST_NUMBER = 40  # characters
 _DEEPEST = 64  # brackets and indentations around a value
-_LARGEST = 1 << 20  # bytes of a file; the largest known has a tenth of it
-_NO_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # systems have one of them
 _HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})  # Cf: direction marks, joiners, byte order mark
 
 KeyPath = tuple[str | int, ...]  # keys and indices, from the outermost in
@@ -53,6 +50,7 @@ class Document:
     name: str
     data: Any
     places: dict[KeyPath, Place]
+    overlay: str = ""  # name of the overlay that the file belongs to
 
     def place(self, *path: str | int) -> Place:
         """Return where ``path`` stands, or the nearest thing around it."""
@@ -72,17 +70,27 @@ def load(
         examples need: what a controller sends as text may hold any byte.
     Returns None when nothing can be made of the file.
     """
+    text = text_of(path, name, diagnostics)
+    return None if text is None else parse(text, name, diagnostics, any_byte=any_byte)
+
+
+def text_of(path: Path, name: str, diagnostics: Diagnostics) -> str | None:
+    """Return the text of a file; None when it cannot be read, which ``diagnostics`` then say."""
     try:
-        text = _content(path).decode("utf-8")
-    except _NotReadError as error:
+        return content(path).decode("utf-8")
+    except NotReadError as error:
         diagnostics.add(Place(name), "SW008", str(error))
-        return None
     except OSError as error:
         diagnostics.add(Place(name), "SW006", f"cannot be read: {error.strerror}")
-        return None
     except UnicodeDecodeError as error:
         diagnostics.add(Place(name), "SW006", f"byte {error.start} is not UTF-8")
-        return None
+    return None
+
+
+def parse(
+    text: str, name: str, diagnostics: Diagnostics, *, any_byte: bool = False
+) -> Document | None:
+    """Read a text as :func:`load` reads a file."""
     if not _clean(text, name, diagnostics):
         return None
     reader = _Reader(name, text, diagnostics, any_byte)
@@ -95,6 +103,9 @@ def load(
         mark = error.problem_mark or error.context_mark
         place = Place(name, mark.line + 1, mark.column + 1) if mark else Place(name)
         parts = [part for part in (error.context, error.problem) if part]
+        lines = text.split("\n")
+        if mark and mark.line < len(lines) and lines[mark.line].startswith("\t", mark.column):
+            parts = ["a tab, where YAML takes blanks only"]
         diagnostics.add(place, "SW001", ", ".join(parts) or "not YAML")
         return None
     except yaml.YAMLError as error:
@@ -103,23 +114,9 @@ def load(
     return Document(name, data, reader.places) if reader.fit else None
 
 
-class _NotReadError(Exception):
-    """A file that is not worth reading, and why."""
-
-
-def _content(path: Path) -> bytes:
-    """Return the bytes of a regular file; a pipe must not keep the reader waiting."""
-    descriptor = os.open(path, os.O_RDONLY | _NO_WAITING)
-    try:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise _NotReadError("is no regular file")
-        with open(descriptor, "rb", closefd=False) as file:
-            data = file.read(_LARGEST + 1)
-    finally:
-        os.close(descriptor)
-    if len(data) > _LARGEST:
-        raise _NotReadError(f"has more than {_LARGEST} bytes")
-    return data
+def is_plain_text(text: str) -> bool:
+    """Whether every reader takes ``text`` without quotes for a text; its syntax is not looked at."""
+    return text != "" and not _AMBIGUOUS.match(text)
 
 
 def _harmful(char: str) -> bool:
@@ -134,7 +131,10 @@ def _clean(text: str, name: str, diagnostics: Diagnostics) -> bool:
             continue
         for column, char in enumerate(line, 1):
             if _harmful(char) and not (char == "\r" and column == len(line)):
-                diagnostics.add(Place(name, number, column), "SW007", f"the text holds {char!r}")
+                at_top = char == "\ufeff" and (number, column) == (1, 1)
+                hint = "save the file as UTF-8 without a byte order mark" if at_top else ""
+                found = f"the text holds {char!r}"
+                diagnostics.add(Place(name, number, column), "SW007", found, hint)
                 clean = False
     return clean
 
@@ -276,7 +276,10 @@ class _Reader:
             return int(text, 16 if hexadecimal else 10)
         if _AMBIGUOUS.match(text):
             shown = text if len(text) <= _LONGEST_NUMBER else f"{text[:_LONGEST_NUMBER]}..."
-            self.diagnostics.add(
-                self.at(event), "SW004", f"{shown} is read as text, number, date or yes/no by turns"
+            what = f"{shown} is read as text, number, date or yes/no by turns"
+            small = text.lower()
+            hint = (
+                f"write {small}, or put it in quotes if it is a text" if _HEX.match(small) else ""
             )
+            self.diagnostics.add(self.at(event), "SW004", what, hint)
         return text

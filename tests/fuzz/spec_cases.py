@@ -1,8 +1,8 @@
 """What users give to the commands that read a spec: its YAML files, and a folder to write to.
 
-The small good specs of the generator's tests, one of messages and one of commands, have a file of every kind.
-One to three of their files are damaged, in their text or in the tree that the text spells, or the files
-themselves are lost, moved or doubled.
+The small good specs of the generator's tests, one a framing, and the overlays for two of them have a file of
+every kind. One to three of their files are damaged, in their text or in the tree that the text spells, or
+the files themselves are lost, moved or doubled.
 """
 
 from __future__ import annotations
@@ -11,9 +11,7 @@ import ast
 import atexit
 import hashlib
 import json
-import os
 import shutil
-import subprocess
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -22,31 +20,38 @@ from typing import Any
 
 import yaml
 from accidents import damaged_bytes, damaged_text, damaged_tree, word
+from junitparser import JUnitXml
 from sandbox import Case, Content, Link, Ran, Wrong
 
-__all__ = ["KINDS", "diff", "manifest", "spec_text", "spec_tree"]
+__all__ = [
+    "FILES", "KINDS", "damaged_texts", "damaged_trees", "good", "manifest", "spec_text", "spec_tree"
+]  # fmt: skip
 
 _GENERATOR = Path(__file__).parents[1] / "generator"
 FILES = {
     path.relative_to(good).as_posix(): path.read_bytes()
-    for good in (_GENERATOR / "good_spec", _GENERATOR / "good_commands")
+    for good in map(
+        _GENERATOR.joinpath, ("good_spec", "good_commands", "good_packets", "good_overlays")
+    )
     for path in sorted(good.rglob("*.yaml"))
 }
-KINDS = sorted({Path(name).parts[-2] if name.count("/") > 1 else Path(name).stem for name in FILES})
+_ROOMS = ("captures", "errata", "examples", "messages", "printed")
+KINDS = sorted({p.parent.name if p.parent.name in _ROOMS else p.stem for p in map(Path, FILES)})
 """The kinds of files of a spec, after their folders or names."""
 
 OUT = "out"
 _ODD_NAMES = (
     "tiny/messages/a b.yaml", "tiny/messages/.yaml", "tiny/messages/é.yaml", "tiny/messages/con.yaml",
     "tiny/messages/deep/more.yaml", "tiny/extra.yaml", "tiny/units.yml", "other/protocol.yaml",
+    "tiny/overlays/fourth/overlay.yaml", "tiny/overlays/second/protocol.yaml",
     "turtle/stages.yaml", "turtle/messages/core.yaml", "tiny/messages/walk.yaml",
     "protocol.yaml", "tiny/printed/core.yaml/file.yaml", "conformance/examples/other.yaml", "tiny/\x1b.yaml",
 )  # fmt: skip
 
 
 @cache
-def _good() -> Path:
-    """Return a folder with all good files, those of both protocols; it goes with the process."""
+def good() -> Path:
+    """Return a folder with all good files, those of all protocols; it goes with the process."""
     folder = Path(tempfile.mkdtemp())
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     for name, content in FILES.items():
@@ -57,11 +62,21 @@ def _good() -> Path:
 
 def _commands(rng: Random) -> tuple[str, ...]:
     """Return a command line that reads the spec, perhaps by the folder of its protocol."""
-    folder = "spec" if rng.random() < 0.8 else rng.choice(("spec/tiny", "spec/turtle"))
-    if rng.random() < 0.5:
+    alone = ("spec/tiny", "spec/turtle", "spec/carousel")
+    folder = "spec" if rng.random() < 0.8 else rng.choice(alone)
+    command = rng.random()
+    if command < 0.1:
+        return ("format", *(["--check"] * (rng.random() < 0.5)), folder)
+    if command < 0.2:
+        return ("check", folder, "--format", rng.choice(("json", "github", "junit")))
+    if command < 0.5:
         return ("check", folder)
-    target = ["--target", rng.choice(("python", "registry", "vectors"))] * (rng.random() < 0.1)
-    return ("generate", "--spec", folder, "--out", OUT, *target)
+    options = ["--target", rng.choice(("python", "registry", "vectors"))] * (rng.random() < 0.1)
+    if folder in ("spec", "spec/tiny") and rng.random() < 0.3:
+        options += ["--overlay", "tiny/second"]
+    if folder in alone and rng.random() < 0.5:
+        options += ["--package", "somebody"]
+    return ("generate", "--spec", folder, "--out", OUT, *options)
 
 
 def _case(rng: Random, files: dict[str, Content]) -> Case:
@@ -74,27 +89,28 @@ def _case(rng: Random, files: dict[str, Content]) -> Case:
         if rng.random() < 0.5:
             files[name] = None
     arguments = _commands(rng)
-    written = arguments[0] == "generate"
+    written, holds = _BY_COMMAND[arguments[0]]
     return Case(
         arguments,
         files={f"spec/{name}": content for name, content in files.items()},
-        base=_good(),
-        may_write=OUT if written else "",
-        holds=_generated if written else _checked,
+        base=good(),
+        may_write="" if "--check" in arguments else written,
+        holds=holds,
     )
 
 
 def spec_text(rng: Random) -> Case:
     """Files of a spec whose text was damaged."""
-    return _case(rng, _damaged_texts(rng))
+    return _case(rng, damaged_texts(rng))
 
 
 def spec_tree(rng: Random) -> Case:
     """Files of a spec that are right as YAML and say something else."""
-    return _case(rng, _damaged_trees(rng))
+    return _case(rng, damaged_trees(rng))
 
 
-def _damaged_texts(rng: Random) -> dict[str, Content]:
+def damaged_texts(rng: Random) -> dict[str, Content]:
+    """Return files whose text was damaged, by name."""
     files: dict[str, Content] = {}
     for name in rng.sample(list(FILES), rng.choice((1, 1, 2))):
         text = FILES[name].decode("utf-8")
@@ -111,7 +127,8 @@ def _tree(name: str) -> str:
     return json.dumps(yaml.safe_load(FILES[name]))
 
 
-def _damaged_trees(rng: Random) -> dict[str, Content]:
+def damaged_trees(rng: Random) -> dict[str, Content]:
+    """Return files that say something else, by name."""
     files: dict[str, Content] = {}
     for name in rng.sample(list(FILES), rng.choice((1, 1, 2))):
         tree: Any = json.loads(_tree(name))
@@ -154,14 +171,48 @@ class _Plain(yaml.SafeDumper):
 
 
 def _checked(case: Case, ran: Ran) -> None:
-    """A spec is right, or every diagnostic has a place."""
-    if ran.code == 1:
+    """A spec is right, or every diagnostic has a code and a place that is there."""
+    if "--format" in case.arguments:
+        _reported(case.arguments[-1], ran)
+    elif ran.code == 1:
         for line in ran.out.decode("utf-8").splitlines():
             if line[:1].isspace() or not line:
                 continue  # the hint of the diagnostic above
-            _, _, rest = line.partition(": ")
-            if not rest.startswith("SW"):
+            place, _, rest = line.partition(": ")
+            name = place.rsplit(":", 2)[0]
+            there = "\\" in name or (ran.folder / name).exists()  # odd signs are shown as escapes
+            if not there or not rest.startswith("SW"):
                 raise Wrong(f"a diagnostic without a place or a code: {line!r}")
+
+
+def _reported(format: str, ran: Ran) -> None:
+    """What programs read can be read, and says what the exit code says."""
+    text = ran.out.decode("utf-8" if format == "github" else "ascii")
+    try:
+        if format == "github":
+            said = [line.startswith("::error file=") for line in text.splitlines()]
+        elif format == "json":
+            said = json.loads(text)["diagnostics"]
+        else:
+            said = [case for suite in JUnitXml.fromstring(text) for case in suite if case.result]
+    except SyntaxError as error:
+        raise Wrong(f"what is no XML: {error}") from error
+    if bool(said) != (ran.code == 1) or not all(said):
+        raise Wrong(f"a report in {format} that exit code {ran.code} contradicts: {text[:200]}")
+
+
+def _formatted(case: Case, ran: Ran) -> None:
+    """What was read is left as YAML that says the same; nothing is left half-written."""
+    spec = ran.folder / "spec"
+    for path in sorted(spec.rglob("*")):
+        name = path.relative_to(spec).as_posix()
+        if f"spec/{name}" in case.files or path.is_dir():
+            continue
+        if name not in FILES:
+            raise Wrong(f"{name} is left over")
+        content = path.read_bytes()
+        if content != FILES[name] and yaml.safe_load(content) != json.loads(_tree(name)):
+            raise Wrong(f"{name} says something else")
 
 
 def _generated(case: Case, ran: Ran) -> None:
@@ -183,6 +234,14 @@ def _generated(case: Case, ran: Ran) -> None:
             raise Wrong(f"{path.relative_to(out)} was generated and is wrong: {error}") from error
     if ran.code and out.exists() and not any(name.startswith(OUT) for name in case.files):
         raise Wrong("the spec was refused, and something was written")
+
+
+_BY_COMMAND = {
+    "check": ("", _checked),
+    "format": ("spec", _formatted),
+    "generate": (OUT, _generated),
+}
+"""Where a command may write, and what holds for what came of it."""
 
 
 # The folder to write to
@@ -223,8 +282,8 @@ def manifest(rng: Random) -> Case:
         files[link] = Link(target)
     arguments = ("generate", "--spec", "spec", "--out", OUT)
     if rng.random() < 0.3:  # then nothing may be written at all
-        return Case((*arguments, "--check"), files=files, base=_good(), holds=_kept)
-    return Case(arguments, files=files, base=_good(), may_write=OUT, holds=_kept)
+        return Case((*arguments, "--check"), files=files, base=good(), holds=_kept)
+    return Case(arguments, files=files, base=good(), may_write=OUT, holds=_kept)
 
 
 def _kept(case: Case, ran: Ran) -> None:
@@ -242,63 +301,3 @@ def _kept(case: Case, ran: Ran) -> None:
         path = ran.folder / name
         if content == _MINE and not ours and not (path.is_file() and path.read_bytes() == _MINE):
             raise Wrong(f"{kept} was made by hand, and is lost")
-
-
-# Two specs
-
-_REVISIONS = (
-    "HEAD", "HEAD~1", "HEAD:spec", "HEAD:spec/tiny", "HEAD~1:spec", "main", "HEAD~9", "HEAD:", ":spec",
-    "HEAD:../spec", "HEAD:/etc", ":/first", "@{u}", "HEAD^{tree}", "HEAD:spec/tiny/units.yaml", "HEAD..main",
-    "-x", "--output=precious", "--exec=id", "--help", "0" * 40, "refs/heads/main", "HEAD@{0}", "", " ",
-)  # fmt: skip
-
-
-def diff(rng: Random) -> Case:
-    """A good spec and a damaged one, as folders and as revisions."""
-    changed = {**FILES, **(_damaged_trees(rng) if rng.random() < 0.8 else _damaged_texts(rng))}
-    files: dict[str, Content] = {f"new/{name}": content for name, content in changed.items()}
-    sides = ["spec", "new"]
-    if rng.random() < 0.25:
-        repository = _repository() / ".git"
-        files[".git"] = f"gitdir: {repository}\n".encode()
-        sides[rng.randrange(2)] = rng.choice(_REVISIONS)
-    elif rng.random() < 0.1:
-        sides[rng.randrange(2)] = word(rng).replace("\0", "").encode("utf-8", "replace").decode()
-    if rng.random() < 0.3:
-        sides.reverse()
-    options = ["--json"] * (rng.random() < 0.4)
-    if rng.random() < 0.3:
-        options += ["--fail-on", rng.choice(("wire", "source", "doc", "WIRE", "all"))]
-    if rng.random() < 0.05:
-        options += ["--spec", rng.choice(("spec", "spec/tiny", "..", "", "-x", "a" * 300))]
-    arguments = ("diff", *options, "--", *sides)
-    return Case(arguments, files=files, base=_good(), may_start=("git",), holds=_compared)
-
-
-def _compared(case: Case, ran: Ran) -> None:
-    """With ``--json`` a comparison that was made is one JSON object."""
-    if "--json" in case.arguments and ran.code != 2:
-        json.loads(ran.out)
-
-
-@cache
-def _repository() -> Path:
-    """Return a git repository with the good spec in two revisions; it goes with the process."""
-    folder = Path(tempfile.mkdtemp())
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    shutil.copytree(_good(), folder / "spec")
-    git = ["git", "-c", "user.name=nobody", "-c", "user.email=nobody@example.org"]
-    # nothing of the user's: in a hook of git, GIT_DIR is the repository that is being committed to
-    environment = {key: value for key, value in os.environ.items() if not key.startswith("GIT_")}
-    environment |= {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
-    units = folder / "spec" / "tiny" / "units.yaml"
-    for arguments in (
-        ["init", "--quiet", "--initial-branch=main"],
-        ["add", "spec"],
-        ["commit", "--quiet", "--message=first"],
-        ["commit", "--quiet", "--all", "--message=second"],
-    ):
-        subprocess.run([*git, *arguments], cwd=folder, env=environment, check=True)
-        if arguments[-1] == "--message=first":
-            units.write_bytes(units.read_bytes() + b"# a comment\n")
-    return folder

@@ -29,6 +29,7 @@ from pathlib import Path
 from random import Random
 
 import command_cases
+import diff_cases
 import spec_cases
 from sandbox import Case, Content, Sandbox, Wrong
 
@@ -38,7 +39,7 @@ TARGETS: dict[str, Callable[[Random], Case]] = {
     "spec-text": spec_cases.spec_text,
     "spec-tree": spec_cases.spec_tree,
     "manifest": spec_cases.manifest,
-    "diff": spec_cases.diff,
+    "diff": diff_cases.diff,
     "hex": command_cases.decode_hex,
     "captures": command_cases.decode_file,
     "encode": command_cases.encode,

@@ -1,6 +1,7 @@
-"""Specs for the tests of the generator: two small good ones, and copies of them to be changed.
+"""Specs for the tests of the generator: three small good ones, and copies of them to be changed.
 
-``good_spec`` has messages with a header, ``good_commands`` has commands and their replies.
+``good_spec`` has messages with a header, ``good_commands`` commands and their replies, ``good_packets``
+packets.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
 
 HERE = Path(__file__).parent
-PACKAGES = ("stagewire_tiny", "stagewire_turtle")
+PACKAGES = ("stagewire_tiny", "stagewire_turtle", "stagewire_carousel")
 
 
 @pytest.fixture(scope="session")
@@ -46,6 +47,27 @@ def commands_spec(tmp_path: Path, good_commands: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
+def overlaid_spec(good_spec: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The good specs of messages and of commands with overlays; not to be changed."""
+    folder = tmp_path_factory.mktemp("overlaid") / "spec"
+    for name in (good_spec.name, "good_commands", "good_overlays"):
+        shutil.copytree(HERE / name, folder, dirs_exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def overlaid(overlaid_spec: Path) -> dict[str, Protocol]:
+    """``PROTOCOL/OVERLAY`` -> the protocol with the overlay laid over."""
+    names = [f"{path.parents[1].name}/{path.name}" for path in overlaid_spec.glob("*/overlays/*")]
+    return {
+        name: protocol
+        for name in sorted(names)
+        for protocol in check(overlaid_spec, overlays=[name])
+        if name.startswith(f"{protocol.name}/")
+    }
+
+
+@pytest.fixture(scope="session")
 def commands(good_commands: Path) -> Protocol:
     return check(good_commands)[0]
 
@@ -54,6 +76,29 @@ def commands(good_commands: Path) -> Protocol:
 def command_files(commands: Protocol) -> dict[str, str]:
     """What is generated from the small good spec of commands."""
     return render([commands])
+
+
+@pytest.fixture(scope="session")
+def good_packets() -> Path:
+    """The small good spec of packets; not to be changed."""
+    return HERE / "good_packets"
+
+
+@pytest.fixture
+def packets_spec(tmp_path: Path, good_packets: Path) -> Path:
+    """A copy of the small good spec of packets."""
+    return Path(shutil.copytree(good_packets, tmp_path / "packets"))
+
+
+@pytest.fixture(scope="session")
+def packets(good_packets: Path) -> Protocol:
+    return check(good_packets)[0]
+
+
+@pytest.fixture(scope="session")
+def packet_files(packets: Protocol) -> dict[str, str]:
+    """What is generated from the small good spec of packets."""
+    return render([packets])
 
 
 @pytest.fixture(scope="session")

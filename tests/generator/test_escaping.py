@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import yaml
 
-from stagewire_generator import check, pipeline, render
+from stagewire_generator import check, checks, render
 
 ROOT = Path(__file__).parents[2]
 
@@ -278,7 +278,7 @@ def test_formatting_of_commands(
     imported: Callable[[Path], Any],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(pipeline, "check_errata", lambda *_: None)  # nothing of this is printed
+    monkeypatch.setattr(checks, "check_errata", lambda *_: None)  # nothing of this is printed
     for number, words in enumerate(["word ", "x", 'say "it" ', "字", "\\ "]):
         spec = Path(shutil.copytree(good_commands, tmp_path / "spec" / str(number)))
         many_commands(spec, words)

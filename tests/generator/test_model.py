@@ -246,7 +246,7 @@ def test_no_field_takes_a_name_of_the_runtime(spec: Path) -> None:
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert [d.message for d in caught.value.diagnostics if d.code == "SW023"] == [
-        f"LAMP: the field {name}" for name in MEMBERS
+        f"LAMP: the field {name} is reserved" for name in MEMBERS
     ]
 
 
@@ -260,7 +260,7 @@ def test_no_bit_takes_a_name_of_the_runtime(spec: Path) -> None:
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert sorted(d.message for d in caught.value.diagnostics) == [
-        f"lamp_bits: the bit {name}" for name in names
+        f"lamp_bits: the bit {name} is reserved" for name in names
     ]
 
 

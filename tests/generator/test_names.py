@@ -16,7 +16,7 @@ from stagewire_generator.diagnostics import SpecError
 HERE = Path(__file__).parent
 MODULES = {
     path.removeprefix("python/"): ast.parse(text)
-    for spec in ("good_spec", "good_commands")
+    for spec in ("good_spec", "good_commands", "good_packets")
     for path, text in render(check(HERE / spec)).items()
     if path.endswith(".py")
 }
@@ -83,21 +83,37 @@ def words(name: str) -> list[str]:
 KEPT = {"False", "None", "True"}
 
 
-@pytest.mark.parametrize("name", sorted(KEPT | imported(CHAPTERS, "messages/__init__.py")))
+OTHER_CHECKS = {"Sum", "Xor"}  # which the packets of the good spec have not
+
+
+@pytest.mark.parametrize(
+    "name", sorted(KEPT | OTHER_CHECKS | imported(CHAPTERS, "messages/__init__.py"))
+)
 def test_no_message_takes_the_name_of_what_its_module_imports(spec: Path, name: str) -> None:
     taken = "_".join(words(name)).upper()
     change(spec, "messages/extra.yaml", "  LAMP:\n", f'  "{taken}":\n')
     spelling = " ".join(words(name))
     change(spec, "messages/extra.yaml", "spelling: lamp\n", f'spelling: "{spelling}"\n')
-    assert refused(spec) == [f"{taken}: the class {name}"]
+    assert refused(spec) == [f"{taken}: the class {name} is reserved"]
 
 
 def test_what_is_imported_is_found() -> None:
-    """The base classes of both kinds of protocols, and what makes their protocol objects."""
+    """The base classes of all kinds of protocols, and what makes their protocol objects."""
     assert imported(CHAPTERS, "messages/__init__.py") >= {
-        "Command", "CommandProtocol", "Direction", "FramedMessage", "FramedProtocol", "Layout",
-        "Message", "Reply", "Self", "SetupCommand", "Struct",
+        "Command", "CommandProtocol", "Crc", "Direction", "FramedMessage", "FramedProtocol", "Layout",
+        "Message", "PacketMessage", "PacketProtocol", "Reply", "Self", "SetupCommand", "Shape", "Struct",
     }  # fmt: skip
+
+
+def test_underscores_divide_a_name_into_words_where_no_spelling_does(spec: Path) -> None:
+    """Of a message, and of a set with its members."""
+    spelled = check(spec)[0]
+    change(spec, "messages/extra.yaml", "    spelling: lamp test\n", "")
+    change(spec, "messages/core.yaml", "    spelling: mode\n", "")
+    [bare] = check(spec)
+    words = {message.name: message.words for message in bare.messages}
+    assert words == {message.name: message.words for message in spelled.messages}
+    assert [found.words for found in bare.sets] == [found.words for found in spelled.sets]
 
 
 @pytest.mark.parametrize("name", ["MESSAGES", "PROTOCOL"])
@@ -105,7 +121,7 @@ def test_no_message_takes_the_name_of_a_constant(spec: Path, name: str) -> None:
     """Words of one letter each make a class in capitals."""
     change(spec, "messages/extra.yaml", "  LAMP:\n", f"  {'_'.join(name)}:\n")
     change(spec, "messages/extra.yaml", "spelling: lamp\n", f"spelling: {' '.join(name.lower())}\n")
-    assert refused(spec) == [f"{'_'.join(name)}: the class {name}"]
+    assert refused(spec) == [f"{'_'.join(name)}: the class {name} is reserved"]
 
 
 @pytest.mark.parametrize("name", sorted(KEPT | imported("flags.py", CHAPTERS)))
@@ -114,7 +130,7 @@ def test_no_flag_table_takes_the_name_of_what_its_users_import(spec: Path, name:
     quoted = f'"{taken}"'
     change(spec, "messages/core.yaml", "  state_bits:\n", f"  {quoted}:\n")
     change(spec, "messages/core.yaml", "flags: state_bits,", f"flags: {quoted},")
-    assert refused(spec) == [f"{taken}: the class {name}"]
+    assert refused(spec) == [f"{taken}: the class {name} is reserved"]
 
 
 @pytest.mark.parametrize("name", sorted(KEPT | imported("enumerations.py")))
@@ -122,14 +138,14 @@ def test_no_enumeration_takes_the_name_of_what_its_module_imports(spec: Path, na
     taken = "_".join(words(name))
     change(spec, "messages/core.yaml", "  channel:\n", f'  "{taken}":\n')
     change(spec, "messages/core.yaml", "enum: channel", f'enum: "{taken}"')
-    assert refused(spec) == [f"{taken}: the class {name}"]
+    assert refused(spec) == [f"{taken}: the class {name} is reserved"]
 
 
 @pytest.mark.parametrize("name", sorted(KEPT | imported("stages.py")))
 def test_no_stage_takes_the_name_of_what_its_module_imports(spec: Path, name: str) -> None:
     change(spec, "stages.yaml", "  Slide:\n", f'  "{name}":\n')
     change(spec, "units.yaml", "stages: [Slide]", f'stages: ["{name}"]')
-    assert refused(spec) == [f"the stage {name}"]
+    assert refused(spec) == [f"the stage {name} is reserved"]
 
 
 def used_by_methods() -> Iterator[str]:
@@ -168,7 +184,9 @@ def test_no_field_takes_a_name_that_its_methods_use(spec: Path) -> None:
     assert {"cls", "draft", "raw", "int", "check_integer", "check_text", "check_bytes"} <= set(
         names
     )
-    assert refused(with_fields(spec, names)) == [f"LAMP: the field {name}" for name in names]
+    assert refused(with_fields(spec, names)) == [
+        f"LAMP: the field {name} is reserved" for name in names
+    ]
 
 
 FORMATS = {"u8": 1, "u16": 2, "u24": 3, "s24": 3, "char[3]": 3, "u8[2]": 2}
@@ -189,7 +207,7 @@ def test_no_field_of_a_command_takes_a_name_that_its_methods_use(
         f"size: {FORMATS[format] * len(names)}, {form}: {{fields: {{{fields}}}}}}}\n"
     )
     (commands_spec / "turtle" / "messages" / "more.yaml").write_text(text, encoding="utf-8")
-    assert refused(commands_spec) == [f"LOAD: the field {name}" for name in names]
+    assert refused(commands_spec) == [f"LOAD: the field {name} is reserved" for name in names]
 
 
 every_language = pytest.mark.parametrize(
@@ -200,10 +218,14 @@ every_language = pytest.mark.parametrize(
 @every_language
 def test_no_field_is_a_keyword(spec: Path, listed: str) -> None:
     names = sorted(name for name in listed.split() if name.islower())
-    assert refused(with_fields(spec, names)) == [f"LAMP: the field {name}" for name in names]
+    assert refused(with_fields(spec, names)) == [
+        f"LAMP: the field {name} is reserved" for name in names
+    ]
 
 
 @every_language
 def test_no_bit_is_a_keyword(spec: Path, listed: str) -> None:
     names = sorted(name for name in listed.split() if name.islower())
-    assert refused(with_bits(spec, names)) == [f"state_bits: the bit {name}" for name in names]
+    assert refused(with_bits(spec, names)) == [
+        f"state_bits: the bit {name} is reserved" for name in names
+    ]

@@ -185,6 +185,7 @@ _OURS = [
     "FramedMessage", "framed_message", "FramedProtocol", "framed_protocol", "CommandProtocol",
     "command_protocol", "undecided_message", "undocumented_message", "marks", "axis", "allow_dummy",
     "from_bytes", "to_bytes", "little", "M_E_S_S_A_G_E_S", "P_R_O_T_O_C_O_L", "quantities",
+    "PacketMessage", "packet_message", "packet_protocol", "Packet", "shape", "Shape", "crc", "sum", "xor",
 ]  # fmt: skip
 _SYSTEM = [
     "con",

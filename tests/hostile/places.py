@@ -37,6 +37,7 @@ ROOT = Path(__file__).parents[2]
 SCHEMAS = ROOT / "spec" / "schema"
 GOOD = ROOT / "tests" / "generator" / "good_spec"
 COMMANDS = ROOT / "tests" / "generator" / "good_commands"
+PACKETS = ROOT / "tests" / "generator" / "good_packets"
 MORE = Path(__file__).parent / "more_spec"
 
 KeyPath = tuple[str | int, ...]
@@ -79,7 +80,7 @@ class Place:
 def complete_spec() -> Files:
     """Return the good specs of the generator's tests, with all that they do not show."""
     files = {}
-    for folder in (GOOD, COMMANDS, MORE):
+    for folder in (GOOD, COMMANDS, PACKETS, MORE):
         for path in sorted(folder.rglob("*.yaml")):
             name = path.relative_to(folder).as_posix()
             files[name] = yaml.safe_load(path.read_text(encoding="utf-8"))

@@ -19,12 +19,14 @@ from stagewire.commands import Command, CommandFrame, CommandProtocol, Reply, Se
 from stagewire.errors import OutOfRangeError
 from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
 from stagewire.message import Message
+from stagewire.packets import Packet, PacketMessage, PacketProtocol
 
 sys.dont_write_bytecode = True
 
 
 AXIS = 1
-HEAD = {FramedMessage: 6, Command: 3, Reply: 0, SetupCommand: 2}  # bytes in front of the fields
+# bytes in front of the fields
+HEAD = {FramedMessage: 6, Command: 3, Reply: 0, SetupCommand: 2, PacketMessage: 0}
 
 
 def main() -> None:
@@ -61,6 +63,8 @@ def look_at(package: ModuleType, folder: str) -> Iterator[str]:
             yield from round_trip(package, kind, highest)
     if isinstance(package.PROTOCOL, CommandProtocol):
         yield from streamed(package.PROTOCOL)
+    if isinstance(package.PROTOCOL, PacketProtocol):
+        yield from streamed_packets(package.PROTOCOL)
     yield from registered(package)
 
 
@@ -89,7 +93,7 @@ def packed(message: Message) -> bytes:
         return message.pack(0x50, 0x01)
     if isinstance(message, Command):
         return message.pack(AXIS, allow_dummy=True)
-    assert isinstance(message, Reply | SetupCommand)
+    assert isinstance(message, Reply | SetupCommand | PacketMessage)
     return message.pack()
 
 
@@ -98,6 +102,8 @@ def decode(package: ModuleType, made: Message, raw: bytes) -> Any:
         return package.decode(raw, context=made.layout.when).message
     if isinstance(made, Reply):
         return package.PROTOCOL.decode_reply(raw, made.layout.message)
+    if isinstance(made, PacketMessage):
+        return package.decode(in_packet(package.PROTOCOL, made).encode()).message
     return package.decode(raw).message
 
 
@@ -115,6 +121,19 @@ def streamed(protocol: CommandProtocol) -> Iterator[str]:
     found = [getattr(event, "frame", event) for event in protocol.framer().feed(stream)]
     if found != frames:
         yield f"a stream of {frames} is read as {found}"
+
+
+def in_packet(protocol: PacketProtocol, message: PacketMessage) -> Packet:
+    return Packet(message, AXIS if protocol.shape.address else None)
+
+
+def streamed_packets(protocol: PacketProtocol) -> Iterator[str]:
+    """Look at a stream of all messages."""
+    packets = [in_packet(protocol, example(kind, True)) for kind in protocol.messages]
+    stream = b"".join(packet.encode() for packet in packets)
+    found = [getattr(event, "packet", event) for event in protocol.framer().feed(stream)]
+    if found != packets:
+        yield f"a stream of {packets} is read as {found}"
 
 
 def example(kind: type[Message], highest: bool) -> Any:

@@ -19,7 +19,7 @@ from outputs import faults, ruff, run_packages, write_tree
 from payloads import NAMES
 from places import Files, write
 
-from stagewire_generator import check, pipeline, render
+from stagewire_generator import check, checks, render
 from stagewire_generator.diagnostics import Diagnostic, SpecError
 from stagewire_generator.lint import check_errata
 from stagewire_generator.model import Protocol
@@ -41,12 +41,12 @@ KEYWORDS = PYTHON | {
     "union", "unsigned", "using", "virtual", "void", "volatile", "wchar_t", "while", "xor", "xor_eq",
 }  # fmt: skip
 MEMBERS = {
-    "layout", "pack", "unpack", "values", "keep", "replace", "data", "mro", "reply", "marks"
+    "layout", "pack", "unpack", "values", "keep", "replace", "data", "mro", "reply", "marks", "shape",
 }  # fmt: skip
 CLASSES = {
     "MESSAGE", "LAYOUT", "NONE", "TRUE", "FALSE", "COMMAND", "REPLY", "SETUP_COMMAND", "FRAMED_MESSAGE",
     "FRAMED_PROTOCOL", "COMMAND_PROTOCOL", "UNDECIDED_MESSAGE", "UNDOCUMENTED_MESSAGE",
-    "M_E_S_S_A_G_E_S", "P_R_O_T_O_C_O_L",
+    "M_E_S_S_A_G_E_S", "P_R_O_T_O_C_O_L", "PACKET_MESSAGE", "PACKET_PROTOCOL", "SHAPE", "CRC", "SUM", "XOR",
 }  # fmt: skip
 
 
@@ -319,6 +319,42 @@ def axes(chapter: Json, names: list[str]) -> None:
     chapter["enumerations"] = {"word": {"page": 3, "values": values}}
 
 
+# Names of what a protocol of packets has
+
+
+def packeted(entries: Callable[[list[str]], Iterator[tuple[str, Json]]]) -> Any:
+    """Return what fills one more chapter of the packets; there are only so many ids."""
+
+    def fill(spec: Spec, names: list[str]) -> None:
+        messages = {
+            name: {
+                "id": number, "page": 3, "spelling": name.lower().replace("_", " "),
+                "direction": "both", "summary": "Has a name.", **entry,
+            }
+            for number, (name, entry) in enumerate(entries(names), 0x41)
+        }  # fmt: skip
+        head = {"chapter": "words", "title": "Words", "page": 3, "order": 9}
+        spec.files["carousel/messages/words.yaml"] = {**head, "messages": messages}
+
+    return fill
+
+
+def payload_of(field: Json, size: int) -> Any:
+    @packeted
+    def entries(names: list[str]) -> Iterator[tuple[str, Json]]:
+        for number, part in enumerate(few(names, 32 // size)):
+            fields = dict.fromkeys(part, field)
+            yield f"W{number}", {"data": {"length": size * len(part), "fields": fields}}
+
+    return entries
+
+
+@packeted
+def packets(names: list[str]) -> Iterator[tuple[str, Json]]:
+    for name in names:
+        yield name, {"header": {}}
+
+
 def chapters(spec: Spec, names: list[str]) -> None:
     for number, name in enumerate(names):
         message = {
@@ -380,16 +416,23 @@ KINDS: dict[str, tuple[Callable[[Spec, list[str]], None], list[str], set[str]]] 
     "commands": (commands, OURS_FIRST[:150], CLASSES),
     "setup commands": (setup_commands, OURS_FIRST[:150], CLASSES),
     "axes": (axes, CAPITALS[:150], set()),
+    "integers of a payload": (payload_of({"format": "s24"}, 3), SNAKE, KEYWORDS | MEMBERS),
+    "bytes of a payload": (payload_of({"format": "u8[2]"}, 2), SNAKE, KEYWORDS | MEMBERS),
+    "flags of a payload": (
+        payload_of({"format": "u16", "flags": "state_bits"}, 2), SNAKE, KEYWORDS | MEMBERS,
+    ),
+    "packets": (packets, OURS_FIRST[:150], CLASSES),
     "chapters": (chapters, SNAKE, PYTHON | {"con", "nul", "aux", "com1", "decode", "tuple"}),
 }  # fmt: skip
 
 
 def named(diagnostic: Diagnostic, folder: Path) -> set[str]:
-    """Return the names that a diagnostic may mean: at its place, and at the end of its message."""
+    """Return the names that a diagnostic may mean: at its place, and at both ends of its message."""
     lines = (folder / diagnostic.place.file).read_text(encoding="utf-8").splitlines()
     line = lines[diagnostic.place.line - 1].strip().rstrip(",")
     at = re.findall(r'"([^"]*)"', line)
-    return {*at, *diagnostic.message.split(" ")[-1:], *diagnostic.message.split(" ")[:1]}
+    words = re.sub(r" (is reserved|are too alike)$", "", diagnostic.message).split(" ")
+    return {*at, words[-1], words[0]}
 
 
 def settle(
@@ -420,7 +463,7 @@ Settled = dict[str, tuple[dict[str, str], list[str]]]
 def settled(quick_reading: None, files: Files, tmp_path_factory: pytest.TempPathFactory) -> Settled:
     base = tmp_path_factory.mktemp("names")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pipeline, "check_errata", witness_of_messages_only)
+        patch.setattr(checks, "check_errata", witness_of_messages_only)
         return {
             kind: settle(fill, names, files, base / str(number))
             for number, (kind, (fill, names, _)) in enumerate(KINDS.items())
@@ -464,7 +507,7 @@ def test_what_is_left_works(settled: Settled, tmp_path: Path) -> None:
 def test_names_arrive(settled: Settled) -> None:
     """A name that is allowed is not changed."""
     for kind, (tree, names) in settled.items():
-        texts = tree["registry/tiny.json"] + tree["registry/turtle.json"]
+        texts = "".join(tree[f"registry/{name}.json"] for name in ("tiny", "turtle", "carousel"))
         for name in names:
             shown = f"data:{name}" if kind == "forms" else name
             if kind != "blocks":  # which are gone once they are followed
@@ -489,13 +532,15 @@ def test_names_arrive(settled: Settled) -> None:
         ("commands", ["FOO", "FOO_REPLY"]),
         ("integers of a reply", ["a_bc", "ab_c"]),
         ("axes", ["A_BC", "AB_C"]),
+        ("packets", ["A_BC", "AB_C"]),
+        ("integers of a payload", ["a_bc", "ab_c"]),
     ],
     ids=str,
 )
 def test_names_that_fall_together(
     files: Files, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, pair: list[str]
 ) -> None:
-    monkeypatch.setattr(pipeline, "check_errata", witness_of_messages_only)
+    monkeypatch.setattr(checks, "check_errata", witness_of_messages_only)
     spec = Spec(files)
     KINDS[kind][0](spec, pair)
     with pytest.raises(SpecError) as caught:

@@ -29,7 +29,7 @@ def general_columns(task: Task) -> list[Column]:
     return [
         Column("offset", "uint64"),
         *(Column(name, "string") for name in ("event", "message", "form")),
-        *(Column(name, "uint8") for name in task.addresses),
+        *task.addresses,
         *(Column(name, "string") for name in ("fields", "extra", "data", "hex", "error")),
     ]
 

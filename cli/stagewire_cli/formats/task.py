@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from stagewire.commands import CommandFrame, CommandProtocol
 from stagewire.errors import CodecError
 from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Event
 from stagewire.message import Message
+from stagewire.packets import PacketProtocol
 from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.formats.typed import CommandRows, FrameRows, TypedRows
-from stagewire_cli.hints import hints_for_frame
+from stagewire_cli.formats.sink import Column
+from stagewire_cli.formats.typed import FrameRows, MessageRows, TypedRows, integer_type
+from stagewire_cli.hints import hints_for_frame, hints_for_packet
 from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.codec.base import Reader
 
-__all__ = ["CommandTask", "FramedTask", "Task"]
+__all__ = ["CommandTask", "FramedTask", "PacketTask", "Task"]
 
 
 class Task(abc.ABC):
@@ -30,8 +32,8 @@ class Task(abc.ABC):
     :param only: the one message class that is wanted; None for everything.
     """
 
-    addresses: ClassVar[tuple[str, ...]]
-    """What says whom a message is for: attributes of what is decoded, and columns of a table."""
+    addresses: tuple[Column, ...]
+    """What says whom a message is for: columns of a table, named as attributes of what is decoded."""
 
     def __init__(
         self, protocol: Protocol, request: Mapping[str, Any], only: type[Message] | None = None
@@ -62,7 +64,7 @@ class Task(abc.ABC):
 
     def addressed(self, decoded: Decoded) -> tuple[int | None, ...]:
         """Return the values of :attr:`addresses`; None for what it has not."""
-        return tuple(getattr(decoded, name, None) for name in self.addresses)
+        return tuple(getattr(decoded, column.name, None) for column in self.addresses)
 
     def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
         """Yield what may be behind the refusal of bytes, as far as it shows."""
@@ -83,7 +85,7 @@ class FramedTask(Task):
     """
 
     protocol: FramedProtocol
-    addresses = ("dest", "source")
+    addresses = (Column("dest", "uint8"), Column("source", "uint8"))
 
     def __init__(
         self,
@@ -111,7 +113,7 @@ class CommandTask(Task):
     """
 
     protocol: CommandProtocol
-    addresses = ("axis",)
+    addresses = (Column("axis", "uint8"),)
 
     def __init__(
         self,
@@ -139,6 +141,25 @@ class CommandTask(Task):
             return False
         return super().wants(decoded)
 
-    def typed_rows(self) -> CommandRows:
+    def typed_rows(self) -> MessageRows:
         """Return rows with the columns that the registry gives."""
-        return CommandRows(self)
+        return MessageRows(self)
+
+
+class PacketTask(Task):
+    """Packets, which may have an address."""
+
+    protocol: PacketProtocol
+
+    def __init__(self, protocol: PacketProtocol, only: type[Message] | None = None) -> None:
+        super().__init__(protocol, {}, only)
+        size = protocol.shape.address
+        self.addresses = (Column("address", integer_type(False, size)),) if size else ()
+
+    def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
+        """Yield what may be behind the refusal of a packet."""
+        return hints_for_packet(self.protocol, raw, error)
+
+    def typed_rows(self) -> MessageRows:
+        """Return rows with the columns that the registry gives."""
+        return MessageRows(self)

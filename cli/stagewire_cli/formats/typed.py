@@ -18,9 +18,9 @@ from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.registry import Json, registry_of
 
 if TYPE_CHECKING:
-    from stagewire_cli.formats.task import CommandTask
+    from stagewire_cli.formats.task import Task
 
-__all__ = ["CommandRows", "FrameRows", "TypedRows"]
+__all__ = ["FrameRows", "MessageRows", "TypedRows", "integer_type"]
 
 _STRINGS: Final = {Kind.TEXT: "string", Kind.BYTES: "binary"}
 _KINDS: Final = {kind.name.lower(): type for kind, type in _STRINGS.items()}
@@ -61,7 +61,7 @@ class FrameRows(TypedRows):
         self, protocol: FramedProtocol, context: Mapping[str, str] | None, only: type[Message]
     ) -> None:
         fields = [Column(place.name, _type_of_place(place)) for place in shape_of(only).places]
-        self.columns = _columns(("dest", "source"), fields)
+        self.columns = _columns((Column("dest", "uint8"), Column("source", "uint8")), fields)
         self._sorter = Sorter(protocol, context, only=[only])
         self._frames = self._sorter.frames.setdefault(only, Frames(only))
 
@@ -89,10 +89,10 @@ class FrameRows(TypedRows):
         self._frames.clear()
 
 
-class CommandRows(TypedRows):
-    """Commands or replies: offset, axis, fields, and bytes that a controller ignores."""
+class MessageRows(TypedRows):
+    """Commands, replies or packets: offset, axis or address, fields, and bytes beyond the layout."""
 
-    def __init__(self, task: CommandTask) -> None:
+    def __init__(self, task: Task) -> None:
         assert task.only is not None
         self._task = task
         layout = task.only.layout
@@ -105,7 +105,7 @@ class CommandRows(TypedRows):
         return len(self._rows)
 
     def take(self, offset: int, events: Iterable[Event]) -> None:
-        """Add the commands that are wanted."""
+        """Add the messages that are wanted."""
         for event in events:
             decoded = self._task.found(event)
             if decoded is not None and self._task.wants(decoded):
@@ -113,7 +113,7 @@ class CommandRows(TypedRows):
             offset += len(event.raw)
 
     def append(self, offset: int, raw: bytes, decoded: Decoded) -> None:
-        """Add a command or a reply."""
+        """Add a message."""
         fields = message_of(decoded).values().values()
         extra = getattr(decoded, "extra", None) or None  # a reply has none
         self._rows.append((offset, *self._task.addressed(decoded), *fields, extra))
@@ -127,19 +127,18 @@ class CommandRows(TypedRows):
         self._rows.clear()
 
 
-def _columns(addresses: Iterable[str], fields: Iterable[Column]) -> list[Column]:
-    around = [Column("offset", "uint64"), *(Column(name, "uint8") for name in addresses)]
-    return [*around, *fields, Column("extra", "binary")]
+def _columns(addresses: Iterable[Column], fields: Iterable[Column]) -> list[Column]:
+    return [Column("offset", "uint64"), *addresses, *fields, Column("extra", "binary")]
 
 
 def _type_of_place(place: Place) -> str:
-    return _STRINGS.get(place.kind) or _integer(place.kind is Kind.SIGNED, place.size)
+    return _STRINGS.get(place.kind) or integer_type(place.kind is Kind.SIGNED, place.size)
 
 
 def _type_of_field(field: Json) -> str:
-    return _KINDS.get(field["kind"]) or _integer(field["signed"], field["size"])
+    return _KINDS.get(field["kind"]) or integer_type(field["signed"], field["size"])
 
 
-def _integer(signed: bool, size: int) -> str:
+def integer_type(signed: bool, size: int) -> str:
     """Return the narrowest machine integer that holds ``size`` bytes."""
     return f"{'' if signed else 'u'}int{8 << (size - 1).bit_length()}"

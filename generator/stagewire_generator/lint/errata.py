@@ -6,32 +6,47 @@ difference and no worked example bears out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness import Comparison, compare_witness
-from stagewire_generator.model import Protocol
+from stagewire_generator.model import Erratum, Protocol
 from stagewire_generator.strict_yaml import Document
 
 __all__ = ["check_errata"]
 
 
 def check_errata(
-    protocol: Protocol, files: Mapping[str, list[Document]], diagnostics: Diagnostics
+    protocol: Protocol,
+    files: Mapping[str, list[Document]],
+    diagnostics: Diagnostics,
+    overlay: str = "",
 ) -> Comparison:
-    """Hold witness, registry, errata and examples against each other."""
-    comparison = compare_witness(protocol, files.get("printed", []))
+    """Hold witness, registry, errata and examples against each other.
+
+    :param files: of the protocol, or of the overlay.
+    :param overlay: whose document is looked at, with the errata that it has; without it that of the protocol
+        itself. An overlay may have a witness, and then has all its messages there.
+    """
+    printed = files.get("printed", [])
+    witness = bool(printed) if overlay else files["protocol"][0].data.get("witness", True)
+    for document in () if witness else printed:
+        what = "protocol.yaml has `witness: false`: nothing is printed"
+        diagnostics.add(document.place(), "SW046", what)
+    comparison = compare_witness(protocol, printed if witness else [], overlay)
+    errata = [erratum for erratum in protocol.errata if erratum.overlay == overlay]
     claimed: dict[str, str] = {}
-    for erratum in protocol.errata:
+    for erratum in errata:
         for place in erratum.places:
             if place in claimed:
                 diagnostics.add(
-                    erratum.place, "SW045", f"{erratum.id} and {claimed[place]}: {place}"
+                    erratum.place, "SW045", f"{erratum.id} and {claimed[place]} both claim {place}"
                 )
             claimed[place] = erratum.id
             if place not in comparison.differences:
-                diagnostics.add(erratum.place, "SW042", f"{erratum.id}: {place}")
+                what = f"{erratum.id}: document and registry agree at {place}"
+                diagnostics.add(erratum.place, "SW042", what)
     for place, difference in sorted(comparison.differences.items()):
         if place not in claimed:
             diagnostics.add(
@@ -40,24 +55,30 @@ def check_errata(
                 f"{place}: printed {difference.printed!r}, registry {difference.encoded!r}",
             )
     referred = _referred(protocol, files, diagnostics)
-    unborne = [e for e in protocol.errata if not e.places and e.id not in referred]
+    unborne = [e for e in errata if not e.places and e.id not in referred]
     if unborne and not files.get("examples"):
         what = f"{len(unborne)} errata rest on worked examples, and there are none"
         hint = f"put conformance/examples/{protocol.name}.yaml beside the spec"
+        if overlay:
+            hint = f"put examples.yaml into the folder of the overlay {overlay}"
         diagnostics.add(unborne[0].place, "SW006", what, hint)
         unborne = []
     for erratum in unborne:
-        diagnostics.add(erratum.place, "SW041", erratum.id)
-    _known(protocol, diagnostics)
+        what = f"{erratum.id} names no place, and no worked example refers to it"
+        diagnostics.add(erratum.place, "SW041", what)
+    _known(protocol, errata, diagnostics)
     for at, name in comparison.unknown:
         diagnostics.add(at, "SW044", f"{name} is in no chapter of the registry")
-    for message in protocol.messages:
-        if message.name not in comparison.witnessed:
+    for at, part in comparison.misplaced:
+        hint = "this framing has nothing to compare it with; remove it"
+        diagnostics.add(at, "SW038", part, hint)
+    for message in protocol.messages if witness else ():
+        if message.overlay == overlay and message.name not in comparison.witnessed:
             diagnostics.add(message.place, "SW043", f"{message.name} is nowhere in printed/")
     return comparison
 
 
-def _known(protocol: Protocol, diagnostics: Diagnostics) -> None:
+def _known(protocol: Protocol, errata: Iterable[Erratum], diagnostics: Diagnostics) -> None:
     """Look for the messages and fields that errata name."""
     messages = {message.name for message in protocol.messages}
     fields = {
@@ -67,7 +88,7 @@ def _known(protocol: Protocol, diagnostics: Diagnostics) -> None:
         for layout in message.layouts
         for field in layout.all_fields
     }
-    for erratum in protocol.errata:
+    for erratum in errata:
         for name in erratum.messages:
             if name not in messages:
                 what = f"{erratum.id}: no message is named {name}"

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.lint.packets import check_packets
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.strict_yaml import Document
 
 __all__ = ["check_framing"]
 
-_KINDS = {"header": ("message",), "slots": ("command", "setup")}
+_KINDS = {"header": ("message",), "slots": ("command", "setup"), "packet": ("message",)}
 _SHOWN = {"message": "a message", "command": "a command", "setup": "a setup command"}
 
 
 def check_framing(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
-    """Check the kind of every message, and the byte and the size of every command.
+    """Check the kind of every message, and what commands and packets ask of their framing.
 
     :param head: the file of the protocol, for the places of what is wrong in it.
     """
@@ -23,8 +26,13 @@ def check_framing(protocol: Protocol, head: Document, diagnostics: Diagnostics) 
         if message.kind not in kinds:
             what = f"{message.name} is {_SHOWN[message.kind]}, and the framing has kind {framing['kind']}"
             diagnostics.add(message.place, "SW038", what)
-    if framing["kind"] != "slots":
-        return
+    if check := _RULES.get(framing["kind"]):
+        check(protocol, head, diagnostics)
+
+
+def _slots(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
+    """Check the bytes that mark commands, and the byte and the size of every command."""
+    framing = protocol.framing
     place = head.place("framing")
     if framing["prefix"] == framing["terminator"]:
         what = f"{framing['prefix']:#04x} is the prefix and the terminator"
@@ -58,3 +66,10 @@ def _size(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> Non
     if (message.size or 0) == protocol.framing["terminator"]:  # 0 is what the other form has
         what = f"{message.name}: the size {message.size or 0} is the terminator"
         diagnostics.add(message.place, "SW038", what, "it would be read as a slot that is left out")
+
+
+# Kinds of framing that have rules of their own
+_RULES: dict[str, Callable[[Protocol, Document, Diagnostics], None]] = {
+    "slots": _slots,
+    "packet": check_packets,
+}

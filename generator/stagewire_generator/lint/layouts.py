@@ -10,6 +10,12 @@ from stagewire_generator.model import Field, Layout, Message, Protocol
 __all__ = ["check_layouts"]
 
 _SIZES = (1, 2, 3, 4, 8)
+# kind of framing -> the cure where no context can be given
+_NO_CONTEXT = {"packet": "give them different lengths: nothing else tells packets apart"}
+_REPLACE = (
+    "to replace the message of the protocol, give the new one its name and list it under `overrides` in "
+    "overlay.yaml; else one of the ids is wrong"
+)
 
 
 def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
@@ -53,16 +59,18 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
 
 
 def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    seen: dict[tuple[str, int], str] = {}  # setup commands have bytes of their own
+    seen: dict[tuple[str, int], Message] = {}  # setup commands have bytes of their own
     for message in protocol.messages:
         if message.id is None:
             continue
         key = message.kind, message.id
-        if key in seen:
-            digits = 4 if message.kind == "message" else 2  # of commands it is one byte
-            what = f"{message.name} and {seen[key]}: 0x{message.id:0{digits}x}"
-            diagnostics.add(message.place, "SW030", what)
-        seen[key] = message.name
+        if other := seen.get(key):
+            what = (
+                f"{message.name} and {other.name} have the id 0x{message.id:0{protocol.id_digits}x}"
+            )
+            one_is_laid_over = bool(message.overlay) is not bool(other.overlay)
+            diagnostics.add(message.place, "SW030", what, _REPLACE if one_is_laid_over else "")
+        seen[key] = message
 
 
 def _undocumented(message: Message, diagnostics: Diagnostics) -> None:
@@ -97,6 +105,7 @@ def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnost
                 layouts[-1].place,
                 "SW032",
                 f"{message.name}: {forms} have {length} bytes each and no context decides",
+                _NO_CONTEXT.get(protocol.framing["kind"], ""),
             )
 
 

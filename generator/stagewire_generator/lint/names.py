@@ -30,16 +30,17 @@ _CPP_KEYWORDS = frozenset({  # C++20, beyond those of C
 })  # fmt: skip
 _MEMBERS = frozenset({
     "layout", "unpack", "pack", "values", "replace", "keep", "shared", "mro", "data", "param1",
-    "param2", "reply", "marks"
+    "param2", "reply", "marks", "shape"
 })  # fmt: skip
 # What the modules of a generated package import, beside what Python keeps.
 _KEPT = frozenset({"False", "None", "True"})
 _IN_CHAPTERS = _KEPT | frozenset({
-    "Command", "Direction", "FramedMessage", "Layout", "Reply", "Self", "SetupCommand", "Struct",
-    "UndecidedMessage", "UndocumentedMessage"
+    "Command", "Direction", "FramedMessage", "Layout", "PacketMessage", "Reply", "Self",
+    "SetupCommand", "Struct", "UndecidedMessage", "UndocumentedMessage"
 })  # fmt: skip
 _IN_MESSAGES = _IN_CHAPTERS | frozenset({
-    "CommandProtocol", "FramedProtocol", "MESSAGES", "Message", "PROTOCOL"
+    "CommandProtocol", "Crc", "FramedProtocol", "MESSAGES", "Message", "PROTOCOL", "PacketProtocol",
+    "Shape", "Sum", "Xor"
 })  # fmt: skip
 _IN_FLAGS = _IN_CHAPTERS | frozenset({"Bit", "Flags"})
 _IN_ENUMERATIONS = _KEPT | frozenset({"Enumeration"})
@@ -74,23 +75,29 @@ def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
             for field in layout.all_fields:
                 unnamed = field.role == "constant" and field.name in ("param1", "param2")
                 if (field.name in _RESERVED or field.name in _MEMBERS) and not unnamed:
-                    diagnostics.add(field.place, "SW023", f"{message.name}: the field {field.name}")
+                    diagnostics.add(
+                        field.place, "SW023", f"{message.name}: the field {field.name} is reserved"
+                    )
                 folded = field.name.replace("_", "").lower()
                 if folded in seen:
                     diagnostics.add(
-                        field.place, "SW022", f"{message.name}: {field.name} and {seen[folded]}"
+                        field.place,
+                        "SW022",
+                        f"{message.name}: {field.name} and {seen[folded]} are too alike",
                     )
                 seen[folded] = field.name
                 flags = field.name.removesuffix("_flags")
                 if flags != field.name and flags in with_flags:
-                    what = f"{message.name}: {field.name} and the bits of {flags}"
+                    what = f"{message.name}: {field.name} is what the bits of {flags} are called"
                     diagnostics.add(field.place, "SW022", what)
     for enumeration in protocol.enumerations:
         names = [value.name for value in enumeration.values]
         _distinct(names, f"the values of {enumeration.name}", enumeration.place, diagnostics)
         for name in names:
             if name in _RESERVED or name == "mro":
-                diagnostics.add(enumeration.place, "SW023", f"{enumeration.name}: the value {name}")
+                diagnostics.add(
+                    enumeration.place, "SW023", f"{enumeration.name}: the value {name} is reserved"
+                )
     for table in protocol.flags:
         names = [bit.name for bit in table.bits]
         _distinct(names, f"the bits of {table.name}", table.place, diagnostics)
@@ -100,7 +107,7 @@ def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 or hasattr(int, name)
                 or name in ("bits", "of", "names", "unnamed")
             ):
-                diagnostics.add(table.place, "SW023", f"{table.name}: the bit {name}")
+                diagnostics.add(table.place, "SW023", f"{table.name}: the bit {name} is reserved")
 
 
 def _distinct(names: Iterable[str], what: str, place: Place, diagnostics: Diagnostics) -> None:
@@ -108,7 +115,7 @@ def _distinct(names: Iterable[str], what: str, place: Place, diagnostics: Diagno
     for name in names:
         folded = name.replace("_", "").lower()
         if folded in seen:
-            diagnostics.add(place, "SW022", f"{what}: {name} and {seen[folded]}")
+            diagnostics.add(place, "SW022", f"{what}: {name} and {seen[folded]} are too alike")
         seen[folded] = name
 
 
@@ -122,31 +129,35 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
     ):
         folded = name.replace("_", "").lower()
         if folded in seen and seen[folded] != name:
-            diagnostics.add(place, "SW022", f"{name} and {seen[folded]}")
+            diagnostics.add(place, "SW022", f"{name} and {seen[folded]} are too alike")
         seen[folded] = name
     classes: dict[str, str] = {}
     for table in protocol.flags:
         name = camel(table.name)
         classes[name] = table.name  # its users import it beside the messages
         if name in _IN_FLAGS:
-            diagnostics.add(table.place, "SW023", f"{table.name}: the class {name}")
+            diagnostics.add(table.place, "SW023", f"{table.name}: the class {name} is reserved")
     for enumeration in protocol.enumerations:
         name = camel(enumeration.name)
         if name in _IN_ENUMERATIONS:
-            diagnostics.add(enumeration.place, "SW023", f"{enumeration.name}: the class {name}")
+            diagnostics.add(
+                enumeration.place, "SW023", f"{enumeration.name}: the class {name} is reserved"
+            )
     for message in protocol.messages:
         for name in _class_names(message):
             if name in _IN_MESSAGES:
-                diagnostics.add(message.place, "SW023", f"{message.name}: the class {name}")
+                diagnostics.add(
+                    message.place, "SW023", f"{message.name}: the class {name} is reserved"
+                )
             if name in classes:
-                what = f"{message.name} and {classes[name]}: the class {name}"
+                what = f"{message.name} and {classes[name]} would both be the class {name}"
                 if classes[name] == message.name:
                     what = f"{message.name}: two of its forms are the class {name}"
                 diagnostics.add(message.place, "SW022", what)
             classes[name] = message.name
     for stage in protocol.stages:
         if stage.name in _IN_STAGES:
-            diagnostics.add(stage.place, "SW023", f"the stage {stage.name}")
+            diagnostics.add(stage.place, "SW023", f"the stage {stage.name} is reserved")
     _apart([(stage.name, stage.place) for stage in protocol.stages], diagnostics)
 
 
@@ -156,7 +167,7 @@ def _apart(named: Iterable[tuple[str, Place]], diagnostics: Diagnostics) -> None
     for name, place in named:
         folded = name.lower()
         if folded in seen:
-            diagnostics.add(place, "SW022", f"{name} and {seen[folded]}")
+            diagnostics.add(place, "SW022", f"{name} and {seen[folded]} are too alike")
         seen[folded] = name
 
 

@@ -11,7 +11,7 @@ from stagewire_generator.strict_yaml import Document, KeyPath
 
 __all__ = ["check_pages"]
 
-_KINDS = ("protocol", "quantities", "stages", "units", "messages", "errata")
+_KINDS = ("protocol", "overlay", "quantities", "stages", "units", "messages", "errata")
 _ROLES = {"set", "req", "get"}
 
 

@@ -60,6 +60,7 @@ def _define_command(
         size=size,
         dummy=entry.get("dummy", False),
         firmware=firmware(entry),
+        overlay=document.overlay,
     )
     add_message(tables, message)
 

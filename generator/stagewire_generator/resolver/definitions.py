@@ -18,22 +18,30 @@ __all__ = ["define_blocks", "define_chapters", "define_enumerations", "define_fl
 
 
 def define_chapters(tables: Tables) -> None:
-    """Fill the table of chapters; files that share a chapter describe it alike."""
+    """Fill the table of chapters; files that share one describe it alike, or leave it to another."""
     for document in tables.files.get("messages", []):
         data, place = document.data, document.place("chapter")
         name = data["chapter"]
         if not can_name_chapter(name):
-            tables.diagnostics.add(place, "SW023", f"{name} as the name of a module")
-        chapter = Chapter(name, data["title"], data["page"], data["order"], data.get("summary", ""))
+            tables.diagnostics.add(place, "SW023", f"{name} is reserved as the name of a module")
+        if "title" not in data:
+            continue
+        summary, overlay = data.get("summary", ""), document.overlay
+        chapter = Chapter(name, data["title"], data["page"], data["order"], summary, overlay)
         if tables.chapters.setdefault(name, chapter) != chapter:
             what = f"the chapter {name} is described otherwise in another file"
             tables.diagnostics.add(place, "SW020", what)
+    for document in tables.files.get("messages", []):
+        name, place = document.data["chapter"], document.place("chapter")
+        if name not in tables.chapters:
+            what, hint = f"no file describes the chapter {name}", "give its title, page and order"
+            tables.diagnostics.add(place, "SW021", what, hint)
 
 
 def define_enumerations(tables: Tables) -> None:
     """Fill the table of enumerations."""
     entries = tables.entries("messages", "enumerations", tables.enumerations)
-    for _, name, entry, place in entries:
+    for document, name, entry, place in entries:
         values = tuple(
             EnumValue(
                 key,
@@ -45,12 +53,14 @@ def define_enumerations(tables: Tables) -> None:
             for key, value in entry["values"].items()
         )
         summary = entry.get("summary", "")
-        tables.enumerations[name] = Enumeration(name, entry["page"], summary, values, place)
+        tables.enumerations[name] = Enumeration(
+            name, entry["page"], summary, values, place, document.overlay
+        )
 
 
 def define_flags(tables: Tables) -> None:
     """Fill the table of flag tables; one of an unknown format is left out."""
-    for _, name, entry, place in tables.entries("messages", "flags", tables.flags):
+    for document, name, entry, place in tables.entries("messages", "flags", tables.flags):
         format = tables.format(entry["format"], place)
         if format is None:
             continue
@@ -58,7 +68,9 @@ def define_flags(tables: Tables) -> None:
             FlagBit(key, bit["bit"], bit.get("note", "")) for key, bit in entry["bits"].items()
         )
         summary = entry.get("summary", "")
-        tables.flags[name] = FlagTable(name, entry["page"], summary, format, bits, place)
+        tables.flags[name] = FlagTable(
+            name, entry["page"], summary, format, bits, place, document.overlay
+        )
 
 
 def define_blocks(tables: Tables) -> None:

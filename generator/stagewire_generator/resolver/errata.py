@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from stagewire_generator.diagnostics import Place
@@ -13,29 +14,35 @@ __all__ = ["define_errata", "with_errata"]
 
 def define_errata(tables: Tables) -> None:
     """Fill the table of errata, and that of the messages and fields that they name."""
-    for _, id, entry, place in tables.entries("errata", "errata", tables.errata):
-        erratum = _erratum(id, entry, place)
+    for document, id, entry, place in tables.entries("errata", "errata", tables.errata):
+        erratum = _erratum(id, entry, place, document.overlay)
         tables.errata[id] = erratum
         for name in (*erratum.messages, *erratum.fields):
             tables.errata_of.setdefault(name, set()).add(id)
 
 
 def with_errata(tables: Tables, message: Message) -> Message:
-    """Return the message with its errata and those of its fields, which name it or its set."""
+    """Return the message with its errata and those of its fields, which name it or its set.
+
+    What the document of the protocol says wrongly of a message that an overlay replaces is not said
+    of the message that takes its place.
+    """
     owners = {message.name} | ({message.set[0]} if message.set else set())
-    return replace(
-        message,
-        layouts=tuple(_layout_with_errata(tables, layout, owners) for layout in message.layouts),
-        errata=tuple(sorted(tables.errata_of.get(message.name, ()))),
-    )
 
+    def of(*names: str) -> tuple[str, ...]:
+        found = {id for name in names for id in tables.errata_of.get(name, ())}
+        own = {id for id in found if message.overlay in ("", tables.errata[id].overlay)}
+        return tuple(sorted(own))
 
-def _layout_with_errata(tables: Tables, layout: Layout, owners: set[str]) -> Layout:
     def marked(field: Field) -> Field:
-        names = [f"{owner}.{field.name}" for owner in owners]
-        found = tuple(sorted({id for name in names for id in tables.errata_of.get(name, ())}))
+        found = of(*(f"{owner}.{field.name}" for owner in owners))
         return replace(field, errata=found) if found else field
 
+    layouts = tuple(_with_fields(layout, marked) for layout in message.layouts)
+    return replace(message, layouts=layouts, errata=of(message.name))
+
+
+def _with_fields(layout: Layout, marked: Callable[[Field], Field]) -> Layout:
     return replace(
         layout,
         param1=layout.param1 and marked(layout.param1),
@@ -44,7 +51,7 @@ def _layout_with_errata(tables: Tables, layout: Layout, owners: set[str]) -> Lay
     )
 
 
-def _erratum(id: str, entry: Json, place: Place) -> Erratum:
+def _erratum(id: str, entry: Json, place: Place, overlay: str) -> Erratum:
     return Erratum(
         id=id,
         pages=tuple(entry["pages"]),
@@ -58,4 +65,5 @@ def _erratum(id: str, entry: Json, place: Place) -> Erratum:
         origin=entry["origin"],
         places=tuple(entry.get("places", ())),
         place=place,
+        overlay=overlay,
     )

@@ -72,5 +72,6 @@ def resolve_field(
         constant=entry.get("constant", entry.get("value")),
         flags_by_unit=by_unit,
         note=entry.get("note", ""),
+        overlay=document.overlay,
         **facts,
     )

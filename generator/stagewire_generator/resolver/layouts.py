@@ -9,6 +9,8 @@ from stagewire_generator.strict_yaml import Document, KeyPath
 
 __all__ = ["header_layout", "resolve_layouts"]
 
+_WITH_PARAMETERS = ("header",)  # kinds of framing whose messages have two bytes for parameters
+
 
 def resolve_layouts(
     tables: Tables, document: Document, path: KeyPath, entry: Json
@@ -41,13 +43,17 @@ def header_layout(
     params: list[Field | None] = []
     for offset, key in enumerate(("param1", "param2"), 2):
         param = entry.get(key)
+        at = (*path, key)
+        if param is not None and tables.head.data["framing"]["kind"] not in _WITH_PARAMETERS:
+            hint = "a field of the payload says it instead"
+            tables.diagnostics.add(document.place(*at), "SW038", f"{key} of a header", hint)
+            param = None
         if param is None:
             params.append(None)
             continue
         spelled = {"format": "byte", "name": key, **param}
         if "constant" in param and "name" not in param:
             spelled["role"] = "constant"
-        at = (*path, key)
         params.append(resolve_field(tables, document, at, spelled["name"], spelled, offset, page))
     place = document.place(*path)
     note = entry.get("note", "")

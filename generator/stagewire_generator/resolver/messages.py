@@ -5,7 +5,7 @@ from __future__ import annotations
 from stagewire_generator.model import Json, Layout, Message
 from stagewire_generator.resolver.errata import with_errata
 from stagewire_generator.resolver.layouts import resolve_layouts
-from stagewire_generator.resolver.spelling import spelled_words, split_group
+from stagewire_generator.resolver.spelling import spelled_words, spelling_of, split_group
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document
 
@@ -29,7 +29,7 @@ def add_message(tables: Tables, message: Message) -> None:
 def _define_message(tables: Tables, document: Document, name: str, entry: Json) -> None:
     path = ("messages", name)
     place = document.place(*path)
-    group, _ = split_group(tables, name)
+    group, rest = split_group(tables, name)
     layouts: tuple[Layout, ...] = ()
     if entry.get("layout") != "undocumented":
         layouts = resolve_layouts(tables, document, path, entry)
@@ -37,7 +37,7 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         name=name,
         id=None if entry["id"] == "unknown" else entry["id"],
         chapter=document.data["chapter"],
-        words=spelled_words(tables, group, "", entry["spelling"], name, place),
+        words=spelled_words(tables, group, spelling_of(entry, rest), name, place),
         pages=tuple(sorted({entry["page"], *entry.get("more_pages", ())})),
         direction=entry["direction"],
         summary=entry["summary"],
@@ -47,5 +47,6 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         layouts=layouts,
         errata=(),
         place=place,
+        overlay=document.overlay,
     )
     add_message(tables, message)

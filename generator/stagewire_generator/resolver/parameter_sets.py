@@ -5,7 +5,7 @@ from __future__ import annotations
 from stagewire_generator.model import Json, Layout, Message, ParameterSet
 from stagewire_generator.resolver.layouts import header_layout, resolve_layouts
 from stagewire_generator.resolver.messages import add_message
-from stagewire_generator.resolver.spelling import spelled_words, split_group
+from stagewire_generator.resolver.spelling import joined, spelled_words, spelling_of, split_group
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document
 
@@ -22,7 +22,7 @@ def define_parameter_sets(tables: Tables, document: Document) -> None:
             tables.diagnostics.add(place, "SW020", f"{name} is defined twice")
             continue
         group, rest = split_group(tables, name)
-        words = spelled_words(tables, group, "", entry["spelling"], name, place)
+        words = spelled_words(tables, group, spelling_of(entry, rest), name, place)
         members = {
             role: "_".join(part for part in (group, role.upper(), rest) if part)
             for role in _ROLES
@@ -40,6 +40,7 @@ def _define_member(
     """Add the message of one role; REQ has no content, and is answered by GET."""
     path = ("parameter_sets", owner.name)
     name, page = owner.members[role], entry["page"]
+    spelling = spelling_of(entry, split_group(tables, owner.name)[1])
     exchange = dict(entry.get("exchange", {}).get(role, {}))
     layouts: tuple[Layout, ...]
     if role == "req":
@@ -53,7 +54,7 @@ def _define_member(
         name=name,
         id=entry["ids"][role],
         chapter=document.data["chapter"],
-        words=spelled_words(tables, group, role, entry["spelling"], name, owner.place),
+        words=joined(group, role, spelling),
         pages=tuple(sorted({page, entry.get("pages", {}).get(role, page)})),
         direction="to_host" if role == "get" else "to_controller",
         summary=entry["summary"],
@@ -63,5 +64,6 @@ def _define_member(
         layouts=layouts,
         errata=(),
         place=owner.place,
+        overlay=document.overlay,
     )
     add_message(tables, message)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.model import Json, Protocol
+from stagewire_generator.model import Json, Overlay, Protocol
 from stagewire_generator.naming import can_name_file, can_name_package
 from stagewire_generator.resolver.commands import define_commands
 from stagewire_generator.resolver.definitions import (
@@ -16,6 +16,7 @@ from stagewire_generator.resolver.definitions import (
     firmware,
 )
 from stagewire_generator.resolver.errata import define_errata
+from stagewire_generator.resolver.framing import resolve_framing
 from stagewire_generator.resolver.messages import define_messages
 from stagewire_generator.resolver.parameter_sets import define_parameter_sets
 from stagewire_generator.resolver.scales import define_quantities, resolve_stages
@@ -50,9 +51,10 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         firmware=firmware(head),
         package=head["python"]["package"],
         python_title=head["python"].get("title", head["title"]),
+        version=head["python"].get("version", "0.1.0"),
         name_prefix=head.get("name_prefix", ""),
         formats=tables.formats,
-        framing=head["framing"],
+        framing=resolve_framing(tables),
         contexts=head.get("contexts", {}),
         chapters=tuple(sorted(tables.chapters.values(), key=lambda c: (c.order, c.name))),
         messages=tuple(messages),
@@ -66,7 +68,13 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         errata=tuple(tables.errata[id] for id in sorted(tables.errata)),
         examples=_data(files, "examples"),
         captures=_data(files, "captures"),
+        overlays=tuple(_overlay(document) for document in files.get("overlay", ())),
     )
+
+
+def _overlay(document: Document) -> Overlay:
+    data, place = document.data, document.place("overlay")
+    return Overlay(data["overlay"], data["title"], data["summary"], data["document"], place)
 
 
 def _check_names(tables: Tables) -> None:
@@ -75,10 +83,21 @@ def _check_names(tables: Tables) -> None:
     protocol, package = head.data["protocol"], head.data["python"]["package"]
     if not can_name_file(protocol):
         place = head.place("protocol")
-        tables.diagnostics.add(place, "SW023", f"{protocol} as the name of a file")
+        tables.diagnostics.add(place, "SW023", f"{protocol} is reserved as the name of a file")
+    else:
+        _check_owner(tables, protocol)
     if not can_name_package(package):
         place = head.place("python", "package")
-        tables.diagnostics.add(place, "SW023", f"{package} as the name of a package")
+        tables.diagnostics.add(place, "SW023", f"{package} is reserved as the name of a package")
+
+
+def _check_owner(tables: Tables, protocol: str) -> None:
+    """Check that the worked examples and captures that were found name this protocol as theirs."""
+    for kind in ("examples", "captures"):
+        for document in tables.files.get(kind, ()):
+            if (named := document.data["protocol"]) != protocol:
+                what, hint = f"{kind} of {named}, beside {protocol}", f"write {protocol}"
+                tables.diagnostics.add(document.place("protocol"), "SW021", what, hint)
 
 
 def _data(files: Mapping[str, list[Document]], kind: str) -> Json:

@@ -19,23 +19,27 @@ _RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
 
 def define_quantities(tables: Tables) -> None:
     """Fill the table of quantities."""
-    for _, name, entry, place in tables.entries("quantities", "quantities", tables.quantities):
-        found = _scale(tables, entry["scale"], place)
-        factor, rule = (found, {}) if isinstance(found, Factor) else (None, found)
+    entries = tables.entries("quantities", "quantities", tables.quantities)
+    for document, name, entry, place in entries:
         unit = entry.get("unit", "")
-        quantity = Quantity(name, unit, entry["page"], entry["summary"], factor, rule, place)
-        tables.quantities[name] = quantity
+        found = _scale(tables, entry["scale"], unit, place)
+        factor, rule = (found, {}) if isinstance(found, Factor) else (None, found)
+        tables.quantities[name] = Quantity(
+            name, unit, entry["page"], entry["summary"], factor, rule, place, document.overlay
+        )
 
 
 def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage, ...]]:
     """Return the controllers, and the stages with their factors on each."""
     controllers: dict[str, Controller] = {}
     stages: dict[str, Stage] = {}
-    for document in tables.files.get("stages", []):
-        for name, entry in document.data["controllers"].items():
+    files = tables.files.get("stages", [])
+    for document in files:
+        for name, entry in document.data.get("controllers", {}).items():
             place = document.place("controllers", name)
-            controllers[name] = Controller(name, tuple(entry["units"]), place)
-        for name, entry in document.data["stages"].items():
+            controllers[name] = Controller(name, tuple(entry["units"]), place, document.overlay)
+    for document in files:
+        for name, entry in document.data.get("stages", {}).items():
             stages[name] = _stage(tables, controllers, document, name, entry)
     return tuple(controllers.values()), tuple(stages.values())
 
@@ -54,15 +58,20 @@ def _stage(
         tables.look_up(controllers, controller, "controller", place)
         for quantity, scale in quantities.items():
             place = document.place(*path, "controllers", controller, quantity)
-            tables.look_up(tables.quantities, quantity, "quantity", place)
-            factor = scale.get("unknown") or _factor(tables, scale, place)
+            found = tables.look_up(tables.quantities, quantity, "quantity", place)
+            unit = found.unit if found else ""
+            factor = scale.get("unknown") or _factor(tables, scale, unit, place)
             if factor:
                 scales.setdefault(controller, {})[quantity] = factor
-    return Stage(name, entry["title"], entry["page"], scales, document.place(*path))
+    place = document.place(*path)
+    return Stage(name, entry["title"], entry["page"], scales, place, document.overlay)
 
 
-def _factor(tables: Tables, entry: Json, place: Place) -> Factor | None:
-    """Return the exact factor of a scale; None, and a diagnostic, where it has none or several."""
+def _factor(tables: Tables, entry: Json, unit: str, place: Place) -> Factor | None:
+    """Return the exact factor of a scale; None, and a diagnostic, where it has none or several.
+
+    :param unit: which its key has to name; empty where it is not known.
+    """
     keys = [key for key in entry if _FACTOR.match(key)]
     if len(keys) != 1:
         what = "a scale has one factor, counts_per_UNIT or UNIT_per_count"
@@ -73,21 +82,28 @@ def _factor(tables: Tables, entry: Json, place: Place) -> Factor | None:
         what = f"{keys[0]}: {text} is no exact positive rational"
         tables.diagnostics.add(place, "SW037", what)
         return None
+    spelled = unit.lower().replace("/", "_per_").replace("^", "")
+    if unit and keys[0] not in (f"counts_per_{spelled}", f"{spelled}_per_count"):
+        hint = f"write counts_per_{spelled} or {spelled}_per_count, or correct the unit"
+        tables.diagnostics.add(place, "SW037", f"{keys[0]}: the unit is {unit}", hint)
+        return None
     printed = str(entry.get("printed", ""))
     return Factor(keys[0], Fraction(text), printed, entry.get("source", ""), entry.get("page"))
 
 
-def _scale(tables: Tables, scale: Json, place: Place) -> Factor | Json:
+def _scale(tables: Tables, scale: Json, unit: str, place: Place) -> Factor | Json:
     """Return an exact factor, or a scale that depends on something with its factors made exact."""
     if "by" not in scale and "unknown" not in scale:
-        return _factor(tables, scale, place) or {}
+        return _factor(tables, scale, unit, place) or {}
     rule = dict(scale)
     if "units" in rule:
-        factors = {unit: _factor(tables, entry, place) for unit, entry in rule["units"].items()}
-        rule["units"] = {unit: factor for unit, factor in factors.items() if factor}
+        factors = {
+            device: _factor(tables, entry, unit, place) for device, entry in rule["units"].items()
+        }
+        rule["units"] = {device: factor for device, factor in factors.items() if factor}
     if "cases" in rule:
         rule["cases"] = {
-            name: {**case, "scale": _scale(tables, case["scale"], place)}
+            name: {**case, "scale": _scale(tables, case["scale"], case["unit"], place)}
             for name, case in rule["cases"].items()
         }
     return rule

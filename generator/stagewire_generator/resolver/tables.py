@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Iterator, Mapping
 from typing import TypeVar
@@ -68,7 +69,9 @@ class Tables:
         """Return what a name stands for; None, and a diagnostic, where nothing defines it."""
         found = table.get(name)
         if found is None:
-            self.diagnostics.add(place, "SW021", f"no {kind} is named {name}")
+            close = difflib.get_close_matches(name, table, cutoff=0.5)
+            hint = f"did you mean {' or '.join(close)}?" if close else ""
+            self.diagnostics.add(place, "SW021", f"no {kind} is named {name}", hint)
         return found
 
     def format(self, text: str, place: Place) -> Format | None:

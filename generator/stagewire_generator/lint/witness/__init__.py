@@ -10,6 +10,7 @@ told by a vocabulary in one of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from stagewire_generator.lint.witness.chapters import compare_section
 from stagewire_generator.lint.witness.commands import compare_commands
@@ -31,13 +32,15 @@ from stagewire_generator.strict_yaml import Document
 
 __all__ = ["Comparison", "compare_witness"]
 
-# Chapters that have a form of their own. Where messages have a header, every other has their sections.
+# Chapters that have a form of their own, by the kind of the framing
+_OF_MESSAGES = {
+    "contents": compare_contents,
+    "summary": compare_summary,
+    "lists": compare_lists,
+}
 _CHAPTERS = {
-    "header": {
-        "contents": compare_contents,
-        "summary": compare_summary,
-        "lists": compare_lists,
-    },
+    "header": _OF_MESSAGES,
+    "packet": _OF_MESSAGES,
     "slots": {
         "document": compare_document,
         "setup": compare_setup,
@@ -47,18 +50,28 @@ _CHAPTERS = {
     },
 }
 
+_WITH_SECTIONS = ("header", "packet")  # every other chapter has a section for each message
 
-def compare_witness(protocol: Protocol, printed: Sequence[Document]) -> Comparison:
-    """Compare all files of the witness with the registry; sections first, as lists refer to them."""
+
+def compare_witness(
+    protocol: Protocol, printed: Sequence[Document], overlay: str = ""
+) -> Comparison:
+    """Compare all files of the witness with the registry; sections first, as lists refer to them.
+
+    :param overlay: whose document it is that prints this; without it that of the protocol itself.
+    """
+    if overlay:
+        # What holds for versions of the firmware has pages of the other document, too
+        protocol = replace(protocol, document=protocol.document_of(overlay), firmware=())
     words = [d.data["vocabulary"] for d in printed if "vocabulary" in d.data]
     vocabulary = Vocabulary.of(words[0]) if words else None
-    comparison = Comparison(protocol, Document("printed", {}, {}), vocabulary)
+    comparison = Comparison(protocol, Document("printed", {}, {}, overlay), vocabulary)
     kind = protocol.framing["kind"]
     named = {chapter for chapters in _CHAPTERS.values() for chapter in chapters}
     for document in printed:
         comparison.document = document
         chapter = document.data["chapter"]
-        if kind == "header" and chapter not in named:
+        if kind in _WITH_SECTIONS and chapter not in named:
             for name, entry in document.data["messages"].items():
                 compare_section(comparison, name, entry)
         elif chapter not in _CHAPTERS[kind]:  # that of a document of the other kind

@@ -18,6 +18,7 @@ from stagewire_generator.strict_yaml import KeyPath
 
 __all__ = ["compare_section"]
 
+_WITH_HEADER = ("header",)  # kinds of framing whose byte tables begin with a header
 _LONGEST_RUN = 64  # values that "to" may stand for
 _SYMBOL = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+\Z")
 _BIT = re.compile(r"[1-9][0-9]?\Z")
@@ -38,6 +39,9 @@ def compare_section(comparison: Comparison, name: str, entry: Json) -> None:
     comparison.same(f"heading/{name}/id", at, heading["id"], comparison.id_of(message))
     comparison.same(f"heading/{name}/page", at, heading["page"], message.pages[0])
     tables = entry.get("tables", [])
+    if tables and comparison.protocol.framing["kind"] not in _WITH_HEADER:
+        comparison.misplace((*path, "tables"), f"{name}: tables of the bytes of a header")
+        tables = []
     for index, table in enumerate(tables):
         where = f"table/{name}" if index == 0 else f"table{index + 1}/{name}"
         _table(comparison, where, message, table, (*path, "tables", index))

@@ -11,9 +11,8 @@ from stagewire_generator.lint.witness.vocabulary import Vocabulary
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
 
-__all__ = ["ID", "NOTHING", "Comparison", "Difference"]
+__all__ = ["NOTHING", "Comparison", "Difference"]
 
-ID = re.compile(r"0x([0-9A-F]{4})\Z")
 NOTHING = "nothing"  # the side that does not say what the other does
 
 
@@ -47,6 +46,10 @@ class Comparison:
         self.witnessed: set[str] = set()  # messages that the witness names anywhere
         self.headed: set[str] = set()  # messages that have a heading
         self.unknown: list[tuple[Place, str]] = []  # names that are no message's
+        self.misplaced: list[
+            tuple[Place, str]
+        ] = []  # what this framing has nothing to compare with
+        self._id = re.compile(rf"0x([0-9A-F]{{{protocol.id_digits}}})\Z")
 
     def same(self, place: str, path: KeyPath, printed: object, encoded: object) -> bool:
         """Compare one place; note a difference."""
@@ -84,8 +87,8 @@ class Comparison:
         """Find the message that a row means: by its name, else by its id."""
         name = self.canonical(printed, path)
         message = self.messages.get(name)
-        if message is None and id and (match := ID.match(id)):
-            message = self.by_id.get(int(match[1], 16))
+        if message is None and id:
+            message = self.with_id(id)
             if message is not None:
                 self.same(f"{where}/{message.name}/name", path, name, message.name)
         if message is None:
@@ -99,7 +102,15 @@ class Comparison:
         self.witnessed.add(message.name)
         return message
 
-    @staticmethod
-    def id_of(message: Message) -> str:
+    def with_id(self, printed: str) -> Message | None:
+        """Find the message with an id as it is printed; one of other digits is no message's."""
+        match = self._id.match(printed)
+        return self.by_id.get(int(match[1], 16)) if match else None
+
+    def id_of(self, message: Message) -> str:
         """Return the id of a message as the document prints ids."""
-        return "none" if message.id is None else f"0x{message.id:04X}"
+        return "none" if message.id is None else f"0x{message.id:0{self.protocol.id_digits}X}"
+
+    def misplace(self, path: KeyPath, what: str) -> None:
+        """Note a part of the witness that only another framing can be compared with."""
+        self.misplaced.append((self.document.place(*path), what))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from stagewire_generator.lint.witness.comparison import ID, Comparison
+from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Json
 from stagewire_generator.strict_yaml import KeyPath
 
@@ -83,8 +83,7 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
     right = {m.name for m in comparison.messages.values() if (m.name, comparison.id_of(m)) in ids}
     for path, row, name in rows:
         message = comparison.messages.get(name)
-        match = ID.match(row["id"])
-        meant = comparison.by_id.get(int(match[1], 16)) if match else None
+        meant = comparison.with_id(row["id"])
         wrong_name = message is None or name in right or name not in entry["messages"]
         if meant is not None and meant is not message and wrong_name:  # else the id is wrong
             comparison.same(f"lists/{key}/{meant.name}/name", path, name, meant.name)
@@ -160,6 +159,10 @@ def _prefixes(comparison: Comparison, data: Json) -> None:
 
 def _addresses(comparison: Comparison, data: Json) -> None:
     framing = comparison.protocol.framing
+    if "host" not in framing:
+        if "addresses" in data:
+            comparison.misplace(("addresses",), "addresses of host and devices")
+        return
     known = {f"0x{address:02X}" for address in (framing["host"], *framing["devices"])}
     seen: set[str] = set()
     for index, (_, address, _) in enumerate(data.get("addresses", [])):

@@ -28,7 +28,11 @@ def compare_document(comparison: Comparison) -> None:
     comparison.same("document/date", ("updated",), data["updated"][1], document["date"])
     sections = dict(enumerate(document.get("sections", []), 1))
     printed = {number: title for number, (_, title) in enumerate(data["sections"], 1)}
-    printed |= {command.pages[0]: command.title for command in commands_of(comparison.protocol)}
+    printed |= {
+        command.pages[0]: command.title
+        for command in commands_of(comparison.protocol)
+        if command.overlay == comparison.document.overlay  # others have pages of another document
+    }
     for number in sorted(printed.keys() | sections.keys()):
         sides = (squash(titles.get(number, NOTHING)) for titles in (printed, sections))
         comparison.same(f"section/{number}", ("sections",), *sides)

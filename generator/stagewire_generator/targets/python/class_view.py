@@ -51,6 +51,7 @@ class ClassView:
 
     name: str
     kind: str  # names the template
+    base: str  # the class that it is made from
     doc: str
     slots: str
     layout: str
@@ -66,6 +67,10 @@ class ClassView:
     shared_names: str = ""
     # Commands only
     reply: str = ""  # class of the reply, or None
+    # Classes whose bytes are their fields and nothing else: what the docstrings of their methods say
+    noun: str = ""
+    unpacked: str = ""
+    packed: str = ""
 
 
 def packer_name(class_name: str) -> str:
@@ -112,10 +117,8 @@ def layout_call(
         f"id={id}",
         f"direction=Direction.{direction.upper()}",
         f"form={literal(form)}",
-        f"fields={tuple_of([literal(n) for n in names])}",
+        _names("fields=", [literal(n) for n in names]),
     ]
-    if len(arguments[-1]) > 90:
-        arguments[-1] = call("fields=", [literal(n) for n in names], "", 8)
     taken = sum(slot.format.size for slot in slots if isinstance(slot, Field))
     if form != "header" and taken:
         arguments.append(f"length={taken}")

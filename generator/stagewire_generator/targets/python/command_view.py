@@ -41,7 +41,8 @@ def _setup(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
     first = f"``{message.name}`` ({prefix} {_byte(message)}), two bytes."
     return ClassView(
         name=name,
-        kind="setup",
+        kind="empty",
+        base="SetupCommand",
         doc=_doc(protocol, message, layout, first),
         slots="__slots__ = ()",
         layout=_layout(message, layout, ['kind="setup"']),
@@ -62,6 +63,7 @@ def _command(
     bare = ClassView(
         name=name,
         kind="bare",
+        base="Command",
         doc=_doc(protocol, message, layout, first),
         slots=names_line("__slots__ = ", sorted(field.name for field in layout.fields)),
         layout=_layout(message, layout, more),
@@ -100,7 +102,8 @@ def _reply(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
     of_fields = [slug for field in layout.fields for slug in field.errata]
     return ClassView(
         name=name,
-        kind="reply",
+        kind="payload",
+        base="Reply",
         doc=class_doc(first, [summary, note], layout.fields, errata_of(protocol, of_fields)),
         slots=names_line("__slots__ = ", sorted(field.name for field in fields)),
         layout=_layout(message, layout, ['kind="command"']),
@@ -110,6 +113,9 @@ def _reply(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         unpacker=call("_unpack = Struct", [format], ".unpack_from", 4),
         unpack=assignment(fields),
         pack=call(f"return {packer}.pack", [packed(field) for field in layout.fields], "", 8),
+        noun="reply",
+        unpacked="its bytes",
+        packed="the bytes of the reply",
     )
 
 
@@ -129,7 +135,7 @@ def _bytes(number: int) -> str:
 
 def _doc(protocol: Protocol, message: Message, layout: Layout, first: str) -> str:
     """Return the docstring of what is sent."""
-    found = sentence(where(protocol.document, message.pages))
+    found = sentence(where(protocol, message.pages, message.overlay))
     behind = " after the prefix" if message.kind == "setup" else ""
     typed = f" Typed as ``{message.keyboard}``{behind}." if message.keyboard else ""
     dummy = "A dummy function: refused unless ``allow_dummy`` is given." if message.dummy else ""

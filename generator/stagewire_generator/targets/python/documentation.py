@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from stagewire_generator.model import Erratum, Field, Json, Message, Protocol
+from stagewire_generator.model import Erratum, Field, Layout, Message, Protocol
 from stagewire_generator.naming import camel
-from stagewire_generator.targets.python.source import docstring, paragraph
+from stagewire_generator.targets.python.source import docstring, paragraph, sentence
 
-__all__ = ["class_doc", "errata_of", "exchange", "where"]
+__all__ = ["class_doc", "errata_of", "exchange", "message_doc", "where"]
+
+_ROLES = {"set": "Set", "req": "Request", "get": "Report"}
+_DIRECTIONS = {
+    "to_controller": "to the controller",
+    "to_host": "to the host",
+    "both": "either way",
+}
 
 _EXCHANGES = {
     "answered_by": "Answered by",
@@ -40,6 +47,46 @@ def class_doc(
     return docstring("\n\n    ".join(parts))
 
 
+def message_doc(
+    protocol: Protocol, message: Message, layout: Layout | None, named: str, size: str
+) -> str:
+    """Return the docstring of a class of a message, escaped.
+
+    :param layout: the layout that the class is for; None where the message has none.
+    :param named: the message and its id.
+    :param size: how long it is, in words.
+    """
+    direction, pages = (
+        _DIRECTIONS[message.direction],
+        where(protocol, message.pages, message.overlay),
+    )
+    role = f"{_ROLES[message.set[1]]}: " if message.set else ""
+    facts = [exchange(message)]
+    if layout is not None and layout.when:
+        choice = ", ".join(f"{k} {v}" for k, v in layout.when.items())
+        facts.append(f"This layout: {choice}.")
+    notes = [message.note, layout.note if layout else ""]
+    first = f"{named}, {direction}, {size}; {pages}."
+    if message.overlay:  # two names make a line long
+        first = f"{named}, {direction}, {size}."
+        notes.append(f"From {pages}")
+    return class_doc(
+        first,
+        [
+            role + _lower(message.summary, role),
+            " ".join(filter(None, facts)),
+            *(sentence(note) for note in notes if note),
+        ],
+        layout.all_fields if layout else (),
+        errata_of(protocol, message.errata),
+    )
+
+
+def _lower(text: str, role: str) -> str:
+    """Return a summary as it continues after a role; an acronym keeps its capitals."""
+    return text[:1].lower() + text[1:] if role and not text[1:2].isupper() else text
+
+
 def errata_of(protocol: Protocol, slugs: Iterable[str]) -> list[Erratum]:
     """Return the errata by their slugs, in the order of the registry."""
     wanted = set(slugs)
@@ -55,12 +102,17 @@ def exchange(message: Message) -> str:
     )
 
 
-def where(document: Json, pages: Sequence[int]) -> str:
-    """Return where in the document something stands: its pages, or the titles of its sections."""
+def where(protocol: Protocol, pages: Sequence[int], overlay: str = "") -> str:
+    """Return where in the document something stands: its pages, or the titles of its sections.
+
+    :param overlay: the overlay that it comes from, whose document then has the pages, and is named.
+    """
+    document = protocol.document_of(overlay)
+    named = f" of the overlay ``{overlay}``" if overlay else ""
     if "sections" in document:
         titles = ", ".join(document["sections"][page - 1] for page in pages)
-        return f"section{'s' if len(pages) > 1 else ''} {titles}"
-    return f"page{'s' if len(pages) > 1 else ''} {', '.join(str(page) for page in pages)}"
+        return f"section{'s' if len(pages) > 1 else ''} {titles}{named}"
+    return f"page{'s' if len(pages) > 1 else ''} {', '.join(str(page) for page in pages)}{named}"
 
 
 def _param(field: Field) -> str:

@@ -9,6 +9,8 @@ from stagewire_generator.model import Message, Protocol
 from stagewire_generator.targets.python.class_view import ClassView
 from stagewire_generator.targets.python.command_view import command_views
 from stagewire_generator.targets.python.message_view import message_views
+from stagewire_generator.targets.python.packet_shape import check_class, shape
+from stagewire_generator.targets.python.packet_view import packet_views
 from stagewire_generator.targets.python.source import (
     WIDTH,
     bracketed,
@@ -27,13 +29,13 @@ class Framing:
 
     :param class_views: makes the views of the classes that a message becomes.
     :param message_base: the class that all of them have in common.
-    :param imports: the statements that the module of the protocol object needs.
+    :param imports: makes the statements that the module of the protocol object needs.
     :param protocol: makes the statement that makes the protocol object.
     """
 
     class_views: Callable[[Protocol, Message], list[ClassView]]
     message_base: str
-    imports: tuple[str, ...]
+    imports: Callable[[Protocol], tuple[str, ...]]
     protocol: Callable[[Protocol], str]
 
 
@@ -45,14 +47,12 @@ def framing_of(protocol: Protocol) -> Framing:
 
 def _framed_protocol(protocol: Protocol) -> str:
     framing = protocol.framing
-    nameless = {m.name: "the document gives it no id" for m in protocol.messages if m.id is None}
     devices = [f"0x{d:02X}" for d in framing["devices"]]
-    reasons = [f"{literal(n)}: {literal(w)}" for n, w in nameless.items()]
     lines = [
         *_named(protocol),
         f"host=0x{framing['host']:02X}",
         _frozenset("devices", devices),
-        bracketed("nameless={", reasons, "}", 4, WIDTH - 1),
+        _nameless(protocol),
     ]
     return call("PROTOCOL = FramedProtocol", lines, "", 0, 0)
 
@@ -70,9 +70,25 @@ def _command_protocol(protocol: Protocol) -> str:
     return call("PROTOCOL = CommandProtocol", lines, "", 0, 0)
 
 
+def _packet_protocol(protocol: Protocol) -> str:
+    lines = [*_named(protocol), shape(protocol.framing), _nameless(protocol)]
+    return call("PROTOCOL = PacketProtocol", lines, "", 0, 0)
+
+
 def _named(protocol: Protocol) -> list[str]:
     names = (protocol.name, protocol.title, protocol.package)
     return [*(literal(name) for name in names), "MESSAGES"]
+
+
+def _nameless(protocol: Protocol) -> str:
+    why = literal("the document gives it no id")
+    reasons = [f"{literal(m.name)}: {why}" for m in protocol.messages if m.id is None]
+    return bracketed("nameless={", reasons, "}", 4, WIDTH - 1)
+
+
+def _packet_imports(protocol: Protocol) -> tuple[str, ...]:
+    names = ["PacketMessage", "PacketProtocol", "Shape", *check_class(protocol.framing)]
+    return (imported("stagewire.packets", names),)
 
 
 def _frozenset(name: str, items: list[str]) -> str:
@@ -86,7 +102,7 @@ _FRAMINGS = {
     "header": Framing(
         class_views=message_views,
         message_base="FramedMessage",
-        imports=(
+        imports=lambda _: (
             imported("stagewire.framed", ["FramedProtocol"]),
             imported("stagewire.framed_message", ["FramedMessage"]),
         ),
@@ -95,10 +111,16 @@ _FRAMINGS = {
     "slots": Framing(
         class_views=command_views,
         message_base="Message",
-        imports=(
+        imports=lambda _: (
             imported("stagewire.commands.protocol", ["CommandProtocol"]),
             imported("stagewire.message", ["Message"]),
         ),
         protocol=_command_protocol,
+    ),
+    "packet": Framing(
+        class_views=packet_views,
+        message_base="PacketMessage",
+        imports=_packet_imports,
+        protocol=_packet_protocol,
     ),
 }

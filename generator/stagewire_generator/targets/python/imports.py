@@ -13,15 +13,15 @@ _MESSAGE = "stagewire.message"
 _FRAMED = "stagewire.framed_message"
 _COMMAND = "stagewire.commands.command"
 
-# kind of a class -> the module of its base class, and what its template names of it
-_NAMED = {
-    "plain": (_FRAMED, ("FramedMessage", "check_addresses")),
-    "undecided": (_FRAMED, ("UndecidedMessage",)),
-    "undocumented": (_FRAMED, ("UndocumentedMessage",)),
-    "command": (_COMMAND, ("Command",)),
-    "bare": (_COMMAND, ("Command",)),
-    "setup": (_COMMAND, ("SetupCommand",)),
-    "reply": (_COMMAND, ("Reply",)),
+# base of a class -> its module, and what else of it the template of such a class names
+_BASES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "FramedMessage": (_FRAMED, ("check_addresses",)),
+    "UndecidedMessage": (_FRAMED, ()),
+    "UndocumentedMessage": (_FRAMED, ()),
+    "Command": (_COMMAND, ()),
+    "SetupCommand": (_COMMAND, ()),
+    "Reply": (_COMMAND, ()),
+    "PacketMessage": ("stagewire.packets", ()),
 }
 # function that a check may call -> its module
 _CALLED = {
@@ -29,16 +29,17 @@ _CALLED = {
     "check_integer": _MESSAGE,
     "check_text": _MESSAGE,
 }
-_WITH_STRUCT = {"plain", "undecided", "command", "reply"}
-_WITH_SELF = {"plain", "command", "reply"}
+# kinds of classes
+_WITH_STRUCT = {"plain", "undecided", "command", "payload"}
+_WITH_SELF = {"plain", "command", "payload"}
 
 
 def class_imports(package: str, views: Sequence[ClassView]) -> list[str]:
     """Return the statements by which a module imports what its classes stand on."""
     names = {"stagewire.direction": {"Direction"}, _MESSAGE: {"Layout"}}
     for view in views:
-        module, named = _NAMED[view.kind]
-        names.setdefault(module, set()).update(named)
+        module, named = _BASES[view.base]
+        names.setdefault(module, set()).update((view.base, *named))
     checks = [field.check for view in views for field in view.fields]
     for function, module in _CALLED.items():
         if any(f"{function}(" in check for check in checks):

@@ -13,7 +13,7 @@ from stagewire_generator.targets.python.class_view import (
     names_line,
     packer_name,
 )
-from stagewire_generator.targets.python.documentation import class_doc, errata_of, exchange, where
+from stagewire_generator.targets.python.documentation import message_doc, where
 from stagewire_generator.targets.python.field_view import (
     Slot,
     code,
@@ -30,17 +30,9 @@ from stagewire_generator.targets.python.source import (
     docstring,
     literal,
     paragraph,
-    sentence,
 )
 
 __all__ = ["message_views"]
-
-_ROLES = {"set": "Set", "req": "Request", "get": "Report"}
-_DIRECTIONS = {
-    "to_controller": "to the controller",
-    "to_host": "to the host",
-    "both": "either way",
-}
 
 
 def message_views(protocol: Protocol, message: Message) -> list[ClassView]:
@@ -86,6 +78,7 @@ def _plain(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
     return ClassView(
         name=name,
         kind="plain",
+        base="FramedMessage",
         doc=_doc(protocol, message, layout),
         slots=names_line("__slots__ = ", sorted(field.name for field in fields)),
         layout=layout_call(message.name, _id(message), message.direction, layout.form, slots, more),
@@ -115,7 +108,8 @@ def _undocumented(protocol: Protocol, message: Message) -> ClassView:
     ]
     return ClassView(
         name=message.class_name,
-        kind="undocumented",
+        kind="empty",
+        base="UndocumentedMessage",
         doc=_doc(protocol, message, None),
         slots="__slots__ = ()",
         layout=call("layout = Layout", arguments, "", 4, 0),
@@ -146,7 +140,7 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
     choices = " or ".join(f"{k} {v}" for layout in layouts for k, v in layout.when.items())
     text = (
         f"``{message.name}`` ({_id(message)}) whose layout no context has decided; "
-        f"{where(protocol.document, message.pages[:1])}.\n\n    "
+        f"{where(protocol, message.pages[:1], message.overlay)}.\n\n    "
         + paragraph(
             f"{message.summary} Bytes do not tell its layouts apart ({choices}). The fields that all of "
             "them share can be read; it encodes back from ``data`` alone.",
@@ -167,6 +161,7 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
     return ClassView(
         name=message.class_name + "Undecided",
         kind="undecided",
+        base="UndecidedMessage",
         doc=docstring(text),
         slots="__slots__ = ()",
         layout=call("layout = Layout", arguments, "", 4, 0),
@@ -179,28 +174,4 @@ def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
     size = "layout not documented"
     if layout is not None:
         size = f"{layout.length} bytes of data" if layout.length else "header only"
-    first = (
-        f"``{message.name}`` ({_id(message)}), {_DIRECTIONS[message.direction]}, {size}; "
-        f"{where(protocol.document, message.pages)}."
-    )
-    role = f"{_ROLES[message.set[1]]}: " if message.set else ""
-    facts = [exchange(message)]
-    if layout is not None and layout.when:
-        choice = ", ".join(f"{k} {v}" for k, v in layout.when.items())
-        facts.append(f"This layout: {choice}.")
-    notes = (message.note, layout.note if layout else "")
-    return class_doc(
-        first,
-        [
-            role + _lower(message.summary, role),
-            " ".join(filter(None, facts)),
-            *(sentence(note) for note in notes if note),
-        ],
-        layout.all_fields if layout else (),
-        errata_of(protocol, message.errata),
-    )
-
-
-def _lower(text: str, role: str) -> str:
-    """Return a summary as it continues after a role; an acronym keeps its capitals."""
-    return text[:1].lower() + text[1:] if role and not text[1:2].isupper() else text
+    return message_doc(protocol, message, layout, f"``{message.name}`` ({_id(message)})", size)

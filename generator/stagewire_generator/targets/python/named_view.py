@@ -8,7 +8,6 @@ from stagewire_generator.model import (
     Enumeration,
     Factor,
     FlagTable,
-    Json,
     Protocol,
     Quantity,
     Stage,
@@ -63,7 +62,7 @@ class StageView:
     source: str
 
 
-def enumeration_view(document: Json, enumeration: Enumeration) -> NamedView:
+def enumeration_view(protocol: Protocol, enumeration: Enumeration) -> NamedView:
     """Make the view of an enumeration."""
     members = []
     for value in enumeration.values:
@@ -71,11 +70,11 @@ def enumeration_view(document: Json, enumeration: Enumeration) -> NamedView:
         members.append(f"{value.name} = {sign}0x{abs(value.value):02X}")
         if value.note:
             members.append(f'"""{docstring(paragraph(sentence(value.note), 4))}"""')
-    doc = _named_doc(document, "Values", enumeration)
+    doc = _named_doc(protocol, "Values", enumeration)
     return NamedView(camel(enumeration.name), doc, tuple(members))
 
 
-def flag_table_view(document: Json, table: FlagTable) -> NamedView:
+def flag_table_view(protocol: Protocol, table: FlagTable) -> NamedView:
     """Make the view of a flag table."""
     members = []
     digits = 2 * table.format.size
@@ -84,22 +83,23 @@ def flag_table_view(document: Json, table: FlagTable) -> NamedView:
         if bit.note:
             arguments.append(literal(bit.note))
         members.append(call(f"{bit.name} = Bit", arguments, "", 4))
-    doc = _named_doc(document, "Bits", table)
+    doc = _named_doc(protocol, "Bits", table)
     return NamedView(camel(table.name), doc, tuple(members))
 
 
-def _named_doc(document: Json, kind: str, table: Enumeration | FlagTable) -> str:
-    head = f"{kind} of ``{table.name}`` ({where(document, [table.page])})."
+def _named_doc(protocol: Protocol, kind: str, table: Enumeration | FlagTable) -> str:
+    head = f"{kind} of ``{table.name}`` ({where(protocol, [table.page], table.overlay)})."
     return docstring(
         f"{head}\n\n    {paragraph(table.summary, 4)}\n    " if table.summary else head
     )
 
 
-def quantity_view(document: Json, quantity: Quantity, factor: Factor) -> QuantityView:
+def quantity_view(protocol: Protocol, quantity: Quantity, factor: Factor) -> QuantityView:
     """Make the view of a quantity whose factor depends on nothing."""
     name = quantity.name.upper()
     source = call(f"{name} = {_method(factor)}", _arguments(factor, quantity.unit, 4), "", 0)
-    text = f"{quantity.summary.rstrip('.')} ({where(document, [factor.page or quantity.page])})"
+    found = where(protocol, [factor.page or quantity.page], quantity.overlay)
+    text = f"{quantity.summary.rstrip('.')} ({found})"
     return QuantityView(name, source, docstring(paragraph(sentence(text), 0)))
 
 
@@ -119,8 +119,9 @@ def stage_view(protocol: Protocol, stage: Stage) -> StageView:
         if len(f"        {literal(controller)}: {listed},") > WIDTH:
             listed = call("", names, "", 8, 0)
         families.append(f"        {literal(controller)}: {listed},\n")
+    remark = f"# The page is one of the overlay {stage.overlay}.\n" if stage.overlay else ""
     source = (
-        f"{stage.name} = Stage(\n"
+        f"{remark}{stage.name} = Stage(\n"
         f"    {literal(stage.name)},\n"
         f"    {literal(stage.title)},\n"
         f"    page={stage.page},\n"

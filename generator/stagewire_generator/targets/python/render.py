@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cache
-
-import jinja2
-
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.python.view import package_view
 from stagewire_generator.targets.registry import registry_text
+from stagewire_generator.targets.templates import Templates, TemplatesError
 from stagewire_generator.targets.vectors import vectors_text
 
 __all__ = ["render"]
@@ -23,33 +20,35 @@ _MODULES = {
 }
 
 
-def render(protocol: Protocol) -> dict[str, str]:
-    """Return path -> text of the package."""
+def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
+    """Return path -> text of the package.
+
+    Raises :class:`TemplatesError` when templates of a user make of it what is no Python.
+    """
     view = package_view(protocol)
     folder = f"python/{protocol.package}"
     files = {
-        f"{folder}/{path}": _template(name).render(package=view) for path, name in _MODULES.items()
+        f"{folder}/{path}": templates.render(name, package=view) for path, name in _MODULES.items()
     }
     for chapter in view.chapters:
-        text = _template("chapter.py.j2").render(package=view, chapter=chapter)
+        text = templates.render("chapter.py.j2", package=view, chapter=chapter)
         files[f"{folder}/messages/{chapter.name}.py"] = text
+    if templates.of_a_user:
+        _check_syntax(files)
     files[f"{folder}/registry.json"] = registry_text(protocol)
     files[f"{folder}/vectors.json"] = vectors_text(protocol)
     files[f"{folder}/py.typed"] = ""
     return files
 
 
-@cache
-def _environment() -> jinja2.Environment:
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader("stagewire_generator.targets.python"),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,  # Python source: the view has escaped every text
-    )
-
-
-def _template(name: str) -> jinja2.Template:
-    return _environment().get_template(name)
+def _check_syntax(modules: dict[str, str]) -> None:
+    """Check that modules can be compiled; ours always can, so that it is done for a user's alone."""
+    problems = []
+    for path, text in modules.items():
+        try:
+            compile(text, path, "exec", dont_inherit=True)
+        except (SyntaxError, ValueError) as error:
+            line = getattr(error, "lineno", None) or 1
+            problems.append(f"{path}:{line}: the templates make what is no Python: {error}")
+    if problems:
+        raise TemplatesError("\n".join(problems))

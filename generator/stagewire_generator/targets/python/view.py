@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire_generator.model import Factor, Protocol
+from stagewire_generator.model import Factor, Overlay, Protocol
 from stagewire_generator.targets.python.class_view import ClassView
 from stagewire_generator.targets.python.documentation import where
 from stagewire_generator.targets.python.framing import framing_of
@@ -19,12 +19,17 @@ from stagewire_generator.targets.python.named_view import (
     stage_view,
 )
 from stagewire_generator.targets.python.source import (
+    WIDTH,
+    bracketed,
     docstring,
     imported,
     list_of,
     literal,
     natural,
     paragraph,
+    sentence,
+    tuple_of,
+    width,
 )
 
 _SELF = (
@@ -68,7 +73,7 @@ class PackageView:
     quantities: tuple[QuantityView, ...]
     quantities_all: str
     messages_all: str
-    message_base: str
+    messages: str  # the statement that lists the classes
     protocol_imports: tuple[str, ...]
     protocol: str
 
@@ -80,13 +85,13 @@ def package_view(protocol: Protocol) -> PackageView:
     document = protocol.document
     framing = framing_of(protocol)
     flags = tuple(
-        flag_table_view(document, t) for t in sorted(protocol.flags, key=lambda t: t.name)
+        flag_table_view(protocol, t) for t in sorted(protocol.flags, key=lambda t: t.name)
     )
     enumerations = tuple(
-        enumeration_view(document, e) for e in sorted(protocol.enumerations, key=lambda e: e.name)
+        enumeration_view(protocol, e) for e in sorted(protocol.enumerations, key=lambda e: e.name)
     )
     quantities = tuple(
-        quantity_view(document, quantity, quantity.factor)
+        quantity_view(protocol, quantity, quantity.factor)
         for quantity in sorted(protocol.quantities, key=lambda q: q.name)
         if quantity.factor
     )
@@ -100,7 +105,9 @@ def package_view(protocol: Protocol) -> PackageView:
         package=protocol.package,
         title=docstring(_plain(protocol.python_title)),
         doc=_head(
-            f"{protocol.title}, issue {document['issue']} of {document['date']}.", protocol.summary
+            f"{protocol.title}, issue {document['issue']} of {document['date']}.",
+            protocol.summary,
+            *(_overlay(overlay) for overlay in protocol.overlays),
         ),
         chapters=chapters,
         enumerations=enumerations,
@@ -113,10 +120,19 @@ def package_view(protocol: Protocol) -> PackageView:
         quantities=quantities,
         quantities_all=_all([q.name for q in quantities]),
         messages_all=_all([*names, "MESSAGES", "PROTOCOL", "decode"]),
-        message_base=framing.message_base,
-        protocol_imports=framing.imports,
+        messages=_messages(framing.message_base, names),
+        protocol_imports=framing.imports(protocol),
         protocol=framing.protocol(protocol),
     )
+
+
+def _messages(base: str, names: list[str]) -> str:
+    """Return the tuple of all classes, one a line; a formatter keeps a single one beside the brackets."""
+    head = f"MESSAGES: tuple[type[{base}], ...] = "
+    line = head + tuple_of(names)
+    if len(names) < 2 and width(line) <= WIDTH:
+        return line
+    return bracketed(f"{head}(", names, ")", 0, 0)
 
 
 def _plain(text: str) -> str:
@@ -124,9 +140,17 @@ def _plain(text: str) -> str:
     return " ".join(text.split())
 
 
-def _head(title: str, summary: str) -> str:
+def _overlay(overlay: Overlay) -> str:
+    """Return what the package says of a later issue that is laid over the document."""
+    document = overlay.document
+    issue = f"{document['title']}, issue {document['issue']} of {document['date']}"
+    return f"With the overlay ``{overlay.name}``: {sentence(overlay.title)} Its document: {issue}."
+
+
+def _head(title: str, *texts: str) -> str:
     """Return the beginning of a module's docstring."""
-    return docstring("\n\n".join(filter(None, (_plain(title), paragraph(summary, 0)))))
+    paragraphs = (paragraph(text, 0) for text in texts)
+    return docstring("\n\n".join(filter(None, (_plain(title), *paragraphs))))
 
 
 def _all(names: list[str]) -> str:
@@ -149,7 +173,7 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
     return ChapterView(
         name=name,
         doc=_head(
-            f"{chapter.title} (document {where(protocol.document, [chapter.page])}).",
+            f"{chapter.title} (document {where(protocol, [chapter.page], chapter.overlay)}).",
             chapter.summary,
         ),
         classes=tuple(classes),

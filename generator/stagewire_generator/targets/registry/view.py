@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 from functools import lru_cache
+from typing import TypeAlias
 
 from stagewire_generator.model import (
+    Chapter,
+    Controller,
+    Enumeration,
     EnumValue,
+    Erratum,
     Factor,
     Field,
     Firmware,
+    FlagTable,
     Json,
     Layout,
     Message,
@@ -24,6 +30,9 @@ from stagewire_generator.targets.canonical import canonical
 __all__ = ["registry_text", "render"]
 
 SCHEMA_VERSION = 1
+_Registered: TypeAlias = (
+    Chapter | Controller | Enumeration | Erratum | Field | FlagTable | Message | Quantity | Stage
+)
 _TABLES_OF_UNITS = ("families", "lists", "addresses", "hardware_types")
 
 
@@ -45,11 +54,11 @@ def _registry_json(protocol: Protocol) -> Json:
         "schema_version": SCHEMA_VERSION,
         "protocol": protocol.name,
         "title": protocol.title,
-        "document": protocol.document,
+        "document": _document(protocol),
         "framing": protocol.framing,
         "firmware": _firmware(protocol.firmware),
         "chapters": [
-            {"name": c.name, "title": c.title, "page": c.page, "summary": c.summary}
+            {"name": c.name, "title": c.title, "page": c.page, "summary": c.summary, **_from(c)}
             for c in protocol.chapters
         ],
         "messages": [_message(message) for message in protocol.messages],
@@ -59,6 +68,7 @@ def _registry_json(protocol: Protocol) -> Json:
                 "page": e.page,
                 "summary": e.summary,
                 "values": {value.name: _value(value) for value in e.values},
+                **_from(e),
             }
             for e in protocol.enumerations
         },
@@ -68,6 +78,7 @@ def _registry_json(protocol: Protocol) -> Json:
                 "summary": t.summary,
                 "format": t.format.name,
                 "bits": {b.name: {"bit": b.bit, "mask": b.mask, "note": b.note} for b in t.bits},
+                **_from(t),
             }
             for t in protocol.flags
         },
@@ -77,10 +88,13 @@ def _registry_json(protocol: Protocol) -> Json:
                 "page": q.page,
                 "summary": q.summary,
                 "scale": _scale(q),
+                **_from(q),
             }
             for q in protocol.quantities
         },
-        "controllers": {c.name: {"units": sorted(c.units)} for c in protocol.controllers},
+        "controllers": {
+            c.name: {"units": sorted(c.units), **_from(c)} for c in protocol.controllers
+        },
         "stages": [_stage(stage) for stage in sorted(protocol.stages, key=lambda s: s.name)],
         "units": [
             {"name": name, **entry, "messages": _unit_messages(units, entry)}
@@ -99,10 +113,25 @@ def _registry_json(protocol: Protocol) -> Json:
                 "evidence": e.evidence,
                 "class": e.kind,
                 "origin": e.origin,
+                **_from(e),
             }
             for e in protocol.errata
         ],
     }
+
+
+def _document(protocol: Protocol) -> Json:
+    """Return the document, with the later issues that are laid over it."""
+    overlays = [
+        {"name": o.name, "title": o.title, "summary": o.summary, "document": o.document}
+        for o in protocol.overlays
+    ]
+    return {**protocol.document, **({"overlays": overlays} if overlays else {})}
+
+
+def _from(thing: _Registered) -> Json:
+    """Return the overlay that a thing comes from, or nothing."""
+    return {"overlay": thing.overlay} if thing.overlay else {}
 
 
 def _unit_messages(units: Json, unit: Json) -> list[str]:
@@ -143,6 +172,7 @@ def _message(message: Message) -> Json:
         "exchange": message.exchange,
         "layouts": [_layout(layout, classes[layout.form]) for layout in message.layouts],
         "errata": list(message.errata),
+        **_from(message),
     }
     if message.kind != "message":
         data |= {
@@ -192,6 +222,7 @@ def _field(field: Field) -> Json:
         "page": field.page,
         "note": field.note,
         "errata": list(field.errata),
+        **_from(field),
     }
     if field.format.kind != "integer":
         data["minimum"] = data["maximum"] = None
@@ -254,4 +285,5 @@ def _stage(stage: Stage) -> Json:
             }
             for controller, scales in stage.scales.items()
         },
+        **_from(stage),
     }

@@ -36,7 +36,7 @@ def _vectors_json(protocol: Protocol) -> dict[str, Any]:
         "protocol": protocol.name,
         "examples": sorted(
             ({"id": id, "verdict": _verdict(entry), **entry} for id, entry in examples.items()),
-            key=lambda entry: (entry["page"], entry["line"], entry["id"]),
+            key=lambda entry: (entry["page"], entry.get("line", 0), entry["id"]),
         ),
         "captures": [{"id": id, **entry} for id, entry in captures.items()],
     }

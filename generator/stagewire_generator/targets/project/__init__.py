@@ -1,0 +1,18 @@
+"""``python/pyproject.toml`` and its README: what makes of a package a project that pip installs."""
+
+from __future__ import annotations
+
+from stagewire_generator.model import Protocol
+from stagewire_generator.targets.project.view import project_view
+from stagewire_generator.targets.templates import Templates
+
+__all__ = ["render"]
+
+
+def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
+    """Return path -> text of the files beside the package."""
+    view = project_view(protocol)
+    return {
+        "python/README.md": templates.render("readme.md.j2", project=view),
+        "python/pyproject.toml": templates.render("pyproject.toml.j2", project=view),
+    }

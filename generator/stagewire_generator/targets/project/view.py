@@ -1,0 +1,113 @@
+"""What the files of a project say; every text of the spec is escaped here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import metadata
+
+from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.targets.project.escaping import markdown, toml
+from stagewire_generator.targets.project.requirement import requirement
+
+__all__ = ["ProjectView", "project_view"]
+
+# kind of framing -> what `stagewire encode` has to be told beside the fields, and `stagewire decode`
+_ENCODE = {"header": (), "slots": ("--axis",), "packet": ("--address",)}
+_DECODE = {"header": "", "slots": " --direction command", "packet": ""}
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectView:
+    """The project of one package."""
+
+    name: str  # of the distribution
+    package: str
+    protocol: str
+    requirement: str
+    version: str  # as a text of TOML
+    description: str
+    title: str  # as Markdown
+    summary: str
+    document: str
+    show: str  # commands to try; empty where there is no message to try them with
+    encode: str
+    decode: str
+
+
+def project_view(protocol: Protocol) -> ProjectView:
+    """Make the view of a project."""
+    document = protocol.document
+    tried = _tried(protocol)
+    encode = _encode(protocol, *tried) if tried else ""
+    ours = f"--protocol {protocol.name}"
+    return ProjectView(
+        name=protocol.package.replace("_", "-"),
+        package=protocol.package,
+        protocol=protocol.name,
+        requirement=requirement(metadata.version("stagewire")),
+        version=toml(protocol.version),
+        description=toml(f"{_plain(protocol.title)}: messages, made by stagewire"),
+        title=markdown(_plain(protocol.title)),
+        summary=markdown(_plain(protocol.summary)),
+        document=markdown(
+            f"{_plain(document['title'])}, issue {document['issue']} of {document['date']}"
+        ),
+        show=f"stagewire show {tried[0].name} {ours}" if tried else "",
+        encode=encode,
+        decode=f"{encode} | stagewire decode - {ours}{_DECODE[protocol.framing['kind']]}",
+    )
+
+
+def _plain(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _tried(protocol: Protocol) -> tuple[Message, Layout] | None:
+    """Return what is the simplest to send: a message to the controller with few fields, but some."""
+    candidates = [
+        (message, layout)
+        for message in protocol.messages
+        for layout in message.layouts
+        if message.id is not None and message.kind != "setup" and layout.form != "reply"
+        if message.direction != "to_host" and not message.dummy and not layout.when
+    ]
+    return min(candidates, key=lambda pair: len(_given(pair[1])) or 100, default=None)
+
+
+def _given(layout: Layout) -> list[Field]:
+    """Return the fields that have to be given."""
+    return [field for field in layout.all_fields if field.role == "value"]
+
+
+def _encode(protocol: Protocol, message: Message, layout: Layout) -> str:
+    words = ["stagewire encode", message.name]
+    if len(message.layouts) > 1:
+        words.append(f"--form {layout.form}")
+    framing = protocol.framing
+    for option in _ENCODE[framing["kind"]]:
+        if option == "--axis":
+            axes = next(e for e in protocol.enumerations if e.name == framing["axes"])
+            words.append(f"--axis {axes.values[0].name}")
+        elif "address" in framing:
+            words.append("--address 1")
+    words += [f"{field.name}={_value(field)}" for field in _given(layout)]
+    return " ".join([*words, f"--protocol {protocol.name}"])
+
+
+def _value(field: Field) -> str:
+    """Return a value that the field takes, as the command reads it."""
+    if field.format.kind == "bytes":
+        return "00" * field.format.size
+    if field.format.kind == "text":
+        return "A"
+    if field.enum and (names := _names(field)):
+        return names[0]
+    if field.default is not None:
+        return str(field.default)
+    return str(min(max(field.minimum, 1), field.maximum))
+
+
+def _names(field: Field) -> list[str]:
+    """Return the names of values that the field takes."""
+    assert field.enum
+    return [v.name for v in field.enum.values if field.minimum <= v.value <= field.maximum]

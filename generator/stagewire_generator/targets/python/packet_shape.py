@@ -1,0 +1,61 @@
+"""The shape of a packet, as the expression that makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from stagewire_generator.model import Json
+from stagewire_generator.targets.python.source import WIDTH, bracketed, literal, tuple_of
+
+__all__ = ["check_class", "shape"]
+
+_CHECKS = {"sum": "Sum", "xor": "Xor", "crc": "Crc"}  # method -> class
+
+
+def check_class(framing: Json) -> list[str]:
+    """Return the name of the class of the check, if there is one."""
+    return [_CHECKS[framing["check"]["method"]]] if "check" in framing else []
+
+
+def shape(framing: Json) -> str:
+    """Return the argument ``shape=`` of a protocol."""
+    arguments = [
+        _parts("order", framing["order"]),
+        f"start={_bytes(framing['start'])}",
+        f"length={framing['length']['size']}",
+        _parts("counts", framing["length"]["counts"]),
+        f"id={framing['id']['size']}",
+        f"maximum={framing['maximum_length']}",
+    ]
+    if "address" in framing:
+        arguments.append(f"address={framing['address']['size']}")
+    if "check" in framing:
+        arguments += [_check(framing["check"]), _parts("covers", framing["check"]["covers"])]
+    if "end" in framing:
+        arguments.append(f"end={_bytes(framing['end'])}")
+    return bracketed("shape=Shape(", arguments, ")", 4, 0)
+
+
+def _check(check: Json) -> str:
+    digits = 2 * check["size"]
+    arguments = {
+        "sum": [f"size={check['size']}", f"complement={literal(check.get('complement', ''))}"],
+        "xor": [],
+        "crc": [
+            f"size={check['size']}",
+            *(f"{key}=0x{check.get(key, 0):0{digits}X}" for key in ("polynomial", "initial")),
+            f"reflected={check.get('reflected')}",
+            f"final=0x{check.get('final', 0):0{digits}X}",
+        ],
+    }
+    method = check["method"]
+    return bracketed(f"check={_CHECKS[method]}(", arguments[method], ")", 8, WIDTH - 1)
+
+
+def _parts(name: str, parts: Iterable[str]) -> str:
+    return f"{name}={tuple_of([literal(part) for part in parts])}"
+
+
+def _bytes(values: Iterable[int]) -> str:
+    """Return a bytes literal, every byte as an escape: they are numbers and no text."""
+    return 'b"' + "".join(f"\\x{value:02x}" for value in values) + '"'

@@ -1,0 +1,129 @@
+"""Hints that are closer than that of the code: what somebody new to the registry gets wrong."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from stagewire_generator import check
+from stagewire_generator.diagnostics import SpecError
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "hint"),
+    [
+        ("protocol.yaml", "page: 1\n", "pag: 1\n", "did you mean page?"),
+        ("protocol.yaml", 'issue: "3"', "issue: 3", "put it in quotes"),
+        ("messages/parts.yaml", "quantity: lift", "quantity: lifts", "did you mean lift?"),
+        ("messages/parts.yaml", "enum: filter", "enum: colour", "correct the spelling, or define it"),
+        ("quantities.yaml", "um_per_count", "mm_per_count",
+         "write counts_per_um or um_per_count, or correct the unit"),
+    ],
+)  # fmt: skip
+def test_hint(packets_spec: Path, file: str, old: str, new: str, hint: str) -> None:
+    path = packets_spec / "carousel" / file
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        check(packets_spec)
+    assert hint in [diagnostic.cure for diagnostic in caught.value.diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "hint"),
+    [
+        ("AUX_HEAT_STATE:", "SUN_HEAT_STATE:",
+         "list SUN under `groups`, in protocol.yaml or overlay.yaml, or spell it, too"),
+        ("spelling: heat state", "spelling: heat stat",
+         "the words, joined, must give the name without its group"),
+        ("AUX_HEAT_STATE:", "SUN_HEATED_STATE:",
+         "the words, joined, must give the name without its group"),
+        ("id: 0x0304", "id: 0x0201",
+         "to replace the message of the protocol, give the new one its name and list it under `overrides` in "
+         "overlay.yaml; else one of the ids is wrong"),
+        ("id: 0x0304", "id: 0x0303", "one of the ids is wrong; see the document"),
+    ],
+    ids=["group", "letter", "both", "id of the protocol", "id of the overlay"],
+)  # fmt: skip
+def test_hint_in_an_overlay(
+    overlaid_spec: Path, tmp_path: Path, old: str, new: str, hint: str
+) -> None:
+    spec = Path(shutil.copytree(overlaid_spec, tmp_path / "spec"))
+    path = spec / "tiny" / "overlays" / "second" / "messages" / "heat.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert hint in [d.cure for d in caught.value.diagnostics if d.code in ("SW024", "SW030")]
+
+
+def test_hint_of_half_a_chapter(spec: Path) -> None:
+    path = spec / "tiny" / "messages" / "extra.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("page: 7\norder: 2\n", "order: 2\n", 1), encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert [(str(d.place), d.message, d.cure) for d in caught.value.diagnostics] == [
+        ("tiny/messages/extra.yaml:3:1", "messages: page is missing: title needs page and order",
+         "add page, or leave out title"),
+        ("tiny/messages/extra.yaml:4:1", "messages: page is missing: order needs title and page",
+         "add page, or leave out order"),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("overlays/second/units.yml", "overlays/second/units.yaml"),
+        ("overlays/second/heat.yaml", "overlays/second/messages/"),
+        ("overlays/second/captures/captures.yaml", "overlays/second/captures.yaml"),
+        ("overlay/second/overlay.yaml", "overlays/NAME/overlay.yaml"),
+        ("controllers.yaml", "stages.yaml"),
+        ("captures/tiny.yaml", "conformance/captures/"),
+    ],
+)
+def test_hint_where_a_file_belongs(
+    overlaid_spec: Path, tmp_path: Path, wrong: str, right: str
+) -> None:
+    """Worked examples and captures begin as a protocol does; their second key tells what they are."""
+    spec = Path(shutil.copytree(overlaid_spec, tmp_path / "spec"))
+    first = {
+        "units.yml": "families: {}\nunits: {}",
+        "heat.yaml": "chapter: heat",
+        "captures.yaml": "protocol: tiny\ncaptures: {}",
+        "overlay.yaml": "overlay: second",
+        "controllers.yaml": "controllers: {}\nstages: {}",
+        "tiny.yaml": "protocol: tiny\ncaptures: {}",
+    }
+    path = spec / "tiny" / wrong
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(first[path.name] + "\n", encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert [(d.code, str(d.place), d.cure) for d in caught.value.diagnostics] == [
+        ("SW008", f"tiny/{wrong}:1:1", f"move it to tiny/{right}, with a name that ends in .yaml")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "hint"),
+    [
+        ("id: 0x0201", "id: 0X0201", "write 0x0201, or put it in quotes if it is a text"),
+        ("id: 0x0201", "id: 1_000", "put it in quotes"),
+        ("# yaml", "\ufeff# yaml", "save the file as UTF-8 without a byte order mark"),
+        ("title: ", "title: \ufeff", "remove the character"),
+    ],
+    ids=["capital X", "no number", "byte order mark", "invisible"],
+)
+def test_hint_of_the_reader(spec: Path, old: str, new: str, hint: str) -> None:
+    path = spec / "tiny" / "messages" / "extra.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert [d.cure for d in caught.value.diagnostics if d.code in ("SW004", "SW007")] == [hint]

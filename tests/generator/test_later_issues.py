@@ -1,0 +1,258 @@
+"""The overlay of Thorlabs APT: later issues, with and without it, from the registry to the command."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stagewire_cli.main import main
+from stagewire_generator import check
+from stagewire_generator.change import compare
+from stagewire_generator.model import Protocol
+
+SPEC = Path(__file__).parents[2] / "spec"
+NAME = "thorlabs_apt/later_issues"
+RUN = "from stagewire_cli.main import run; run()"
+
+STATUS_BYTES = "01 00 01 00 00 00 02 00 00 00 07 00 00 00"
+LONG_STATUS = f"81 04 1C 00 81 22 {STATUS_BYTES} 01 00 {bytes(12).hex(' ')}"
+SHORT_STATUS = f"81 04 0E 00 81 22 {STATUS_BYTES}"
+TEXT = b"Motor is not connected".ljust(64, b"\0")
+RICH_RESPONSE = f"81 00 44 00 81 50 53 04 05 00 {TEXT.hex(' ')}"
+INFO = (
+    "06 00 54 00 81 22 89 53 9A 05 49 4F 4E 30 30 31 20 00 2C 00 02 01 39 00"
+    f" {b'Brushless'.ljust(60, bytes(1)).hex(' ')} 01 00 03 00 02 00"
+)
+FRAMES = {"long": LONG_STATUS, "short": SHORT_STATUS, "rich": RICH_RESPONSE, "info": INFO}
+
+
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Where Python finds the package without the overlay and with it, both as ``stagewire_apt``."""
+    found = {}
+    for side, options in (("without", []), ("with", ["--overlay", NAME])):
+        out = tmp_path_factory.mktemp(side)
+        assert (
+            main(["generate", "--spec", str(SPEC / "thorlabs_apt"), "--out", str(out), *options])
+            == 0
+        )
+        found[side] = out / "python"
+    return found
+
+
+def stagewire(package: Path, *arguments: str, input: str = "") -> str:
+    """Run the command with a package in front of the installed one."""
+    environment = {**os.environ, "PYTHONPATH": str(package)}
+    command = [sys.executable, "-c", RUN, *arguments]
+    done = subprocess.run(
+        command, input=input, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def answers(packages: dict[str, Path]) -> dict[str, dict[str, Any]]:
+    """What the testee makes of every frame, and the bytes that it makes of its own answer."""
+    found = {}
+    for side, package in packages.items():
+        requests = [
+            {"id": name, "op": "decode", "protocol": "thorlabs_apt", "hex": hex.replace(" ", "")}
+            for name, hex in FRAMES.items()
+        ]
+        decoded = _testee(package, requests)
+        again = [
+            {
+                **{k: v for k, v in decoded[name].items() if k != "ok"},
+                "op": "encode",
+                "protocol": "thorlabs_apt",
+            }
+            for name in FRAMES
+        ]
+        encoded = _testee(package, again)
+        for name, hex in FRAMES.items():
+            assert bytes.fromhex(encoded[name]["hex"]) == bytes.fromhex(hex), (side, name)
+        found[side] = decoded
+    return found
+
+
+def _testee(package: Path, requests: list[dict[str, Any]]) -> dict[str, Any]:
+    lines = "".join(json.dumps(request) + "\n" for request in requests)
+    made = [json.loads(line) for line in stagewire(package, "testee", input=lines).splitlines()]
+    assert all(answer["ok"] for answer in made), made
+    return {answer["id"]: answer for answer in made}
+
+
+STATUS = {"chan_ident": 1, "position": 1, "enc_count": 2, "status_bits": 7}
+
+
+def test_without(answers: dict[str, dict[str, Any]]) -> None:
+    """What Issue 3 has no layout for is kept as it came."""
+    found = answers["without"]
+    assert (found["rich"]["form"], found["rich"]["message"]) == ("undocumented", "HW_RICHRESPONSE")
+    assert bytes.fromhex(found["rich"]["data"])[4:] == TEXT
+    assert (found["long"]["form"], found["long"]["fields"]) == ("data", STATUS)
+    assert bytes.fromhex(found["long"]["extra"]) == bytes([1, *bytes(13)])
+    assert (found["short"]["form"], found["short"]["fields"]) == ("data", STATUS)
+    assert found["info"]["fields"]["notes"] == "Brushless".ljust(60, "\0") + "\1\0\3"
+    assert found["info"]["fields"]["nchs"] == 2
+
+
+def test_with(answers: dict[str, dict[str, Any]]) -> None:
+    found = answers["with"]
+    assert found["rich"]["form"] == "data"
+    assert found["rich"]["fields"] == {
+        "msg_ident": 0x0453,
+        "code": 5,
+        "notes": "Motor is not connected",
+    }
+    assert found["long"]["form"] == "data:long"
+    assert "extra" not in found["long"]
+    zeros = bytes(12).hex()
+    assert found["long"]["fields"] == {**STATUS, "chan_ident_2": 1, "reserved": zeros}
+    assert (found["short"]["form"], found["short"]["fields"]) == ("data", STATUS)
+    assert found["info"]["fields"] == {
+        "serial_number": 94000009,
+        "model_number": "ION001 ",
+        "type": 44,
+        "software_version": "02013900",
+        "notes": "Brushless",
+        "reserved": zeros,
+        "hw_version": 1,
+        "mod_state": 3,
+        "nchs": 2,
+    }
+
+
+def test_the_classes(packages: dict[str, Path]) -> None:
+    """Of the package with the overlay, as a program uses them."""
+    program = f"""\
+from stagewire.frame import Frame
+from stagewire_apt import messages as m
+frame = m.decode(bytes.fromhex({LONG_STATUS!r}))
+assert type(frame.message) is m.MotGetStatusUpdateLong, frame
+assert type(m.decode(bytes.fromhex({SHORT_STATUS!r})).message) is m.MotGetStatusUpdate
+rich = m.HwRichResponse(msg_ident=0x0453, code=5, notes="Motor is not connected")
+assert m.decode(bytes.fromhex({RICH_RESPONSE!r})).message == rich
+assert Frame(rich, 0x01, 0x50).encode() == bytes.fromhex({RICH_RESPONSE!r})
+"""
+    environment = {**os.environ, "PYTHONPATH": str(packages["with"])}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True)
+
+
+def test_the_command_reads_and_shows(packages: dict[str, Path]) -> None:
+    decoded = stagewire(packages["with"], "decode", RICH_RESPONSE)
+    assert "section Rich response of later_issues" in decoded
+    assert "Motor is not connected" in decoded
+    shown = stagewire(packages["with"], "show", "HW_GET_INFO")
+    assert "section Hardware information of later_issues" in shown
+    assert "hw_version" in shown
+    plain = stagewire(packages["without"], "show", "HW_GET_INFO")
+    assert "page 21" in plain
+    assert "hw_version" not in plain
+
+
+@pytest.mark.parametrize("side", ["without", "with"])
+def test_every_example_and_capture_is_borne_out(packages: dict[str, Path], side: str) -> None:
+    """Those of Issue 3, too, except for the three that later issues give another meaning."""
+    said = stagewire(packages[side], "conformance", "examples", "--protocol", "thorlabs_apt")
+    assert " 0 failed" in said
+    assert ("pnpq-status-update-long" in said) == (side == "with")
+
+
+@pytest.fixture(scope="module")
+def later() -> list[Protocol]:
+    return check(SPEC / "thorlabs_apt", overlays=[NAME])
+
+
+def test_what_changes(later: list[Protocol]) -> None:
+    base = check(SPEC / "thorlabs_apt")
+    info = {"message": "HW_GET_INFO", "form": "data"}
+    assert [
+        (change.level.name, change.kind, change.where)
+        for change in compare(base, later)
+        if change.level.name != "DOC"
+    ] == [
+        ("WIRE", "field-added", {**info, "field": "reserved"}),
+        ("WIRE", "field-added", {**info, "field": "hw_version"}),
+        ("WIRE", "field-added", {**info, "field": "mod_state"}),
+        ("WIRE", "field-format", {**info, "field": "notes"}),
+        ("WIRE", "layout-added", {"message": "HW_RICHRESPONSE", "form": "data"}),
+        ("WIRE", "layout-added", {"message": "MOT_GET_STATUSUPDATE", "form": "data:long"}),
+    ]
+
+
+def test_fields_stand_where_the_notes_say(later: list[Protocol]) -> None:
+    [protocol] = [p for p in later if p.name == "thorlabs_apt"]
+    layouts = {(m.name, x.form): x for m in protocol.messages for x in m.layouts}
+    info, rich, long = (
+        {field.name: field.offset for field in layouts[key].fields}
+        for key in (
+            ("HW_GET_INFO", "data"),
+            ("HW_RICHRESPONSE", "data"),
+            ("MOT_GET_STATUSUPDATE", "data:long"),
+        )
+    )
+    assert (info["hw_version"], info["mod_state"], info["nchs"]) == (78, 80, 82)
+    assert (info["reserved"] - info["notes"], info["hw_version"] - info["reserved"]) == (48, 12)
+    assert rich == {"msg_ident": 0, "code": 2, "notes": 4}
+    assert layouts["HW_RICHRESPONSE", "data"].length == 68
+    assert layouts["MOT_GET_STATUSUPDATE", "data:long"].length == 28
+    short = layouts["MOT_GET_STATUSUPDATE", "data"].fields
+    assert [long[field.name] for field in short] == [field.offset for field in short]
+
+
+# The command
+
+
+def test_what_is_generated_is_compared_under_the_overlay(
+    overlaid_spec: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["generate", "--spec", str(overlaid_spec / "tiny"), "--out", str(tmp_path)]
+    assert main([*arguments, "--overlay", "tiny/third"]) == 0
+    assert main([*arguments, "--overlay", "tiny/third", "--check"]) == 0
+    assert main([*arguments, "--check"]) == 1
+    assert "stagewire_tiny/messages/extra.py" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["generate", "check"])
+@pytest.mark.parametrize(
+    ("overlays", "wanted"),
+    [
+        (["thorlabs_apt/earlier"], f"there is no overlay thorlabs_apt/earlier (there are: {NAME})"),
+        (["later_issues"], f"there is no overlay later_issues (there are: {NAME})"),
+        ([NAME, NAME], f"--overlay {NAME} is given twice"),
+    ],
+)
+def test_a_wrong_overlay(
+    command: str,
+    overlays: list[str],
+    wanted: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    given = [part for name in overlays for part in ("--overlay", name)]
+    out = ["--out", str(tmp_path / "out")] if command == "generate" else []
+    spec = ["--spec", str(SPEC)] if command == "generate" else [str(SPEC)]
+    assert main([command, *spec, *out, *given]) == 2
+    assert wanted in " ".join(capsys.readouterr().err.split())
+    assert not list(tmp_path.iterdir())
+
+
+def test_no_overlay_at_all(good_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(good_spec), "--overlay", "tiny/second"]) == 2
+    assert "there is no overlay tiny/second (there are none)" in capsys.readouterr().err
+
+
+def test_check_of_several_together(overlaid_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["check", str(overlaid_spec), "--overlay", "tiny/second", "--overlay", "tiny/third"]
+    assert main(arguments) == 0
+    assert "tiny/third: ok" in capsys.readouterr().out
+    assert main([*arguments, "--against", str(overlaid_spec)]) == 2
+    assert "each overlay by itself" in capsys.readouterr().err

@@ -1,0 +1,482 @@
+"""Later issues laid over a protocol: what they replace and add, where it says so, and what stays as it is.
+
+``good_overlays`` has overlays for the good specs: one with an entry of every section, one whose document has
+sections, one of commands. The overlay of Thorlabs APT is tried in ``test_later_issues``.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from stagewire_generator import check, render
+from stagewire_generator.change import compare
+from stagewire_generator.diagnostics import SpecError
+from stagewire_generator.inputs import inputs
+from stagewire_generator.model import Message, Protocol
+from stagewire_generator.overlays.composition import SECTIONS
+from stagewire_generator.pipeline import Counts
+
+HERE = Path(__file__).parent
+SCHEMAS = HERE.parents[1] / "spec" / "schema"
+
+
+@pytest.fixture
+def spec(overlaid_spec: Path, tmp_path: Path) -> Path:
+    """A copy of the good specs with their overlays."""
+    return Path(shutil.copytree(overlaid_spec, tmp_path / "spec"))
+
+
+@pytest.fixture(scope="module")
+def second(overlaid: dict[str, Protocol]) -> Protocol:
+    return overlaid["tiny/second"]
+
+
+@pytest.fixture(scope="module")
+def autumn(overlaid: dict[str, Protocol]) -> Protocol:
+    return overlaid["turtle/autumn"]
+
+
+def message(protocol: Protocol, name: str) -> Message:
+    [found] = [message for message in protocol.messages if message.name == name]
+    return found
+
+
+def said(spec: Path, *overlays: str) -> list[str]:
+    with pytest.raises(SpecError) as caught:
+        check(spec, overlays=overlays)
+    return [str(diagnostic).splitlines()[0] for diagnostic in caught.value.diagnostics]
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1, old
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+# Without an overlay
+
+
+def test_the_protocol_alone_is_as_without_overlays(
+    overlaid_spec: Path, files: dict[str, str], command_files: dict[str, str]
+) -> None:
+    tiny, turtle = check(overlaid_spec)
+    assert render([tiny]) == files
+    assert render([turtle]) == command_files
+
+
+def test_a_check_looks_at_every_overlay(overlaid_spec: Path) -> None:
+    counts: dict[str, Counts] = {}
+    progress: list[str] = []
+    check(overlaid_spec, progress.append, counts)
+    assert list(counts) == ["tiny", "tiny/second", "tiny/third", "turtle", "turtle/autumn"]
+    assert counts["tiny/second"] == Counts(
+        messages=16, layouts=19, fields=39, errata=3, places=16, examples=2
+    )
+    assert counts["tiny/third"].places == 0  # it has no witness
+    assert counts["turtle/autumn"].places > 50
+    assert "tiny/second: witness and errata" in progress
+    assert "tiny/overlays/second/printed/all.yaml" in progress
+
+
+def test_an_overlay_of_a_wrong_protocol_is_not_looked_at(spec: Path) -> None:
+    """It would only repeat what is wrong."""
+    edit(spec / "tiny" / "messages" / "extra.yaml", "id: 0x0201", "id: 0x0123")
+    shutil.rmtree(spec / "tiny" / "overlays" / "third" / "messages")
+    wrong = said(spec)
+    assert not [line for line in wrong if "overlays" in line]
+    assert "tiny/messages/core.yaml:107:3: SW030 POS_ALIVE and LAMP have the id 0x0123" in wrong
+
+
+# What is replaced and added
+
+
+def test_the_overlays_of_these_tests_have_every_section(overlaid_spec: Path) -> None:
+    """Each is replaced and added to, so that none is forgotten."""
+    import yaml
+
+    overridden: set[str] = set()
+    added: set[str] = set()
+    for folder in overlaid_spec.glob("*/overlays/*"):
+        head = yaml.safe_load((folder / "overlay.yaml").read_text(encoding="utf-8"))
+        listed = {(s, n) for s, names in head["overrides"].items() for n in names}
+        overridden |= {section for section, _ in listed}
+        for path in folder.rglob("*.yaml"):
+            if path.parent.name != "printed":
+                data = yaml.safe_load(path.read_text(encoding="utf-8"))
+                known = {s for sections in SECTIONS.values() for s in sections} & data.keys()
+                added |= {s for s in known for n in data[s] if (s, n) not in listed}
+    everything = {section for sections in SECTIONS.values() for section in sections}
+    assert overridden == everything - {"hardware_types"}  # of which the good specs have none
+    assert added == everything - {"addresses"}  # which are always the same four
+    schema = json.loads((SCHEMAS / "overlay.schema.json").read_text(encoding="utf-8"))
+    assert set(schema["properties"]["overrides"]["properties"]) == everything
+
+
+def test_entries_are_replaced_as_a_whole(second: Protocol) -> None:
+    lamp = message(second, "LAMP_TEST")
+    assert [(x.form, [f.name for f in x.all_fields]) for x in lamp.layouts] == [
+        ("header", ["seconds"])
+    ]
+    assert message(second, "POS_GET_MODE").layouts[0].param2.enum.name == "tempo"  # type: ignore[union-attr]
+    assert [x.form for x in message(second, "POS_ECHO").layouts] == ["data", "data:wide"]
+    enumerations = {e.name: e for e in second.enumerations}
+    assert [v.name for v in enumerations["channel"].values] == [
+        "CHANNEL_1",
+        "CHANNEL_2",
+        "CHANNEL_3",
+    ]
+    assert [b.name for t in second.flags if t.name == "coil_bits" for b in t.bits] == [
+        "warm",
+        "cold",
+    ]
+    quantities = {q.name: q for q in second.quantities}
+    assert quantities["interval"].factor.printed == "102"  # type: ignore[union-attr]
+    stages = {s.name: s for s in second.stages}
+    assert stages["Slide"].title == "a slide of twenty millimetres"
+    assert stages["Slide"].scales["TPx"]["distance"].value == 10000  # type: ignore[union-attr]
+    assert {c.name: c.units for c in second.controllers}["TP9"] == ("TP9", "TP11")
+    assert second.units["units"]["TP9"]["family"] == "warm"
+    assert "completes" not in second.units["lists"]["TP1"]
+    assert second.units["addresses"]["bays"]["count"] == 2
+    assert second.units["known_prefixes"]["73"]["unit"] == "TP4"
+    assert second.contexts["status"]["values"] == ["servo", "coil", "piezo"]
+    assert "note" in second.formats["dword"]
+    assert {e.id: e.evidence for e in second.errata}[
+        "tiny-move-length"
+    ] == "The second edition says so."
+    assert second.examples["examples"]["lamp-test"]["page"] == 3
+    assert second.captures["captures"]["alive"]["dest"] == 0x21
+
+
+def test_entries_are_added(second: Protocol) -> None:
+    assert message(second, "AUX_SET_HEAT").set == ("AUX_HEAT", "set")  # the group is new, too
+    assert message(second, "AUX_HEAT_STATE").layouts[0].length == 2
+    assert {"tempo"} <= {e.name for e in second.enumerations}
+    assert {"heat_bits"} <= {t.name for t in second.flags}
+    assert {"warmth"} <= {q.name for q in second.quantities}
+    assert {"Tower"} <= {s.name for s in second.stages}
+    assert [c.name for c in second.chapters] == ["core", "extra", "heat"]
+    assert second.formats["qword"]["size"] == 8
+    assert "mood" in second.contexts
+    assert {"TP1", "TP2", "TP10"} <= second.units["units"].keys()
+    assert second.units["hardware_types"]["7"]["title"] == "a tower"
+    assert "heat" in second.captures["captures"]
+
+
+def test_what_is_not_named_stays(second: Protocol, protocol: Protocol) -> None:
+    for name in ("POS_MOVE", "POS_ALIVE", "POS_SET_VELPARAMS", "LAMP"):
+        mine, theirs = message(second, name), message(protocol, name)
+        assert (mine.overlay, mine.summary, mine.pages) == ("", theirs.summary, theirs.pages)
+    assert second.document == protocol.document
+    assert second.framing == protocol.framing
+
+
+def test_a_block_reaches_the_messages_that_use_it(second: Protocol) -> None:
+    """The message is the protocol's, its fields are those of the overlay, and say so."""
+    moved = message(second, "POS_MOVED")
+    assert moved.overlay == ""
+    servo, coil = moved.layouts[1:]
+    assert {field.overlay for field in servo.fields} == {"second"}
+    assert {field.overlay for field in coil.fields} == {""}
+    assert servo.fields[2].format.signed
+
+
+def test_commands(autumn: Protocol) -> None:
+    go_to, mood = message(autumn, "GO_TO"), message(autumn, "MOOD")
+    assert (go_to.size, [f.name for f in go_to.layouts[0].fields]) == (3, ["place"])
+    assert [f.name for f in mood.layouts[1].fields] == ["mood", "strength"]
+    assert message(autumn, "TURN").overlay == "autumn"
+    assert message(autumn, "STRETCH").kind == "setup"
+    assert message(autumn, "SLEEP").summary == "Lets it sleep till spring."
+    assert message(autumn, "WHERE").overlay == ""
+
+
+def test_several_overlays(overlaid_spec: Path) -> None:
+    both, _ = check(overlaid_spec, overlays=["tiny/third", "tiny/second"])
+    assert [overlay.name for overlay in both.overlays] == ["third", "second"]
+    assert message(both, "LAMP").overlay == "third"
+    assert message(both, "LAMP_TEST").overlay == "second"
+
+
+def test_overlays_that_define_the_same(spec: Path) -> None:
+    folder = spec / "tiny" / "overlays"
+    shutil.copyfile(folder / "second" / "captures.yaml", folder / "third" / "captures.yaml")
+    edit(
+        folder / "third" / "overlay.yaml",
+        "{messages: [LAMP]}",
+        "{messages: [LAMP], captures: [alive]}",
+    )
+    check(spec, overlays=["tiny/third"])
+    assert said(spec, "tiny/second", "tiny/third") == [
+        f"tiny/overlays/third/captures.yaml:{line} SW060 captures.{name} would replace the entry of the "
+        "overlay second"
+        for line, name in (("4:3:", "alive"), ("14:3:", "heat"))
+    ]
+
+
+# The witness and the errata
+
+
+def test_the_document_of_the_protocol_is_compared_without_overlays(spec: Path) -> None:
+    """What an overlay replaces is no excuse."""
+    edit(spec / "tiny" / "printed" / "extra.yaml", 'id: "0x0201"', 'id: "0x0211"')
+    assert said(spec, "tiny/third") == [
+        "tiny/printed/extra.yaml:5:5: SW040 heading/LAMP/id: printed '0x0211', registry '0x0201'"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "wanted"),
+    [
+        (
+            "printed/all.yaml",
+            'heading: {page: 3, line: 2, id: "0x0122"}',
+            'heading: {page: 4, line: 2, id: "0x0122"}',
+            "printed/all.yaml:9:5: SW040 heading/POS_ECHO/page: printed '4', registry '3'",
+        ),
+        (
+            "errata/core.yaml",
+            "    places: [heading/AUX_REQ_HEAT/id]\n",
+            "    places: [heading/AUX_REQ_HEAT/id, heading/AUX_SET_HEAT/id]\n",
+            "errata/core.yaml:12:3: SW042 tiny-heat-id: document and registry agree at "
+            "heading/AUX_SET_HEAT/id",
+        ),
+        (
+            "examples.yaml",
+            "    errata: [tiny-move-length]\n",
+            "",
+            "errata/core.yaml:3:3: SW041 tiny-move-length names no place, and no worked example refers to it",
+        ),
+        (
+            "printed/all.yaml",
+            '  AUX_HEAT_STATE:\n    heading: {page: 4, line: 5, id: "0x0304"}\n',
+            "",
+            "messages/heat.yaml:17:3: SW043 AUX_HEAT_STATE is nowhere in printed/",
+        ),
+        (
+            "messages/heat.yaml",
+            "page: 4\n    spelling: heat state",
+            "page: 5\n    spelling: heat state",
+            "messages/heat.yaml:19:5: SW039 messages.AUX_HEAT_STATE.page: page 5; the last is 4",
+        ),
+    ],
+    ids=["difference", "agreement", "not borne out", "not printed", "page"],
+)
+def test_the_document_of_an_overlay_is_compared(
+    spec: Path, file: str, old: str, new: str, wanted: str
+) -> None:
+    edit(spec / "tiny" / "overlays" / "second" / file, old, new)
+    assert f"tiny/overlays/second/{wanted}" in said(spec)
+
+
+def test_an_erratum_of_the_document_is_not_said_of_what_takes_its_place(
+    second: Protocol, protocol: Protocol
+) -> None:
+    assert message(protocol, "LAMP_TEST").errata == ("tiny-lamp-test",)
+    assert message(second, "LAMP_TEST").errata == ()
+    assert message(second, "LAMP_BROKEN").errata == ("tiny-lamp-test",)
+    assert message(second, "AUX_REQ_HEAT").errata == ("tiny-heat-id",)
+
+
+# Where it says so
+
+
+def test_the_registry_says_what_comes_from_an_overlay(second: Protocol) -> None:
+    registry = json.loads(render([second])["registry/tiny.json"])
+    [overlay] = registry["document"]["overlays"]
+    assert (overlay["name"], overlay["document"]["issue"]) == ("second", "2")
+    marked = {m["name"] for m in registry["messages"] if m.get("overlay") == "second"}
+    assert marked == {
+        "POS_REQ_MODE", "POS_GET_MODE", "POS_ECHO", "LAMP_TEST",
+        "AUX_SET_HEAT", "AUX_REQ_HEAT", "AUX_GET_HEAT", "AUX_HEAT_STATE",
+    }  # fmt: skip
+    by_name = {m["name"]: m for m in registry["messages"]}
+    fields = {f["name"]: f.get("overlay") for f in by_name["POS_MOVED"]["layouts"][1]["fields"]}
+    assert set(fields.values()) == {"second"}
+    assert "overlay" not in by_name["POS_MOVE"]
+    for section, names in {
+        "enumerations": {"channel", "tempo"},
+        "flags": {"coil_bits", "heat_bits"},
+        "quantities": {"interval", "warmth"},
+        "controllers": {"TP9", "TP10"},
+        "families": {"plain", "warm"},
+        "lists": {"TP1", "TP10"},
+        "addresses": {"bays"},
+        "known_prefixes": {"73", "74"},
+        "hardware_types": {"7"},
+    }.items():
+        assert {n for n, e in registry[section].items() if "overlay" in e} == names, section
+    for section, key, names in (
+        ("units", "name", {"TP9", "TP10"}),
+        ("stages", "name", {"Slide", "Tower"}),
+        ("chapters", "name", {"heat"}),
+        ("errata", "id", {"tiny-move-length", "tiny-heat-id"}),
+    ):
+        assert {e[key] for e in registry[section] if "overlay" in e} == names, section
+
+
+@pytest.mark.parametrize("name", ["tiny/second", "tiny/third", "turtle/autumn"])
+@pytest.mark.parametrize("kind", ["registry", "vectors"])
+def test_the_json_is_as_its_schema_says(
+    overlaid: dict[str, Protocol], name: str, kind: str
+) -> None:
+    files = render([overlaid[name]])
+    schema = json.loads((SCHEMAS / f"{kind}.schema.json").read_text(encoding="utf-8"))
+    [path] = [path for path in files if path.startswith(f"{kind}/")]
+    data = json.loads(files[path])
+    errors = jsonschema.Draft202012Validator(schema).iter_errors(data)
+    assert [f"{e.json_path}: {e.message}" for e in errors] == []
+
+
+def test_vectors_say_what_comes_from_an_overlay(second: Protocol) -> None:
+    vectors = json.loads(render([second])["vectors/tiny.json"])
+    assert {e["id"]: e.get("overlay") for e in vectors["captures"]} == {
+        "alive": "second",
+        "heat": "second",
+    }
+    assert {e["id"] for e in vectors["examples"] if "overlay" in e} == {"lamp-test", "move-length"}
+
+
+def test_docstrings_name_the_document(overlaid: dict[str, Protocol]) -> None:
+    second, third = (render([overlaid[f"tiny/{name}"]]) for name in ("second", "third"))
+    core, package = (
+        second["python/stagewire_tiny/messages/core.py"],
+        second["python/stagewire_tiny/__init__.py"],
+    )
+    assert (
+        "16 bytes of data.\n\n    Sends back what it is sent.\n\n    From page 3 of the overlay ``second``."
+        in core
+    )
+    assert "12 bytes" not in core
+    assert "issue 1 of Spring." in package
+    assert (
+        "With the overlay ``second``: The second edition. Its document: The Tiny Positioner"
+        in package
+    )
+    assert (
+        "Values of ``channel`` (page 2 of the overlay ``second``)."
+        in second["python/stagewire_tiny/enumerations.py"]
+    )
+    assert (
+        "Heating (document page 4 of the overlay ``second``)."
+        in second["python/stagewire_tiny/messages/heat.py"]
+    )
+    assert "(page 1 of the overlay ``second``)" in second["python/stagewire_tiny/quantities.py"]
+    stages = second["python/stagewire_tiny/stages.py"]
+    assert "# The page is one of the overlay second.\nSlide = Stage(" in stages
+    assert (
+        "From section Bell of the overlay ``third``."
+        in third["python/stagewire_tiny/messages/extra.py"]
+    )
+
+
+def test_docstrings_of_commands_name_the_document(autumn: Protocol) -> None:
+    walk = render([autumn])["python/stagewire_turtle/messages/walk.py"]
+    assert "Section Turn of the overlay ``autumn``. Typed as ``T``." in walk
+
+
+# The packages
+
+
+def test_frames(second: Protocol, tmp_path: Path, imported: Callable[[Path], Any]) -> None:
+    write(render([second]), tmp_path)
+    tiny = imported(tmp_path)
+    heat = tiny.decode(bytes.fromhex("01 03 02 00 D0 01 64 00"))
+    assert heat.message == tiny.messages.AuxSetHeat(warmth=100)
+    assert tiny.decode(bytes.fromhex("02 02 05 00 50 01")).message == tiny.messages.LampTest(
+        seconds=5
+    )
+    wide = tiny.messages.PosEchoWide(label="a", blob=bytes(8), serial=1 << 40)
+    assert tiny.decode(wide.pack(0x50, 0x01)).message == wide
+    narrow = tiny.messages.PosEcho(label="a", blob=bytes(6), load=1)
+    assert tiny.decode(narrow.pack(0x50, 0x01)).message == narrow
+    back = tiny.messages.PosMovedServo(chan_ident=1, position=0, velocity=-1, status_bits=0)
+    assert back.velocity == -1  # the first edition has no sign there
+
+
+def test_frames_of_commands(
+    autumn: Protocol, tmp_path: Path, imported: Callable[[Path], Any]
+) -> None:
+    write(render([autumn]), tmp_path)
+    turtle = imported(tmp_path).messages
+    assert turtle.GoTo(place=-1).pack(0x01) == bytes.fromhex("01 47 03 FF FF FF 2E")
+    assert turtle.MoodReply.unpack(b"Z\7") == turtle.MoodReply(mood=0x5A, strength=7)
+    assert turtle.Turn(angle=-1).pack(0x02) == bytes.fromhex("02 54 02 FF FF 2E")
+    sent = turtle.PROTOCOL.decode(bytes.fromhex("FE 54"))
+    assert sent.message == turtle.Stretch()
+
+
+def write(files: dict[str, str], folder: Path) -> None:
+    for path, text in files.items():
+        target = folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text, encoding="utf-8")
+
+
+# Changes
+
+
+def test_changes_show_the_overlay(
+    protocol: Protocol, second: Protocol, overlaid_spec: Path
+) -> None:
+    third = check(overlaid_spec, overlays=["tiny/third"])[0]
+    changes = compare([protocol], [third])
+    assert [(c.kind, c.where) for c in changes if c.level.name != "DOC"] == [
+        ("layout-length", {"message": "LAMP", "form": "data", "attribute": "length"}),
+        ("field-removed", {"message": "LAMP", "form": "data", "field": "force"}),
+        ("message-added", {"message": "BELL"}),
+    ]
+    assert ("document", None, "third") in {(c.kind, c.old, c.new) for c in changes}
+    assert compare([third], [third]) == []
+    assert ("document", "third", "second") in {
+        (c.kind, c.old, c.new) for c in compare([third], [second])
+    }
+
+
+# Files
+
+
+def test_what_decides_on_the_output(overlaid_spec: Path) -> None:
+    found = {
+        path.relative_to(overlaid_spec).as_posix()
+        for path in inputs([overlaid_spec])
+        if path.is_relative_to(overlaid_spec)
+    }
+    assert {"tiny/overlays/second/overlay.yaml", "tiny/overlays/third/messages/extra.yaml"} <= found
+
+
+def test_a_link_out_of_the_spec(spec: Path, tmp_path: Path) -> None:
+    secret = tmp_path / "secret.yaml"
+    secret.write_text("quantities: {}\n", encoding="utf-8")
+    (spec / "tiny" / "overlays" / "third" / "quantities.yaml").symlink_to(secret)
+    assert said(spec) == [
+        "tiny/overlays/third/quantities.yaml:1:1: SW008 is a link out of the folder of the spec"
+    ]
+
+
+def test_a_folder_that_is_a_link_out_of_the_spec(spec: Path, tmp_path: Path) -> None:
+    """What is in it is not even listed."""
+    elsewhere = shutil.copytree(spec / "tiny" / "overlays" / "third", tmp_path / "elsewhere")
+    shutil.rmtree(spec / "tiny" / "overlays" / "third")
+    (spec / "tiny" / "overlays" / "third").symlink_to(elsewhere)
+    assert said(spec) == ["tiny/overlays/third:1:1: SW008 is a link out of the folder of the spec"]
+
+
+def test_shared_parts_of_the_schemas_are_the_same() -> None:
+    """A JSON Schema of ours refers to no other file, so what two of them share stands in both."""
+    overlay, protocol = (
+        json.loads((SCHEMAS / f"{name}.schema.json").read_text(encoding="utf-8"))
+        for name in ("overlay", "protocol")
+    )
+    for key in ("formats", "contexts", "groups"):
+        assert overlay["properties"][key] == protocol["properties"][key]
+    shape = {"properties", "required", "additionalProperties", "dependentSchemas"}
+    mine, theirs = (x["properties"]["document"] for x in (overlay, protocol))
+    assert {key: mine[key] for key in shape} == {key: theirs[key] for key in shape}
