@@ -24,7 +24,7 @@ PACKAGES = {
     "stagewire_conformance": ROOT / "conformance",
     "stagewire_generator": ROOT / "generator",
 }
-EXTRA = ("yaml", "jinja2", "jsonschema")
+EXTRA = ("yaml", "jinja2", "jsonschema", "junitparser", "ruamel")
 MOVE = "53 04 06 00 D0 01 01 00 40 0D 03 00"
 
 # Only the standard library, the wheel and what else is installed: directories that are appended to
@@ -108,7 +108,7 @@ def test_every_file_of_the_packages_is_in_the_wheel_and_nothing_else(names: list
 
 def test_no_yaml_and_nothing_compiled(names: list[str]) -> None:
     suffixes = {PurePosixPath(name).suffix for name in names if ".dist-info/" not in name}
-    assert suffixes == {".py", ".json", ".j2", ".typed"}
+    assert suffixes == {".py", ".json", ".j2", ".cmake", ".typed"}
 
 
 def test_every_package_is_typed(names: list[str]) -> None:
@@ -143,7 +143,7 @@ def test_entry_points(unpacked: Path) -> None:
 def test_what_it_needs(metadata: Message) -> None:
     needs = [str(need) for need in metadata.get_all("Requires-Dist", [])]
     plain = " ".join(need.lower() for need in needs if "extra ==" not in need)
-    for name in ("yaml", "jinja2", "jsonschema"):
+    for name in EXTRA:
         assert name not in plain
         extras = [n.replace('"', "'") for n in needs if n.lower().startswith(("py" + name, name))]
         assert any(need.endswith("extra == 'generator'") for need in extras), extras
@@ -195,9 +195,23 @@ def test_the_command_without_an_extra(unpacked: Path, words: list[str], said: st
     assert said in done.stdout
 
 
-@pytest.mark.parametrize("name", EXTRA)
-@pytest.mark.parametrize("words", [["check", ROOT / "spec"], ["generate", "--check"]], ids=str)
-def test_a_missing_extra_is_named(unpacked: Path, words: list[object], name: str) -> None:
+CHECK, GENERATE = ("check", ROOT / "spec"), ("generate", "--check")
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        *(
+            (words, name)
+            for words in (CHECK, GENERATE)
+            for name in ("yaml", "jinja2", "jsonschema")
+        ),
+        ((*CHECK, "--format", "junit"), "junitparser"),
+        (("format", "--check", ROOT / "spec"), "ruamel"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else value[0],
+)
+def test_a_missing_extra_is_named(unpacked: Path, words: tuple[object, ...], name: str) -> None:
     done = python(unpacked, COMMAND, *words, hidden=(name,))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
