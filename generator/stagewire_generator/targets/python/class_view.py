@@ -6,13 +6,16 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import Field
+from stagewire_generator.model import Field, Layout
 from stagewire_generator.targets.python.field_view import (
     FieldView,
     Slot,
+    code,
     default,
+    field_view,
     is_optional,
     name_of,
+    packed,
 )
 from stagewire_generator.targets.python.source import (
     WIDTH,
@@ -30,6 +33,7 @@ __all__ = [
     "layout_call",
     "names_line",
     "packer_name",
+    "payload_view",
 ]
 
 
@@ -142,3 +146,34 @@ def layout_call(
 def _names(head: str, quoted: list[str]) -> str:
     """Return a keyword argument of the Layout that is a tuple of names."""
     return call(head, quoted, "", 8, WIDTH - 1) if len(quoted) > 1 else head + tuple_of(quoted)
+
+
+def payload_view(
+    name: str, base: str, doc: str, made: str, layout: Layout, words: tuple[str, str, str]
+) -> ClassView:
+    """Return the view of a class that is its fields and nothing around them.
+
+    :param made: the statement that makes its Layout.
+    :param words: what it is called, and what it is read from and packed into.
+    """
+    fields = tuple(field_view(field) for field in layout.fields)
+    format = f'"<{"".join(code(field) for field in layout.fields)}"'
+    packer = packer_name(name)
+    noun, read_from, packed_into = words
+    return ClassView(
+        name=name,
+        kind="payload",
+        base=base,
+        doc=doc,
+        slots=names_line("__slots__ = ", sorted(field.name for field in fields)),
+        layout=made,
+        signature=constructor(layout.fields, fields),
+        fields=fields,
+        packer=call(f"{packer} = Struct", [format], "", 0),
+        unpacker=call("_unpack = Struct", [format], ".unpack_from", 4),
+        unpack=assignment(fields),
+        pack=call(f"return {packer}.pack", [packed(field) for field in layout.fields], "", 8),
+        noun=noun,
+        unpacked=read_from,
+        packed=packed_into,
+    )

@@ -13,6 +13,7 @@ from stagewire_generator.targets.python.class_view import (
     layout_call,
     names_line,
     packer_name,
+    payload_view,
 )
 from stagewire_generator.targets.python.documentation import class_doc, errata_of, exchange, where
 from stagewire_generator.targets.python.field_view import code, field_view, packed
@@ -93,30 +94,14 @@ def _with_data(protocol: Protocol, message: Message, bare: ClassView, layout: La
 
 
 def _reply(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
-    fields = tuple(field_view(field) for field in layout.fields)
-    format = f'"<{"".join(code(field) for field in layout.fields)}"'
-    packer = packer_name(name)
     first = f"The reply to ``{message.name}``, {_bytes(layout.length)}."
     summary = "It has no frame: only the command that was sent says what its bytes are."
     note = sentence(layout.note) if layout.note else ""
     of_fields = [slug for field in layout.fields for slug in field.errata]
-    return ClassView(
-        name=name,
-        kind="payload",
-        base="Reply",
-        doc=class_doc(first, [summary, note], layout.fields, errata_of(protocol, of_fields)),
-        slots=names_line("__slots__ = ", sorted(field.name for field in fields)),
-        layout=_layout(message, layout, ['kind="command"']),
-        signature=constructor(layout.fields, fields),
-        fields=fields,
-        packer=call(f"{packer} = Struct", [format], "", 0),
-        unpacker=call("_unpack = Struct", [format], ".unpack_from", 4),
-        unpack=assignment(fields),
-        pack=call(f"return {packer}.pack", [packed(field) for field in layout.fields], "", 8),
-        noun="reply",
-        unpacked="its bytes",
-        packed="the bytes of the reply",
-    )
+    doc = class_doc(first, [summary, note], layout.fields, errata_of(protocol, of_fields))
+    made = _layout(message, layout, ['kind="command"'])
+    words = ("reply", "its bytes", "the bytes of the reply")
+    return payload_view(name, "Reply", doc, made, layout, words)
 
 
 def _layout(message: Message, layout: Layout, more: list[str]) -> str:

@@ -4,17 +4,8 @@ from __future__ import annotations
 
 from stagewire_generator.model import Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
-from stagewire_generator.targets.python.class_view import (
-    ClassView,
-    assignment,
-    constructor,
-    layout_call,
-    names_line,
-    packer_name,
-)
+from stagewire_generator.targets.python.class_view import ClassView, layout_call, payload_view
 from stagewire_generator.targets.python.documentation import message_doc
-from stagewire_generator.targets.python.field_view import code, field_view, packed
-from stagewire_generator.targets.python.source import call
 
 __all__ = ["packet_views"]
 
@@ -44,26 +35,9 @@ def _empty(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
 
 
 def _with_fields(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
-    fields = tuple(field_view(field) for field in layout.fields)
-    format = f'"<{"".join(code(field) for field in layout.fields)}"'
-    packer = packer_name(name)
-    return ClassView(
-        name=name,
-        kind="payload",
-        base=_BASE,
-        doc=_doc(protocol, message, layout),
-        slots=names_line("__slots__ = ", sorted(field.name for field in fields)),
-        layout=_layout(protocol, message, layout),
-        signature=constructor(layout.fields, fields),
-        fields=fields,
-        packer=call(f"{packer} = Struct", [format], "", 0),
-        unpacker=call("_unpack = Struct", [format], ".unpack_from", 4),
-        unpack=assignment(fields),
-        pack=call(f"return {packer}.pack", [packed(field) for field in layout.fields], "", 8),
-        noun="message",
-        unpacked="the bytes of a payload",
-        packed="the bytes of the payload",
-    )
+    doc, made = _doc(protocol, message, layout), _layout(protocol, message, layout)
+    words = ("message", "the bytes of a payload", "the bytes of the payload")
+    return payload_view(name, _BASE, doc, made, layout, words)
 
 
 def _layout(protocol: Protocol, message: Message, layout: Layout) -> str:
