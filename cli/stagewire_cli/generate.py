@@ -11,7 +11,14 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.generator import check_folders, folder, load, show_diagnostics, the_generator
+from stagewire_cli.generator import (
+    check_folders,
+    folder,
+    load,
+    show_diagnostics,
+    the_generator,
+    write_files,
+)
 from stagewire_cli.listing import show_paths
 from stagewire_cli.progress import progress
 from stagewire_cli.terminal import printable
@@ -130,7 +137,9 @@ def generate(
     elif check:
         _compare(out, rendered("compared"), partial=bool(target))
     else:
-        _write(out, rendered("written"), partial=bool(target))
+        files = rendered("written")
+        touched = write_files(out, files, partial=bool(target))
+        typer.echo(f"{out}: {len(files)} files, {touched} written or removed")
 
 
 def _only_one(modes: Mapping[str, bool]) -> None:
@@ -209,17 +218,3 @@ def _compare(out: Path, files: Mapping[str, str], *, partial: bool) -> None:
         typer.echo(f"{out} is not what the spec gives: {listed}", err=True)
         raise typer.Exit(WRONG)
     typer.echo(f"{out}: {len(files)} files, not one byte drifted")
-
-
-def _write(out: Path, files: Mapping[str, str], *, partial: bool) -> None:
-    """Write the files and say which of them were not there as they are now."""
-    from stagewire_generator.output import OutputError, write
-
-    try:
-        touched = write(out, files, partial=partial)
-    except OutputError as error:
-        typer.echo(f"stagewire: {error}", err=True)
-        raise typer.Exit(WRONG) from None
-    for path in touched:
-        typer.echo(path)
-    typer.echo(f"{out}: {len(files)} files, {len(touched)} written or removed")

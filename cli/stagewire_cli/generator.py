@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.located import located
 from stagewire_cli.progress import progress
 from stagewire_cli.terminal import printable
@@ -20,7 +20,14 @@ if TYPE_CHECKING:
     from stagewire_generator.model import Protocol
     from stagewire_generator.pipeline import Counts
 
-__all__ = ["check_folders", "folder", "load", "show_diagnostics", "the_generator"]
+__all__ = [
+    "check_folders",
+    "folder",
+    "load",
+    "show_diagnostics",
+    "the_generator",
+    "write_files",
+]
 
 
 def folder(text: str | Path) -> Path:
@@ -129,3 +136,21 @@ def show_diagnostics(error: SpecError, folders: Sequence[Path], *, err: bool = F
     number = len(error.diagnostics)
     where = ", ".join(map(str, folders))
     typer.echo(f"{where}: {number} error{'s' * (number != 1)}", err=True)
+
+
+def write_files(out: Path, files: Mapping[str, str], *, partial: bool) -> int:
+    """Write files to a folder, name those that were not there as they are now, and return how many.
+
+    :param partial: what else stands in the folder belongs to others.
+    Says what is in the way, and ends with 1, where a file of somebody else would be lost.
+    """
+    from stagewire_generator.output import OutputError, write
+
+    try:
+        touched = write(out, files, partial=partial)
+    except OutputError as error:
+        typer.echo(f"stagewire: {error}", err=True)
+        raise typer.Exit(WRONG) from None
+    for path in touched:
+        typer.echo(path)
+    return len(touched)

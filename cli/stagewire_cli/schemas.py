@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.errors import WRONG
-from stagewire_cli.generator import folder, the_generator
+from stagewire_cli.generator import folder, the_generator, write_files
 from stagewire_cli.terminal import printable
 
 __all__ = ["EXAMPLE", "schemas"]
@@ -33,7 +33,7 @@ def schemas(
     Editors find them by the first line of each file, which `stagewire format` writes.
     """
     with the_generator():
-        from stagewire_generator.output import OutputError, compare, write
+        from stagewire_generator.output import compare
         from stagewire_generator.schemas import schema_texts
     files = schema_texts()
     if check:
@@ -45,11 +45,5 @@ def schemas(
             raise typer.Exit(WRONG)
         typer.echo(f"{out}: {len(files)} schemas, all as they should be")
         return
-    try:
-        touched = write(out, files, partial=True)
-    except OutputError as error:
-        typer.echo(f"stagewire: {error}", err=True)
-        raise typer.Exit(WRONG) from None
-    for path in touched:
-        typer.echo(path)
-    typer.echo(f"{out}: {len(files)} schemas, {len(touched)} files written")
+    touched = write_files(out, files, partial=True)
+    typer.echo(f"{out}: {len(files)} schemas, {touched} files written")

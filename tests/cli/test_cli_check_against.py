@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from repositories import GOOD, commit, edit, git, make_repository
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
 ROOT = Path(__file__).parents[2]
-GOOD = ROOT / "tests" / "generator" / "good_spec"
 OVERLAYS = ROOT / "tests" / "generator" / "good_overlays" / "tiny" / "overlays"
 WIRE = ("messages/core.yaml", "at_rest: {bit: 1}", "at_rest: {bit: 2}")
 PAGE = (
@@ -26,13 +24,6 @@ PAGE = (
 DOC = ("units.yaml", "Tiny coil", "A tiny coil")
 
 
-def edit(spec: Path, file: str, old: str, new: str) -> None:
-    path = spec / "tiny" / file
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new), encoding="utf-8")
-
-
 @pytest.fixture
 def new(tmp_path: Path) -> Path:
     return Path(shutil.copytree(GOOD, tmp_path / "new"))
@@ -41,30 +32,7 @@ def new(tmp_path: Path) -> Path:
 @pytest.fixture
 def repository(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A repository of two commits, of which the last reworded something; the test stands in it."""
-    for name in [name for name in os.environ if name.startswith("GIT_")]:
-        monkeypatch.delenv(name)
-    monkeypatch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
-    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
-    top = tmp_path / "repository"
-    shutil.copytree(GOOD / "tiny", top / "spec" / "tiny")
-    shutil.copytree(GOOD / "conformance", top / "conformance")
-    monkeypatch.chdir(top)
-    git("init", "--quiet")
-    commit()
-    edit(top / "spec", *DOC)
-    commit()
-    return top
-
-
-def git(*arguments: str) -> None:
-    who = ("-c", "user.name=Somebody", "-c", "user.email=somebody@example.org")
-    more = ("-c", "protocol.file.allow=always")
-    subprocess.run(["git", *who, *more, *arguments], check=True, capture_output=True)
-
-
-def commit() -> None:
-    git("add", "--all")
-    git("commit", "--quiet", "--message", "a change")
+    return make_repository(tmp_path / "repository", GOOD, DOC, monkeypatch)
 
 
 def test_nothing_changed(stagewire: Stagewire, new: Path) -> None:

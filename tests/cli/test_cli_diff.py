@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jsonschema
 import pytest
+from repositories import GOOD, commit, edit, make_repository
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
 ROOT = Path(__file__).parents[2]
-GOOD = ROOT / "tests" / "generator" / "good_spec"
 OVERLAYS = ROOT / "tests" / "generator" / "good_overlays" / "tiny" / "overlays"
 EDITS = {
     "wire": ("messages/core.yaml", "at_rest: {bit: 1}", "at_rest: {bit: 2}"),
@@ -34,13 +32,6 @@ def old(tmp_path: Path) -> Path:
 @pytest.fixture
 def new(tmp_path: Path) -> Path:
     return Path(shutil.copytree(GOOD, tmp_path / "new"))
-
-
-def edit(spec: Path, file: str, old: str, new: str) -> None:
-    path = spec / "tiny" / file
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new), encoding="utf-8")
 
 
 def test_no_changes(stagewire: Stagewire, old: Path, new: Path) -> None:
@@ -204,29 +195,7 @@ def test_a_side_that_is_wrong(stagewire: Stagewire, old: Path, new: Path, side: 
 @pytest.fixture
 def repository(old: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A repository whose last commit has a WIRE change; the test stands in it."""
-    for name in [name for name in os.environ if name.startswith("GIT_")]:
-        monkeypatch.delenv(name)
-    monkeypatch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
-    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
-    top = tmp_path / "repository"
-    shutil.copytree(old / "tiny", top / "spec" / "tiny")
-    shutil.copytree(old / "conformance", top / "conformance")
-    monkeypatch.chdir(top)
-    git("init", "--quiet")
-    commit()
-    edit(top / "spec", *EDITS["wire"])
-    commit()
-    return top
-
-
-def git(*arguments: str) -> None:
-    who = ("-c", "user.name=Somebody", "-c", "user.email=somebody@example.org")
-    subprocess.run(["git", *who, *arguments], check=True, capture_output=True)
-
-
-def commit() -> None:
-    git("add", "--all")
-    git("commit", "--quiet", "--message", "a change")
+    return make_repository(tmp_path / "repository", old, EDITS["wire"], monkeypatch)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata
 
@@ -10,10 +11,6 @@ from stagewire_generator.targets.project.escaping import markdown, toml
 from stagewire_generator.targets.project.requirement import requirement
 
 __all__ = ["ProjectView", "project_view"]
-
-# kind of framing -> what `stagewire encode` has to be told beside the fields, and `stagewire decode`
-_ENCODE = {"header": (), "slots": ("--axis",), "packet": ("--address",)}
-_DECODE = {"header": "", "slots": " --direction command", "packet": ""}
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,13 +80,7 @@ def _encode(protocol: Protocol, message: Message, layout: Layout) -> str:
     words = ["stagewire encode", message.name]
     if len(message.layouts) > 1:
         words.append(f"--form {layout.form}")
-    framing = protocol.framing
-    for option in _ENCODE[framing["kind"]]:
-        if option == "--axis":
-            axes = next(e for e in protocol.enumerations if e.name == framing["axes"])
-            words.append(f"--axis {axes.values[0].name}")
-        elif "address" in framing:
-            words.append("--address 1")
+    words += _ENCODE[protocol.framing["kind"]](protocol)
     words += [f"{field.name}={_value(field)}" for field in _given(layout)]
     return " ".join([*words, f"--protocol {protocol.name}"])
 
@@ -111,3 +102,21 @@ def _names(field: Field) -> list[str]:
     """Return the names of values that the field takes."""
     assert field.enum
     return [v.name for v in field.enum.values if field.minimum <= v.value <= field.maximum]
+
+
+def _axis(protocol: Protocol) -> list[str]:
+    axes = next(e for e in protocol.enumerations if e.name == protocol.framing["axes"])
+    return [f"--axis {axes.values[0].name}"]
+
+
+def _address(protocol: Protocol) -> list[str]:
+    return ["--address 1"] if "address" in protocol.framing else []
+
+
+# kind of framing -> what `stagewire encode` has to be told beside the fields, and `stagewire decode`
+_ENCODE: dict[str, Callable[[Protocol], list[str]]] = {
+    "header": lambda _: [],
+    "slots": _axis,
+    "packet": _address,
+}
+_DECODE = {"header": "", "slots": " --direction command", "packet": ""}
