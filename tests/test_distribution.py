@@ -20,7 +20,7 @@ import stagewire
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-GENERATOR = {"jinja2", "pyyaml", "jsonschema", "junitparser", "ruamel-yaml"}
+GENERATOR = {"jinja2", "pyyaml", "jsonschema", "jsonschema-rs", "junitparser", "ruamel-yaml"}
 
 
 def run(*words: object, cwd: Path | None = None) -> str:
@@ -114,7 +114,7 @@ def test_it_installs_and_runs_without_an_extra(wheels: dict[str, Path], tmp_path
     assert run(command, "--version") == f"stagewire {stagewire.__version__}\n"
     assert "id 0x0453" in run(command, "show", "MOT_MOVE_ABSOLUTE")
     code = "import importlib.util as u, sys; print([n for n in sys.argv[1:] if u.find_spec(n)])"
-    modules = ("jinja2", "yaml", "jsonschema", "junitparser", "ruamel")
+    modules = ("jinja2", "yaml", "jsonschema", "jsonschema_rs", "junitparser", "ruamel")
     assert run(python, "-c", code, *modules) == "[]\n"
 
 

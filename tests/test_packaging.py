@@ -24,7 +24,7 @@ PACKAGES = {
     "stagewire_conformance": ROOT / "conformance",
     "stagewire_generator": ROOT / "generator",
 }
-EXTRA = ("yaml", "jinja2", "jsonschema", "junitparser", "ruamel")
+EXTRA = ("yaml", "jinja2", "jsonschema", "jsonschema_rs", "junitparser", "ruamel")
 MOVE = "53 04 06 00 D0 01 01 00 40 0D 03 00"
 
 # Only the standard library, the wheel and what else is installed: directories that are appended to
@@ -204,7 +204,7 @@ CHECK, GENERATE = ("check", ROOT / "spec"), ("generate", "--check")
         *(
             (words, name)
             for words in (CHECK, GENERATE)
-            for name in ("yaml", "jinja2", "jsonschema")
+            for name in ("yaml", "jinja2", "jsonschema_rs")
         ),
         ((*CHECK, "--format", "junit"), "junitparser"),
         (("format", "--check", ROOT / "spec"), "ruamel"),
@@ -216,6 +216,19 @@ def test_a_missing_extra_is_named(unpacked: Path, words: tuple[object, ...], nam
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         f"stagewire: this command needs {name}; it comes with pip install 'stagewire[generator]'\n"
+    )
+
+
+def test_what_explains_an_error_is_named_where_it_is_missing(
+    unpacked: Path, tmp_path: Path
+) -> None:
+    """It is imported when there is an error to explain, and not before."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "protocol.yaml").write_text("protocol: 1\n", encoding="utf-8")
+    done = python(unpacked, COMMAND, "check", tmp_path, hidden=("jsonschema",))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(
+        "stagewire: this command needs jsonschema; it comes with pip install "
     )
 
 

@@ -48,6 +48,7 @@ def the_generator() -> Iterator[None]:
             "jinja2",
             "yaml",
             "jsonschema",
+            "jsonschema_rs",
             "junitparser",
             "ruamel",
             "stagewire_generator",
@@ -100,6 +101,7 @@ def load(
     Returns the protocols, and what was looked at by protocol.
     """
     from stagewire_generator.diagnostics import SpecError
+    from stagewire_generator.naming import c_prefix
     from stagewire_generator.pipeline import check
 
     check_folders(folders)
@@ -107,7 +109,7 @@ def load(
     protocols: list[Protocol] = []
     counts: dict[str, Counts] = {}
     found: list[Diagnostic] = []
-    with progress() as say:
+    with the_generator(), progress() as say:  # what explains an error is imported when there is one
         for folder in folders:
             try:
                 protocols += check(folder, say, counts, looked_at, overlays)
@@ -117,7 +119,11 @@ def load(
                 )
     if found:
         raise SpecError(found)
-    taken = {"protocol": [p.name for p in protocols], "package": [p.package for p in protocols]}
+    taken = {
+        "protocol": [p.name for p in protocols],
+        "package": [p.package for p in protocols],
+        "prefix in C": [c_prefix(p.package) for p in protocols],
+    }
     for noun, names in taken.items():  # what is written of one would take the place of the other
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise CalledWronglyError(

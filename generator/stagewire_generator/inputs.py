@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from stagewire_generator.reader import files_of, protocol_folders, schema_folder
+from stagewire_generator.reader import files_of, protocol_folders
+from stagewire_generator.schemas import schema_folder
 from stagewire_generator.targets.templates import templates_in
 
 __all__ = ["inputs"]

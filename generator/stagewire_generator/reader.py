@@ -8,32 +8,24 @@ An overlay is a folder in ``overlays`` with files of the same kinds, its example
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator
-from functools import cache
-from itertools import islice
 from pathlib import Path
-from typing import Any
-
-import jsonschema
 
 from stagewire_generator import strict_yaml
-from stagewire_generator.diagnostics import MOST_OF_A_FILE, Diagnostics, Place
+from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.files import leads_out
-from stagewire_generator.schema_errors import HERE, explained, nearest
 from stagewire_generator.strays import strays
 from stagewire_generator.strict_yaml import Document
+from stagewire_generator.validation import fits_schema
 
 __all__ = [
     "Files",
     "files_of",
-    "fits_schema",
     "overlay_folders",
     "protocol_folders",
     "read",
     "read_overlay",
-    "schema_folder",
 ]
 
 Files = dict[str, list[Document]]
@@ -55,11 +47,8 @@ _KINDS_OF_OVERLAYS = {
     "examples": "examples.yaml",
     "captures": "captures.yaml",
 }
-_WHOLE = ("required", "if", "then", "else")  # what schemas ask of a whole file or section
 _PARTS = frozenset({"stages", "units"})  # of these an overlay has what it changes
-_LONGEST = 160  # characters of a place
 _LINK = "is a link out of the folder of the spec"
-_BESIDE_A_REFERENCE = {"$ref", "title", "description", "maxLength", HERE}
 _BESIDE = {"examples": "examples/{}.yaml", "captures": "captures/{}.yaml"}
 
 
@@ -166,68 +155,3 @@ def _find_overlay(folder: Path) -> Iterator[tuple[str, Path, Path]]:
     for kind, pattern in _KINDS_OF_OVERLAYS.items():
         for path in sorted(folder.glob(pattern)):
             yield kind, path, root
-
-
-def fits_schema(
-    document: Document, kind: str, diagnostics: Diagnostics, *, part: bool = False
-) -> bool:
-    """Hold a file against the schema of its kind; what is wrong goes to ``diagnostics``.
-
-    :param part: whether it may lack what the schema asks of a whole file.
-    """
-    valid = True
-    for error in islice(_validator(kind, part).iter_errors(document.data), MOST_OF_A_FILE):
-        valid = False
-        error = nearest(error)
-        key, what, hint = explained(error)
-        place = document.place(*error.absolute_path, *key)
-        where = ".".join(str(part) for part in error.absolute_path) or kind
-        where = where if len(where) <= _LONGEST else f"{where[: _LONGEST - 3]}..."
-        diagnostics.add(place, "SW010", f"{where}: {what}", hint)
-    return valid
-
-
-@cache
-def _validator(kind: str, part: bool = False) -> Any:
-    path = schema_folder() / f"{kind}.schema.json"
-    schema = json.loads(path.read_text(encoding="utf-8"))
-    _inline(schema)
-    for whole in (schema, *schema["properties"].values()) if part else ():
-        for keyword in _WHOLE:
-            whole.pop(keyword, None)
-    return jsonschema.Draft202012Validator(schema)
-
-
-def _inline(schema: Any) -> None:
-    """Put the definitions of a schema where they are referred to.
-
-    A spec meets tens of thousands of references, and each costs a validator of its own. Where more
-    than a length stands beside a reference it stays one: some keywords look at their neighbours.
-    """
-    definitions = {f"#/$defs/{name}": part for name, part in schema.get("$defs", {}).items()}
-    parts, seen = [schema], set()
-    while parts:
-        part = parts.pop()
-        if id(part) in seen or not isinstance(part, (dict, list)):
-            continue
-        seen.add(id(part))
-        if isinstance(part, dict):
-            while (meant := definitions.get(str(part.get("$ref")))) is not None:
-                if part.keys() - _BESIDE_A_REFERENCE or "maxLength" in part.keys() & meant.keys():
-                    break
-                del part["$ref"]
-                here = part.get(HERE) or part.get("description", "")
-                part.update(meant, **{HERE: here})
-        parts.extend(part.values() if isinstance(part, dict) else part)
-
-
-def schema_folder() -> Path:
-    """Return the schemas of an installed wheel or of the checkout, never those of the spec.
-
-    Their patterns keep a text of the spec from becoming code; a spec must not bring looser ones.
-    """
-    here = Path(__file__).resolve().parent
-    for candidate in (here / "schema", here.parents[1] / "spec" / "schema"):
-        if (candidate / "protocol.schema.json").is_file():
-            return candidate
-    raise FileNotFoundError("the JSON Schemas of the registry are not installed")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,11 +36,15 @@ _AMBIGUOUS = re.compile(  # what is left after the forms above; linear, so that 
     )\Z""",
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
+# What the forms above, the words and ambiguous texts begin with: most texts begin with something else.
+_MAY_BE_NO_TEXT = frozenset("0123456789+-.~=<yYnNoOtTfF")
 _LONGEST_NUMBER = 40  # characters
 _DEEPEST = 64  # brackets and indentations around a value
 _HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})  # Cf: direction marks, joiners, byte order mark
 
 KeyPath = tuple[str | int, ...]  # keys and indices, from the outermost in
+_Mark = tuple[str, Any]
+"""A file, and a mark of PyYAML in it; it is made a Place of when it is asked for, and most never are."""
 
 
 @dataclass(slots=True)
@@ -49,7 +53,7 @@ class Document:
 
     name: str
     data: Any
-    places: dict[KeyPath, Place]
+    places: dict[KeyPath, _Mark]
     overlay: str = ""  # name of the overlay that the file belongs to
 
     def place(self, *path: str | int) -> Place:
@@ -57,8 +61,12 @@ class Document:
         for end in range(len(path), 0, -1):
             found = self.places.get(path[:end])
             if found:
-                return found
+                return _place(*found)
         return Place(self.name)
+
+
+def _place(name: str, mark: Any) -> Place:
+    return Place(name, mark.line + 1, mark.column + 1)
 
 
 def load(
@@ -154,21 +162,21 @@ class _Reader:
         self.name = name
         self.diagnostics = diagnostics
         self.any_byte = any_byte
-        self.places: dict[KeyPath, Place] = {}
+        self.places: dict[KeyPath, _Mark] = {}
         self.fit = True  # whether the values stand for what the file says
         self.depth = 0
-        self.events: Iterator[yaml.Event] = yaml.parse(text, Loader=_Loader)
+        self.event: Callable[[], yaml.Event] = _Loader(text).get_event
 
     def document(self) -> Any:
         """Return the value of the only document."""
-        next(self.events)  # the stream begins
-        if isinstance(next(self.events), yaml.StreamEndEvent):
+        self.event()  # the stream begins
+        if isinstance(self.event(), yaml.StreamEndEvent):
             self.problem(Place(self.name), "the file is empty")
             return None
         data = self.value(self.next(), ())
         if self.fit:
-            next(self.events)  # the document ends
-            event = next(self.events)
+            self.event()  # the document ends
+            event = self.event()
             if not isinstance(event, yaml.StreamEndEvent):
                 self.problem(self.at(event), "a second document begins")
         return data
@@ -179,9 +187,10 @@ class _Reader:
         self.fit = False
 
     def at(self, event: yaml.Event) -> Place:
-        mark = event.start_mark
-        assert mark  # the parser gives every event its place
-        return Place(self.name, mark.line + 1, mark.column + 1)
+        return _place(*self.mark(event))
+
+    def mark(self, event: yaml.Event) -> _Mark:
+        return self.name, event.start_mark
 
     def next(self) -> yaml.Event:
         """Return the next event of a value, having looked for anchors, aliases and tags.
@@ -189,7 +198,9 @@ class _Reader:
         An alias could stand for something that holds itself, or for far more than the file; and
         whoever makes the values of a very deep file runs out of stack.
         """
-        event = next(self.events)
+        event = self.event()
+        if event.__class__ is yaml.ScalarEvent and not event.anchor and not event.tag:
+            return event  # nearly all of them
         self.depth += isinstance(event, yaml.CollectionStartEvent)
         self.depth -= isinstance(event, yaml.CollectionEndEvent)
         if self.depth > _DEEPEST:
@@ -221,7 +232,7 @@ class _Reader:
         items: list[Any] = []
         while not isinstance(event := self.next(), yaml.SequenceEndEvent):
             item = (*path, len(items))
-            self.places[item] = self.at(event)
+            self.places[item] = self.mark(event)
             items.append(self.value(event, item))
         return items
 
@@ -233,8 +244,9 @@ class _Reader:
                 self.skip(event)
                 self.skip(self.next())
             else:
-                self.places[(*path, key)] = self.at(event)
-                result[key] = self.value(self.next(), (*path, key))
+                inner = (*path, key)
+                self.places[inner] = self.mark(event)
+                result[key] = self.value(self.next(), inner)
         return result
 
     def key(self, event: yaml.Event, before: dict[str, Any], path: KeyPath) -> str | None:
@@ -250,8 +262,8 @@ class _Reader:
             self.diagnostics.add(self.at(event), "SW005", f"the key {event.value} is not text")
             return None
         if key in before:
-            first = self.places[(*path, key)].line
-            what = f"{key} stands here again (first in line {first})"
+            _, first = self.places[(*path, key)]
+            what = f"{key} stands here again (first in line {first.line + 1})"
             self.diagnostics.add(self.at(event), "SW002", what)
             return None
         return key
@@ -259,14 +271,18 @@ class _Reader:
     def scalar(self, event: yaml.ScalarEvent) -> Any:
         text: str = event.value
         if event.style:  # quoted or a block: text, whatever it looks like
+            if text.isprintable():
+                return text  # nothing harmful is
             for char in filter(_harmful, text):
                 if not self.any_byte or char > "\xff":
                     self.diagnostics.add(self.at(event), "SW007", f"the text holds {char!r}")
             return text
-        if text in _WORDS:
-            return _WORDS[text]
         if text == "":
             return None
+        if text[0] not in _MAY_BE_NO_TEXT:
+            return text
+        if text in _WORDS:
+            return _WORDS[text]
         hexadecimal = _HEX.match(text)
         if hexadecimal or _DECIMAL.match(text):
             if len(text) > _LONGEST_NUMBER:

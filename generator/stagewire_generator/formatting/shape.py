@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any
 
-from stagewire_generator.reader import schema_folder
+from stagewire_generator.schemas import schema_folder
 
 __all__ = ["UNKNOWN", "Shape", "shape"]
 

@@ -12,8 +12,9 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.reader import Files, fits_schema
+from stagewire_generator.reader import Files
 from stagewire_generator.strict_yaml import Document
+from stagewire_generator.validation import fits_schema
 
 __all__ = ["SECTIONS", "compose"]
 
