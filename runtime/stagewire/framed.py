@@ -269,7 +269,7 @@ class FramedProtocol(Protocol):
                 raise MissingFieldError(f"{message} ({layout.form}) is made from its data alone")
             undecided = cls(data)
             for name, value in fields.items():
-                if getattr(undecided, name) != value:
+                if isinstance(value, (bool, float)) or getattr(undecided, name) != value:
                     raise BadValueError(
                         f"{message}.{name} is {getattr(undecided, name)} in data, not {value!r}"
                     )

@@ -62,7 +62,9 @@ def test_a_layout_that_only_context_decides() -> None:
         source=80,
     )
     assert one(**again) == {"ok": True, "hex": COMPLETED}
-    assert refused(**again, fields={"chan_ident": 2}) == "bad_value"
+    assert one(**again, fields={"chan_ident": 1}) == {"ok": True, "hex": COMPLETED}
+    for other in (2, True, 1.0, "1", None):
+        assert refused(**again, fields={"chan_ident": other}) == "bad_value"
     for status in ("dc", "stepper"):
         decided = one(op="decode", protocol=APT, hex=COMPLETED, context={"status": status})
         assert decided["form"] == f"data:{status}"

@@ -1,14 +1,18 @@
-"""``vectors/<protocol>.json``: the worked examples and captures, for any implementation."""
+"""``vectors/<protocol>.json``: worked examples, captures and cases, for any implementation."""
 
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
-from stagewire_generator.model import Protocol
+from stagewire_generator.model import Json, Protocol
 from stagewire_generator.targets.canonical import canonical
+from stagewire_generator.targets.vectors.case import Case
+from stagewire_generator.targets.vectors.cases import cases_of
+from stagewire_generator.targets.vectors.printed import captures_of, examples_of
 
-__all__ = ["render", "vectors_text"]
+__all__ = ["Case", "cases_of", "render", "vectors_text"]
+
+SCHEMA_VERSION = 1
 
 
 def render(protocol: Protocol) -> dict[str, str]:
@@ -19,24 +23,19 @@ def render(protocol: Protocol) -> dict[str, str]:
 @lru_cache(maxsize=1)
 def vectors_text(protocol: Protocol) -> str:
     """Return the vectors as canonical JSON; the Python package carries them, too."""
-    return canonical(_vectors_json(protocol))
+    return canonical(
+        {
+            "schema_version": SCHEMA_VERSION,
+            "protocol": protocol.name,
+            "examples": examples_of(protocol),
+            "captures": captures_of(protocol),
+            "cases": [_case_json(case) for case in cases_of(protocol)],
+        },
+        lines={"cases"},
+    )
 
 
-def _verdict(entry: dict[str, Any]) -> str:
-    """Return the verdict of a prose example, which follows from its errata."""
-    return "erratum" if entry.get("errata") else "reproduced"
-
-
-def _vectors_json(protocol: Protocol) -> dict[str, Any]:
-    """Return the examples and captures as lists, in the order of the document."""
-    examples = protocol.examples.get("examples", {})
-    captures = protocol.captures.get("captures", {})
-    return {
-        "schema_version": 1,
-        "protocol": protocol.name,
-        "examples": sorted(
-            ({"id": id, "verdict": _verdict(entry), **entry} for id, entry in examples.items()),
-            key=lambda entry: (entry["page"], entry.get("line", 0), entry["id"]),
-        ),
-        "captures": [{"id": id, **entry} for id, entry in captures.items()],
-    }
+def _case_json(case: Case) -> Json:
+    """Return a case as it is written; most ids need no words."""
+    about = {"about": case.about} if case.about else {}
+    return {"id": case.id, **about, "request": case.request, "answer": case.answer}

@@ -1,0 +1,106 @@
+"""One layout as the subject of cases: what an encoder is asked, and what a decoder answers."""
+
+from __future__ import annotations
+
+from typing import Any, Final, TypeAlias
+
+from stagewire_generator.model import Field, Json, Layout, Message
+from stagewire_generator.targets.vectors.case import Case
+from stagewire_generator.targets.vectors.contents import Content, plain_content
+
+__all__ = ["LEFT_OUT", "Expected", "Subject", "answered", "make_case"]
+
+Expected: TypeAlias = bytes | Json | str
+"""The bytes that an encoder makes; what else is answered; the code of a refusal."""
+
+LEFT_OUT: Final = object()
+"""In the place of a value: the key is left out of the request."""
+
+
+def answered(expected: Expected) -> Json:
+    """Return the answer that is expected."""
+    if isinstance(expected, bytes):
+        return {"ok": True, "hex": expected.hex()}
+    if isinstance(expected, str):
+        return {"ok": False, "error": expected}
+    return {"ok": True, **expected}
+
+
+def make_case(
+    id: str, about: str, request: Json, expected: Expected, of: Subject | None = None
+) -> Case:
+    """Make a case; ``of`` is the layout that it leads to, if it leads to one."""
+    if of is None:
+        return Case(id, about, request, answered(expected))
+    return Case(id, about, request, answered(expected), of.message, of.layout)
+
+
+class Subject:
+    """One layout of a message.
+
+    :param message: the message.
+    :param layout: its layout.
+    :param fields: what can be given to an encoder, header parameters without a name included.
+    :param asked: what an encoder is told beside the fields.
+    :param reading: what a decoder is told beside the bytes.
+    :param says: what a decoder answers beside the fields.
+    """
+
+    def __init__(
+        self,
+        message: Message,
+        layout: Layout,
+        fields: tuple[Field, ...],
+        asked: Json,
+        reading: Json,
+        says: Json,
+    ) -> None:
+        self.message = message
+        self.layout = layout
+        self.fields = fields
+        self.asked = {"op": "encode", "message": message.name, "form": layout.form, **asked}
+        self.reading = {"op": "decode", **reading}
+        self.says = {"message": message.name, "form": layout.form, **says}
+        self.plain = plain_content(fields)
+        self._prefix = f"{message.name}/{layout.form}"
+
+    def encode(
+        self,
+        name: str,
+        about: str,
+        expected: bytes | str,
+        fields: Json | None = None,
+        /,
+        **changes: Any,
+    ) -> Case:
+        """Return a case that encodes ``fields``, or the plain ones; ``changes`` are keys of the request."""
+        request = {**self.asked, "fields": self.plain.given if fields is None else fields}
+        return self._case(f"encode/{name}", about, request, changes, expected)
+
+    def decode(
+        self, name: str, about: str, raw: bytes, expected: Json | str, **changes: Any
+    ) -> Case:
+        """Return a case that decodes ``raw``."""
+        request = {**self.reading, "hex": raw.hex()}
+        return self._case(f"decode/{name}", about, request, changes, expected)
+
+    def stream(
+        self, name: str, about: str, chunks: list[bytes], expected: Json, **changes: Any
+    ) -> Case:
+        """Return a case that cuts a stream."""
+        request = {"op": "stream", "chunks": [chunk.hex() for chunk in chunks]}
+        return self._case(f"stream/{name}", about, request, changes, expected)
+
+    def answer(self, content: Content, **more: Any) -> Json:
+        """Return what a decoder answers where the bytes hold ``content``."""
+        return {**self.says, "fields": content.shown, **more}
+
+    def _case(
+        self, name: str, about: str, request: Json, changes: Json, expected: Expected
+    ) -> Case:
+        for key, value in changes.items():
+            if value is LEFT_OUT:
+                request.pop(key, None)
+            else:
+                request[key] = value
+        return make_case(f"{self._prefix}/{name}", about, request, expected, self)
