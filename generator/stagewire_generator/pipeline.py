@@ -11,13 +11,15 @@ from stagewire_generator import manifest
 from stagewire_generator.checks import Checked, check_overlays, check_protocol
 from stagewire_generator.diagnostics import Diagnostics, Place, SpecError
 from stagewire_generator.model import Protocol
+from stagewire_generator.naming import c_prefix
 from stagewire_generator.reader import protocol_folders, read
-from stagewire_generator.targets import project, python, registry, vectors
+from stagewire_generator.targets import c, project, python, registry, vectors
 from stagewire_generator.targets.templates import Templates
 
 __all__ = ["TARGETS", "Counts", "check", "render"]
 
 TARGETS: dict[str, Callable[[Protocol, Templates], dict[str, str]]] = {
+    "c": c.render,
     "python": python.render,
     "registry": lambda protocol, _: registry.render(protocol),  # JSON is nobody's template
     "vectors": lambda protocol, _: vectors.render(protocol),
@@ -81,6 +83,10 @@ def check(
             elif protocol.package == other.package:
                 place = head.place("python", "package")
                 diagnostics.add(place, "SW020", f"the package {protocol.package} is defined twice")
+            elif c_prefix(protocol.package) == c_prefix(other.package):
+                place = head.place("python", "package")
+                what = f"{protocol.package} and {other.package} have the same names in C"
+                diagnostics.add(place, "SW022", what)
         protocols.append(protocol)
         if looked_at is not None:
             looked_at.update(checked)

@@ -30,6 +30,23 @@ def check_framing(protocol: Protocol, head: Document, diagnostics: Diagnostics) 
         check(protocol, head, diagnostics)
 
 
+def _header(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
+    """Check the addresses: they leave the bit free that announces a packet, and tell host from device."""
+    framing = protocol.framing
+    host, flag = framing["host"], framing["data_flag"]
+    free = "an address leaves the bit free that announces a packet; see the document"
+    if host & flag:
+        what = f"the host's address {host:#04x} holds the data flag"
+        diagnostics.add(head.place("framing", "host"), "SW038", what, free)
+    for index, device in enumerate(framing["devices"]):
+        place = head.place("framing", "devices", index)
+        if device & flag:
+            diagnostics.add(place, "SW038", f"the address {device:#04x} holds the data flag", free)
+        if device == host:
+            what = f"{device:#04x} is the address of the host and of a device"
+            diagnostics.add(place, "SW038", what, "one of the two is wrong; see the document")
+
+
 def _slots(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
     """Check the bytes that mark commands, and the byte and the size of every command."""
     framing = protocol.framing
@@ -70,6 +87,7 @@ def _size(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> Non
 
 # Kinds of framing that have rules of their own
 _RULES: dict[str, Callable[[Protocol, Document, Diagnostics], None]] = {
+    "header": _header,
     "slots": _slots,
     "packet": check_packets,
 }

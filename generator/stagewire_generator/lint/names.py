@@ -6,28 +6,15 @@ import keyword
 from collections.abc import Iterable, Iterator
 
 from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.lint.c_names import check_c_names
+from stagewire_generator.lint.keywords import C_KEYWORDS, C_NAMES, CPP_KEYWORDS
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.strict_yaml import Document
 
 __all__ = ["check_names"]
 
-# What generated classes, or the languages they are written in, keep for themselves.
-_C_KEYWORDS = frozenset({  # C99 to C23
-    "alignas", "alignof", "auto", "bool", "break", "case", "char", "const", "constexpr", "continue",
-    "default", "do", "double", "else", "enum", "extern", "false", "float", "for", "goto", "if",
-    "inline", "int", "long", "nullptr", "register", "restrict", "return", "short", "signed",
-    "sizeof", "static", "static_assert", "struct", "switch", "thread_local", "true", "typedef",
-    "typeof", "typeof_unqual", "union", "unsigned", "void", "volatile", "while"
-})  # fmt: skip
-_CPP_KEYWORDS = frozenset({  # C++20, beyond those of C
-    "and", "and_eq", "asm", "bitand", "bitor", "catch", "char16_t", "char32_t", "char8_t", "class",
-    "co_await", "co_return", "co_yield", "compl", "concept", "const_cast", "consteval", "constinit",
-    "decltype", "delete", "dynamic_cast", "explicit", "export", "friend", "mutable", "namespace",
-    "new", "noexcept", "not", "not_eq", "operator", "or", "or_eq", "private", "protected", "public",
-    "reinterpret_cast", "requires", "static_cast", "template", "this", "throw", "try", "typeid",
-    "typename", "using", "virtual", "wchar_t", "xor", "xor_eq"
-})  # fmt: skip
+# What generated classes keep for themselves.
 _MEMBERS = frozenset({
     "layout", "unpack", "pack", "values", "replace", "keep", "shared", "mro", "data", "param1",
     "param2", "reply", "marks", "shape"
@@ -50,7 +37,7 @@ _IN_METHODS = frozenset({
     "self", "cls", "raw", "draft", "bytes", "classmethod", "property", "check_addresses",
     "check_bytes", "check_integer", "check_text"
 })  # fmt: skip
-_RESERVED = _C_KEYWORDS | _CPP_KEYWORDS | frozenset(keyword.kwlist) | _IN_METHODS
+_RESERVED = C_KEYWORDS | CPP_KEYWORDS | C_NAMES | frozenset(keyword.kwlist) | _IN_METHODS
 _TO_HOST = frozenset({"answered_by", "completes_with", "stops_with", "announces"})
 
 
@@ -59,12 +46,15 @@ def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnos
 
     :param units: the file of the units, for the places of what is wrong in it.
     """
+    before = len(diagnostics.found)
     _fields(protocol, diagnostics)
     _classes(protocol, diagnostics)
     _exchanges(protocol, diagnostics)
     _apart([(c.name, c.place) for c in protocol.controllers], diagnostics)
     if units is not None:
         _units(protocol, units, diagnostics)
+    if len(diagnostics.found) == before:  # else C would only say the same of the same names
+        check_c_names(protocol, diagnostics)
 
 
 def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:

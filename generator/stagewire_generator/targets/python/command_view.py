@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from stagewire_generator.model import Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.documentation import errata_of, sentence
 from stagewire_generator.targets.python.class_view import (
     ClassView,
     assignment,
@@ -15,9 +16,9 @@ from stagewire_generator.targets.python.class_view import (
     packer_name,
     payload_view,
 )
-from stagewire_generator.targets.python.documentation import class_doc, errata_of, exchange, where
+from stagewire_generator.targets.python.documentation import class_doc, command_doc
 from stagewire_generator.targets.python.field_view import code, field_view, packed
-from stagewire_generator.targets.python.source import call, sentence
+from stagewire_generator.targets.python.source import call
 
 __all__ = ["command_views"]
 
@@ -44,7 +45,7 @@ def _setup(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         name=name,
         kind="empty",
         base="SetupCommand",
-        doc=_doc(protocol, message, layout, first),
+        doc=command_doc(protocol, message, layout, first),
         slots="__slots__ = ()",
         layout=_layout(message, layout, ['kind="setup"']),
     )
@@ -65,7 +66,7 @@ def _command(
         name=name,
         kind="bare",
         base="Command",
-        doc=_doc(protocol, message, layout, first),
+        doc=command_doc(protocol, message, layout, first),
         slots=names_line("__slots__ = ", sorted(field.name for field in layout.fields)),
         layout=_layout(message, layout, more),
         reply=reply,
@@ -116,19 +117,3 @@ def _byte(message: Message) -> str:
 
 def _bytes(number: int) -> str:
     return f"{number} byte{'s' if number > 1 else ''}"
-
-
-def _doc(protocol: Protocol, message: Message, layout: Layout, first: str) -> str:
-    """Return the docstring of what is sent."""
-    found = sentence(where(protocol, message.pages, message.overlay))
-    behind = " after the prefix" if message.kind == "setup" else ""
-    typed = f" Typed as ``{message.keyboard}``{behind}." if message.keyboard else ""
-    dummy = "A dummy function: refused unless ``allow_dummy`` is given." if message.dummy else ""
-    firmware = [f"Firmware {fact.version}: {sentence(fact.note)}" for fact in message.firmware]
-    notes = [sentence(note) for note in (message.note, layout.note) if note]
-    return class_doc(
-        first,
-        [message.summary, exchange(message), dummy, *notes, *firmware, found + typed],
-        layout.fields,
-        errata_of(protocol, message.errata),
-    )

@@ -13,6 +13,7 @@ from stagewire_generator.model import (
     Stage,
 )
 from stagewire_generator.naming import camel
+from stagewire_generator.targets.documentation import sentence
 from stagewire_generator.targets.python.documentation import where
 from stagewire_generator.targets.python.source import (
     WIDTH,
@@ -21,7 +22,6 @@ from stagewire_generator.targets.python.source import (
     literal,
     long_text,
     paragraph,
-    sentence,
     tuple_of,
 )
 

@@ -10,6 +10,8 @@ import textwrap
 import unicodedata
 from collections.abc import Sequence
 
+from stagewire_generator.targets.wrapping import wrapped
+
 __all__ = [
     "WIDTH",
     "assigned",
@@ -23,7 +25,6 @@ __all__ = [
     "long_text",
     "natural",
     "paragraph",
-    "sentence",
     "tuple_of",
     "width",
 ]
@@ -99,20 +100,7 @@ def assigned(target: str, value: str, indent: int) -> str:
 def paragraph(text: str, indent: int, hanging: int = 0) -> str:
     """Wrap a text for a docstring; the first line carries no indentation."""
     pad = " " * indent
-    lines = textwrap.wrap(
-        " ".join(text.split()),
-        WIDTH - indent,
-        subsequent_indent=" " * hanging,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-    return f"\n{pad}".join(lines)
-
-
-def sentence(text: str) -> str:
-    """Return a note of the registry as a sentence that stands alone."""
-    text = text[:1].upper() + text[1:]
-    return text if text.endswith(".") else text + "."
+    return f"\n{pad}".join(wrapped(text, WIDTH - indent, hanging))
 
 
 def docstring(text: str) -> str:

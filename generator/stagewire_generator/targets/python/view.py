@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stagewire_generator.model import Factor, Overlay, Protocol
+from stagewire_generator.targets.documentation import sentence
 from stagewire_generator.targets.python.class_view import ClassView
 from stagewire_generator.targets.python.documentation import where
 from stagewire_generator.targets.python.framing import framing_of
@@ -27,7 +28,6 @@ from stagewire_generator.targets.python.source import (
     literal,
     natural,
     paragraph,
-    sentence,
     tuple_of,
     width,
 )

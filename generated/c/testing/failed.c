@@ -1,0 +1,12 @@
+/**
+ * @file failed.c
+ * Prints what failed in a round trip; for hosts.
+ */
+#include <stdio.h>
+
+#include "testing/round_trip.h"
+
+void stagewire_failed(const char *layout, const char *condition)
+{
+    printf("%s: %s\n", layout, condition);
+}

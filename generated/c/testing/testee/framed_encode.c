@@ -1,0 +1,327 @@
+/**
+ * @file
+ * Encoding of frames that a header begins.
+ */
+#include "testing/testee/framed.h"
+
+#include "testing/testee/message.h"
+
+#include <string.h>
+
+static void put_16(uint8_t *bytes, size_t value)
+{
+    bytes[0] = (uint8_t)(value & 0xFF);
+    bytes[1] = (uint8_t)(value >> 8);
+}
+
+/* A frame while it is made. */
+struct draft {
+    struct stagewire_envelope envelope;
+    uint8_t bytes[FRAMED_HEADER + FRAMED_LONGEST_PACKET];
+    size_t size;
+};
+
+/* The bytes that the request has under a key; there are none when it is not there. */
+static const uint8_t *bytes_under(const struct testee *testee, const char *key, size_t *size)
+{
+    const struct json_value *const hex = testee_given(testee, key);
+    *size = 0;
+    return hex == NULL ? NULL : json_bytes(hex, size);
+}
+
+/* Encode the message by its layout, with addresses and extra bytes as they stand in the draft. */
+static bool encode_layout(
+    struct testee *testee, const struct stagewire_layout *layout, struct draft *draft)
+{
+    enum stagewire_verdict verdict = layout->encode(
+        testee->message, &draft->envelope, draft->bytes, sizeof draft->bytes, &draft->size, true);
+    if (verdict == STAGEWIRE_BAD_LENGTH) {
+        verdict = STAGEWIRE_BAD_VALUE; /* extra bytes, and there is no packet that could be longer */
+    }
+    return testee_passes(testee, verdict, testee_get(testee, "message"));
+}
+
+/* Read where the frame goes and comes from. Which receivers there are the encoder of a layout knows. */
+static bool read_addresses(
+    struct testee *testee, const struct stagewire_layout *layout, struct draft *draft)
+{
+    if (testee_get(testee, "dest") == NULL || testee_get(testee, "source") == NULL) {
+        return testee_refuse(testee, TESTEE_MISSING_FIELD, "a frame has dest and source", NULL);
+    }
+    if (!message_read_byte(testee, "dest", &draft->envelope.dest)) {
+        return false;
+    }
+    if (layout != NULL && !encode_layout(testee, layout, draft)) {
+        return false;
+    }
+    if (layout == NULL && draft->envelope.dest > FRAMED_HIGHEST_ADDRESS) {
+        return testee_passes(testee, STAGEWIRE_OUT_OF_RANGE, testee_get(testee, "dest"));
+    }
+    return message_read_byte(testee, "source", &draft->envelope.source);
+}
+
+static bool encode_message(
+    struct testee *testee, const struct stagewire_layout *layout, struct draft *draft)
+{
+    /* The first that is wrong decides: fields, receiver, sender, bytes beyond the layout. */
+    if (!message_read(testee, layout) || !encode_layout(testee, layout, draft)
+        || !read_addresses(testee, layout, draft)) {
+        return false;
+    }
+    draft->envelope.extra = bytes_under(testee, "extra", &draft->envelope.extra_size);
+    return encode_layout(testee, layout, draft);
+}
+
+/* Put bytes behind a frame that no layout makes. */
+static bool append(struct testee *testee, const uint8_t *bytes, size_t size, struct draft *draft)
+{
+    if (size > sizeof draft->bytes - draft->size) {
+        return testee_passes(testee, STAGEWIRE_NO_SPACE, testee_get(testee, "message"));
+    }
+    if (size != 0) {
+        memcpy(&draft->bytes[draft->size], bytes, size);
+        draft->size += size;
+        put_16(&draft->bytes[2], draft->size - FRAMED_HEADER);
+    }
+    return true;
+}
+
+/* Begin a frame that no layout makes; parameters are those of a header, or the length of a packet. */
+static void begin_frame(struct draft *draft, uint16_t id, uint16_t parameters, bool has_packet)
+{
+    put_16(draft->bytes, id);
+    put_16(&draft->bytes[2], parameters);
+    draft->bytes[4] = (uint8_t)(draft->envelope.dest | (has_packet ? FRAMED_DATA_FLAG : 0U));
+    draft->bytes[5] = draft->envelope.source;
+    draft->size = FRAMED_HEADER;
+}
+
+/* Refuse fields that do not say what the packet in the draft does: encoding them changes it. */
+static bool check_shared(
+    struct testee *testee, const struct stagewire_layout *layout, const struct draft *draft)
+{
+    const struct json_value *const fields = testee_object(testee, "fields");
+    uint8_t frame[FRAMED_HEADER + FRAMED_LONGEST_PACKET];
+    size_t size = 0;
+    enum stagewire_verdict verdict =
+        layout->decode(draft->bytes, draft->size, testee->message, NULL);
+    for (const struct json_value *at = json_first(fields); at != json_next(fields);
+         at = json_next(at + 1)) {
+        if (verdict == STAGEWIRE_OK) {
+            verdict = message_set(message_field(layout, at), at + 1, testee->message);
+        }
+    }
+    if (verdict == STAGEWIRE_OK) {
+        verdict =
+            layout->encode(testee->message, &draft->envelope, frame, sizeof frame, &size, false);
+    }
+    if (verdict != STAGEWIRE_OK || size != draft->size
+        || memcmp(&frame[FRAMED_HEADER], &draft->bytes[FRAMED_HEADER], layout->length) != 0) {
+        return testee_refuse(
+            testee, TESTEE_BAD_VALUE, "a field says something else than data", NULL);
+    }
+    return true;
+}
+
+/* Make a message whose layout only a context decides from its packet; the layout is any of them. */
+static bool encode_undecided(
+    struct testee *testee, const struct stagewire_layout *layout, struct draft *draft)
+{
+    const struct json_value *const fields = testee_object(testee, "fields");
+    const size_t length = layout->length;
+    size_t size = 0;
+    size_t extra_size = 0;
+    const uint8_t *const data = bytes_under(testee, "data", &size);
+    const uint8_t *const extra = bytes_under(testee, "extra", &extra_size);
+    if (data != NULL && size < length) {
+        return testee_refuse(
+            testee, TESTEE_BAD_LENGTH, "the packet has more bytes than data", NULL);
+    }
+    for (const struct json_value *at = json_first(fields); at != json_next(fields);
+         at = json_next(at + 1)) {
+        const struct stagewire_field *const field = message_field(layout, at);
+        if (field == NULL || !framed_is_shared(layout, field)) {
+            return testee_refuse(
+                testee, TESTEE_UNKNOWN_FIELD, "not all layouts have this field", at);
+        }
+    }
+    if (data == NULL) {
+        return testee_refuse(testee, TESTEE_MISSING_FIELD,
+            "without a context the message is made from its data", NULL);
+    }
+    begin_frame(draft, layout->id, layout->length, true);
+    if (!append(testee, data, length, draft) || !check_shared(testee, layout, draft)
+        || !read_addresses(testee, NULL, draft)) {
+        return false;
+    }
+    begin_frame(draft, layout->id, layout->length, true);
+    return append(testee, data, size, draft) && append(testee, extra, extra_size, draft);
+}
+
+/* Read a parameter of the header of an undocumented message. */
+static bool read_parameter(struct testee *testee, const char *name, uint8_t *parameter, bool *given)
+{
+    const struct stagewire_field field = {
+        .name = name, .size = sizeof *parameter, .kind = STAGEWIRE_UNSIGNED};
+    const struct json_value *const value = json_get(testee_object(testee, "fields"), name);
+    *given = value == NULL ? testee_get(testee, "data") != NULL : value->kind != JSON_NULL;
+    return value == NULL || value->kind == JSON_NULL
+        || testee_passes(testee, message_set(&field, value, parameter), value);
+}
+
+/* A message without a layout is made from its packet, or from the parameters of its header. */
+static bool encode_undocumented(struct testee *testee, uint16_t id, struct draft *draft)
+{
+    const struct json_value *const fields = testee_object(testee, "fields");
+    uint8_t parameters[2] = {0, 0};
+    bool given[2] = {false, false};
+    size_t size = 0;
+    size_t extra_size = 0;
+    const uint8_t *const data = bytes_under(testee, "data", &size);
+    (void)bytes_under(testee, "extra", &extra_size);
+    if (extra_size != 0) {
+        return testee_refuse(
+            testee, TESTEE_BAD_VALUE, "there is no layout that extra bytes could follow", NULL);
+    }
+    if (data != NULL && json_first(fields) != json_next(fields)) {
+        return testee_refuse(
+            testee, TESTEE_BAD_VALUE, "it carries data or parameters, not both", NULL);
+    }
+    for (const struct json_value *at = json_first(fields); at != json_next(fields);
+         at = json_next(at + 1)) {
+        if (!json_is(at, "param1") && !json_is(at, "param2")) {
+            return testee_refuse(
+                testee, TESTEE_UNKNOWN_FIELD, "it has param1 and param2, or data", at);
+        }
+    }
+    if (size > FRAMED_LONGEST_PACKET) {
+        return testee_passes(testee, STAGEWIRE_NO_SPACE, NULL);
+    }
+    if (!read_parameter(testee, "param1", &parameters[0], &given[0])
+        || !read_parameter(testee, "param2", &parameters[1], &given[1])) {
+        return false;
+    }
+    if (data == NULL && !given[0] && !given[1]) {
+        return testee_refuse(testee, TESTEE_UNSUPPORTED,
+            "its layout is not documented; give the bytes of its data", NULL);
+    }
+    if (!read_addresses(testee, NULL, draft)) {
+        return false;
+    }
+    begin_frame(draft, id, framed_get_16(parameters), data != NULL);
+    return data == NULL || append(testee, data, size, draft);
+}
+
+/* What is meant by a message and a form. */
+struct choice {
+    const struct stagewire_layout *layout; /* the one of the form; else the only one */
+    const struct stagewire_layout *undecided; /* one of those that a context decides */
+    size_t layouts; /* of the message, whatever their form */
+    bool contradicts; /* form and context do */
+};
+
+static struct choice choose(const struct testee *testee)
+{
+    const struct json_value *const message = testee_get(testee, "message");
+    const struct json_value *const form = testee_get(testee, "form");
+    const struct json_value *const context = testee_object(testee, "context");
+    struct choice choice = {NULL, NULL, 0, false};
+    bool decided = false;
+    for (const struct stagewire_layout *layout = testee_protocol.layouts;
+         layout != testee_layouts_end(); ++layout) {
+        if (!json_is(message, layout->message)) {
+            continue;
+        }
+        ++choice.layouts;
+        if (layout->context != NULL && choice.undecided == NULL) {
+            choice.undecided = layout;
+        }
+        if (form != NULL ? json_is(form, layout->form) : !decided) {
+            choice.layout = layout;
+            decided = framed_agrees(layout, context);
+            choice.contradicts = form != NULL && layout->context != NULL
+                && json_get(context, layout->context) != NULL && !decided;
+        }
+    }
+    if (form == NULL && !decided && choice.layouts > 1) {
+        choice.layout = NULL;
+    }
+    return choice;
+}
+
+/* The id of a message without a layout; false when there is none of this name. */
+static bool find_undocumented(const struct json_value *message, uint16_t *id)
+{
+    size_t position = 0;
+    while (testee_protocol.framed->id_at(position, id)) {
+        if (json_is(message, testee_protocol.framed->name(*id))) {
+            return true;
+        }
+        ++position;
+    }
+    return false;
+}
+
+static bool is_nameless(const struct json_value *message)
+{
+    for (const char *const *name = testee_protocol.framed->nameless; *name != NULL; ++name) {
+        if (json_is(message, *name)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool refuse_form(struct testee *testee)
+{
+    return testee_refuse(testee, TESTEE_BAD_LENGTH, "the message has another form, or several",
+        testee_get(testee, "form"));
+}
+
+static bool encode_without_layout(struct testee *testee, struct draft *draft)
+{
+    const struct json_value *const message = testee_get(testee, "message");
+    const struct json_value *const form = testee_get(testee, "form");
+    uint16_t id = 0;
+    if (find_undocumented(message, &id)) {
+        return form == NULL || json_is(form, framed_undocumented)
+            ? encode_undocumented(testee, id, draft)
+            : refuse_form(testee);
+    }
+    if (is_nameless(message)) {
+        return testee_refuse(
+            testee, TESTEE_UNSUPPORTED, "the document gives the message no id", message);
+    }
+    return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "there is no such message", message);
+}
+
+static bool encode_frame(struct testee *testee, struct draft *draft)
+{
+    const struct json_value *const form = testee_get(testee, "form");
+    if (!framed_check_context(testee)) {
+        return false;
+    }
+    const struct choice choice = choose(testee);
+    if (choice.layouts == 0) {
+        return encode_without_layout(testee, draft);
+    }
+    if (choice.contradicts) {
+        return testee_refuse(testee, TESTEE_BAD_VALUE, "the form contradicts the context", form);
+    }
+    if (choice.layout != NULL) {
+        return encode_message(testee, choice.layout, draft);
+    }
+    if (choice.undecided != NULL && form != NULL && json_is(form, framed_undecided)) {
+        return encode_undecided(testee, choice.undecided, draft);
+    }
+    return refuse_form(testee);
+}
+
+void framed_encode(struct testee *testee)
+{
+    struct draft draft;
+    memset(&draft, 0, sizeof draft);
+    if (encode_frame(testee, &draft)) {
+        testee_answer_bytes(testee, draft.bytes, draft.size);
+    }
+}

@@ -1,0 +1,155 @@
+"""One field: its member, and how it is checked, written and read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stagewire_generator.model import Field
+from stagewire_generator.targets.c.documentation import field_doc
+from stagewire_generator.targets.c.names import Names
+from stagewire_generator.targets.c.source import comment, integer
+
+__all__ = ["FieldView", "field_view", "initialiser", "parameter_view", "written"]
+
+
+@dataclass(frozen=True, slots=True)
+class FieldView:
+    """One field.
+
+    :param initial: its part of the initialiser.
+    :param refused: expressions that are true of a value out of range, as far as the type allows one.
+    :param read: the statement that takes it from the bytes.
+    :param offset: where it stands in what is written.
+    :param put: the function that writes it, and returns where the next one goes.
+    :param value: what this function is given, after the place.
+    :param byte: the same as a single byte, if it is one; else empty.
+    """
+
+    name: str
+    doc: str
+    declaration: str
+    initial: str
+    refused: tuple[str, ...]
+    read: str
+    offset: int
+    put: str
+    value: str
+    byte: str = ""
+
+
+def field_view(names: Names, field: Field, offset: int, read_from: str = "frame") -> FieldView:
+    """Make the view of a field.
+
+    :param offset: where it stands in the bytes that are read and written.
+    :param read_from: what these bytes are called where they are read.
+    """
+    name, size = field.name, field.format.size
+    source, value = f"&{read_from}[{offset}]", f"message->{name}"
+    doc = field_doc(names, field)
+    if field.format.kind != "integer":
+        kind = "char" if field.format.kind == "text" else "uint8_t"
+        return FieldView(
+            name=name,
+            doc=doc,
+            declaration=f"{kind} {name}[{size}];",
+            initial="{0}",
+            refused=(),
+            read=f"{names.prefix}_copy({value}, {size}U, {source});",
+            offset=offset,
+            put=f"{names.prefix}_put_bytes",
+            value=f"{size}U, {value}",
+        )
+    unsigned, held = f"uint{_bits(field)}_t", _type(field)
+    taken = f"{read_from}[{offset}]" if size == 1 else f"{names.prefix}_get_{8 * size}({source})"
+    if field.format.signed and field.format.is_odd:
+        taken = f"{names.prefix}_signed_{8 * size}({taken})"
+        unsigned = held
+    wide = "uint64_t" if size > 4 else "uint32_t"  # what the functions take
+    return FieldView(
+        name=name,
+        doc=doc,
+        declaration=f"{held} {name};",
+        initial=_initial(field),
+        refused=_refused(field, value),
+        read=f"{value} = {_cast(held, unsigned, taken)};",
+        offset=offset,
+        put=f"{names.prefix}_put_{8 * size}",
+        value=f"({wide}){value}" if field.format.signed else value,
+        byte=(f"(uint8_t){value}" if field.format.signed else value) if size == 1 else "",
+    )
+
+
+def parameter_view(name: str, offset: int) -> FieldView:
+    """Make the view of a parameter byte of a header that has no meaning."""
+    return FieldView(
+        name=name,
+        doc=comment(["A parameter byte without a meaning; 0 to 255."], 4),
+        declaration=f"uint8_t {name};",
+        initial="0",
+        refused=(),
+        read=f"message->{name} = frame[{offset}];",
+        offset=offset,
+        put="",
+        value="",
+        byte=f"message->{name}",
+    )
+
+
+def written(fields: Sequence[FieldView], start: int = 0) -> tuple[str, ...]:
+    """Return the statements that write fields that follow each other, to ``out``.
+
+    Each function returns where the next field goes: to count from there makes smaller code than to
+    count from the beginning. Bytes alone are simply assigned.
+
+    :param start: which byte ``out`` points at, as offsets of the fields count.
+    """
+    if all(field.byte for field in fields):
+        return tuple(f"out[{field.offset - start}] = {field.byte};" for field in fields)
+    statements = []
+    for index, field in enumerate(fields):
+        first = f"&out[{field.offset - start}]" if field.offset > start else "out"
+        place = "at" if index else first
+        head = "at = " if index else "uint8_t *at = "
+        if index == len(fields) - 1:
+            head = "(void)"
+        statements.append(f"{head}{field.put}({place}, {field.value});")
+    return tuple(statements)
+
+
+def initialiser(names: Names, fields: Sequence[FieldView]) -> str:
+    """Return the initialiser of a struct: constants and defaults, zero for the rest.
+
+    Its braces are those of a macro: formatters take bare ones in a definition for a block.
+    """
+    return f"{names.macro_prefix}_BRACED({', '.join(field.initial for field in fields)})"
+
+
+def _bits(field: Field) -> int:
+    """Return the bits of the type that holds an integer: a power of two."""
+    return max(8, 1 << (8 * field.format.size - 1).bit_length())
+
+
+def _type(field: Field) -> str:
+    return f"{'' if field.format.signed else 'u'}int{_bits(field)}_t"
+
+
+def _cast(wanted: str, given: str, expression: str) -> str:
+    return expression if wanted == given else f"({wanted}){expression}"
+
+
+def _initial(field: Field) -> str:
+    value = field.constant if field.constant is not None else field.default
+    return integer(value, field.format.size, field.format.signed) if value else "0"
+
+
+def _refused(field: Field, value: str) -> tuple[str, ...]:
+    bits, signed = _bits(field), field.format.signed
+    least = -(1 << (bits - 1)) if signed else 0
+    greatest = (1 << (bits - signed)) - 1
+    refused = []
+    if field.minimum > least:
+        refused.append(f"{value} < {integer(field.minimum, bits // 8, signed)}")
+    if field.maximum < greatest:
+        refused.append(f"{value} > {integer(field.maximum, bits // 8, signed)}")
+    return tuple(refused)

@@ -1,0 +1,127 @@
+"""Worked examples and captures as vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from stagewire_generator.model import Json, Protocol
+from stagewire_generator.targets.c.testing.claims import claim_vectors
+from stagewire_generator.targets.c.testing.frames import field_where, octets_of
+from stagewire_generator.targets.c.testing.keyboard import keyboard_vectors
+from stagewire_generator.targets.c.testing.values import CannotSayError
+from stagewire_generator.targets.c.testing.vector import Vectors, VectorView, noted
+from stagewire_generator.targets.vectors.printed import captures_of, examples_of
+
+__all__ = ["ExamplesView", "examples_view"]
+
+_ARITHMETIC = "arithmetic of the document; no bytes, and no scale"
+
+
+@dataclass(frozen=True, slots=True)
+class ExamplesView:
+    """Vectors of the examples, and of the captures.
+
+    :param cut: the template of what cuts streams, where an example has one.
+    :param converts: whether an example states a value in units.
+    """
+
+    vectors: tuple[VectorView, ...]
+    cut: str
+    converts: bool
+
+
+def examples_view(protocol: Protocol) -> ExamplesView:
+    """Make the view of all worked examples, in the order of the document, and of all captures."""
+    vectors = Vectors(protocol)
+    examples = examples_of(protocol)
+    made: list[VectorView] = []
+    for entry in examples:
+        made += _tried(entry, vectors, _MAKERS.get(entry["kind"], _frame))
+    for entry in captures_of(protocol):
+        made += _tried(entry, vectors, _capture)
+    has_streams = any("stream" in entry.get("claim", {}) for entry in examples)
+    cut = vectors.framing.cut if has_streams else ""
+    return ExamplesView(tuple(made), cut, any("stated" in entry for entry in examples))
+
+
+_Maker = Callable[[Vectors, str, Json], Iterator[VectorView]]
+
+
+def _tried(entry: Json, vectors: Vectors, make: _Maker) -> list[VectorView]:
+    """Return the vectors of one example, or why there is none."""
+    try:
+        return list(make(vectors, entry["id"], entry))
+    except CannotSayError as error:
+        return [noted(entry["id"], f"C cannot say it: {error}")]
+
+
+def _frame(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
+    """Yield what a frame has to do, and the values that are stated in units."""
+    yield from _bytes(vectors, id, entry)
+    for name, item in entry.get("stated", {}).items():
+        yield vectors.converted(id, item.get("quantity", name), item)
+
+
+def _bytes(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
+    """Yield what bytes have to do; of wrong ones, what they are as printed, and what is right."""
+    printed = octets_of(entry, "printed")
+    if entry["verdict"] != "erratum":
+        for content in vectors.contents(entry):
+            yield vectors.both(id, content, printed)
+        return
+    content = vectors.content(entry)
+    yield vectors.differs(id, content, printed)
+    yield vectors.both(id, content, octets_of(entry, "encoded"))
+    truth = entry["printed_is"]
+    if "rejected" in truth:
+        yield vectors.refused(id, printed, truth["rejected"], _reading(entry))
+    else:
+        said = {**{key: entry[key] for key in ("message", "form")}, **truth["decodes"]}
+        yield vectors.decoded(id, vectors.content(said), printed)
+
+
+def _capture(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
+    """Yield what a frame of somebody else has to do."""
+    printed = octets_of(entry, "printed")
+    if entry["verdict"] != "rejected":
+        for content in vectors.contents(entry):
+            yield vectors.both(id, content, printed)
+        return
+    yield vectors.refused(id, printed, entry["rejected"], _reading(entry))
+    if "fields" in entry:
+        yield vectors.differs(id, vectors.content(entry), printed)
+
+
+def _reading(entry: Json) -> Json:
+    """Return what a decoder is told beside the bytes of an example."""
+    if entry.get("form") != "reply":
+        return {}
+    return {"direction": "reply", "command": entry["message"]}
+
+
+def _number(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
+    """Yield a frame with the number in a field of its format."""
+    number = field_where(vectors, lambda of, field: field.format.name == entry["format"])
+    content = number.content(entry["value"])
+    right = "encoded" if "encoded" in entry else "printed"
+    yield vectors.carried(id, content, number.around(octets_of(entry, right)))
+    if right != "printed":
+        yield vectors.differs(id, content, number.around(octets_of(entry, "printed")))
+
+
+def _scaling(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
+    """Yield the stated values; arithmetic alone is nothing that a header has."""
+    if "stated" not in entry:
+        yield noted(id, _ARITHMETIC)
+    for item in entry.get("stated", ()):
+        yield vectors.converted(id, item["quantity"], item)
+
+
+_MAKERS: dict[str, _Maker] = {
+    "keyboard": keyboard_vectors,
+    "stream": _number,
+    "number_format": _number,
+    "scaling": _scaling,
+    "statement": claim_vectors,
+}

@@ -1,0 +1,192 @@
+"""Values of fields as C: the members of a struct, and arrays of bytes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
+
+from stagewire_generator.model import Field
+from stagewire_generator.targets.c.source import WIDTH, integer, octets
+from stagewire_generator.targets.vectors.values import default, is_optional
+
+__all__ = [
+    "CannotSayError",
+    "Item",
+    "array",
+    "byte_rows",
+    "can_hold",
+    "filled",
+    "from_bytes",
+    "literal",
+    "literal_of",
+    "members",
+    "whole",
+]
+
+_LONG = 60  # characters of a literal that a line has room for
+_CHARACTER = re.compile(r"\\[0-7]{3}|\\?.")
+
+Item: TypeAlias = str | tuple[str, ...]
+"""What stands on one line; or what stands before strings, and these, each on a line of its own."""
+
+_SMALL = range(-0x7FFF, 0x8000)  # what any int holds
+_BYTE = len("0x00, ")
+_BYTES = [f"0x{byte:02X}" for byte in range(0x100)]
+
+
+class CannotSayError(Exception):
+    """What C has no way to say, with the reason; a case of the kind is left out, and counted."""
+
+
+def can_hold(field: Field, value: int) -> bool:
+    """Whether the type of the member holds an integer."""
+    bits, signed = _bits(field), field.format.signed
+    return -(1 << bits - 1) * signed <= value < 1 << bits - signed
+
+
+def whole(fields: Iterable[Field], values: Mapping[str, object]) -> dict[str, object]:
+    """Return the values of all fields; of those that are left out, what is sent for them.
+
+    Raises :class:`CannotSayError` for a field that is missing or unknown: a struct has all of its members.
+    """
+    made: dict[str, object] = {}
+    for field in fields:
+        if field.name in values:
+            made[field.name] = values[field.name]
+        elif is_optional(field):
+            made[field.name] = default(field)
+        else:
+            raise CannotSayError("a field that is missing")
+    if not made.keys() >= values.keys():
+        raise CannotSayError("a field that is unknown")
+    return made
+
+
+def from_bytes(fields: Iterable[Field], packet: bytes) -> dict[str, object]:
+    """Return the values of fields that begin a packet."""
+    return {field.name: _from_bytes(field, packet[field.offset :]) for field in fields}
+
+
+def _from_bytes(field: Field, rest: bytes) -> int | str:
+    format, raw = field.format, rest[: field.format.size]
+    if format.kind == "integer":
+        return int.from_bytes(raw, "little", signed=format.signed)
+    return raw.hex() if format.kind == "bytes" else raw.rstrip(b"\0").decode("latin-1")
+
+
+def members(fields: Iterable[Field], values: Mapping[str, object]) -> list[Item]:
+    """Return the initialisers of the members of a struct.
+
+    Raises :class:`CannotSayError` for a value that a member of this type cannot have.
+    """
+    made: list[Item] = []
+    for field in fields:
+        value = _initial(field, values[field.name])
+        head = f".{field.name} = "
+        made.append(head + value if len(value) <= _LONG else (head, *_pieces(value)))
+    return made
+
+
+def literal_of(head: str, raw: bytes) -> Item:
+    """Return a pointer to bytes, behind what it is for; to many as a string."""
+    shown = f"{head}(const uint8_t[]){{{', '.join(array(raw))}}}"
+    if len(shown) <= WIDTH // 2:
+        return shown
+    return (f"{head}(const uint8_t *)", *_pieces(octets(raw)))
+
+
+def literal(field: Field, value: int) -> str:
+    """Return an integer that the type of the member holds."""
+    if value in _SMALL:
+        return str(value)
+    return integer(value, _bits(field) // 8, field.format.signed)
+
+
+def _initial(field: Field, value: object) -> str:
+    """Return the initialiser of one member; text and long byte strings are string literals."""
+    format = field.format
+    if format.kind == "integer":
+        return _integer(field, value)
+    if not isinstance(value, str):
+        raise CannotSayError("a value of another type")
+    try:
+        raw = bytes.fromhex(value) if format.kind == "bytes" else value.encode("latin-1")
+    except ValueError:  # encoding errors are such, too
+        raise CannotSayError("a text that is none for its field") from None
+    if len(raw) > format.size or (format.kind == "bytes" and len(raw) != format.size):
+        raise CannotSayError("a text or bytes of another length")
+    if not raw.strip(b"\0"):
+        return "{0}"
+    shown = f"{{{', '.join(array(raw))}}}"
+    return shown if format.kind == "bytes" and len(shown) <= _LONG else octets(raw)
+
+
+def _pieces(text: str) -> list[str]:
+    """Return a string literal in pieces that stand below one another."""
+    characters = _CHARACTER.findall(text[1:-1])
+    lines = [""]
+    for character in characters:
+        if len(lines[-1]) + len(character) > _LONG:
+            lines.append("")
+        lines[-1] += character
+    return [f'"{line}"' for line in lines]
+
+
+def _integer(field: Field, value: object) -> str:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise CannotSayError("a value of another type")
+    if not can_hold(field, value):
+        raise CannotSayError("a value that its type does not hold")
+    return literal(field, value)
+
+
+def array(raw: bytes) -> list[str]:
+    """Return bytes as initialisers; a zero where there are none, since an array is never empty."""
+    return [_BYTES[byte] for byte in raw or b"\0"]
+
+
+def byte_rows(head: str, raw: bytes, tail: str, indent: int) -> str:
+    """Return bytes between head and tail as :func:`filled` does; all of them are equally long."""
+    items, pad = array(raw), " " * (indent + 4)
+    first = (WIDTH - 1 - indent - len(head)) // _BYTE
+    rest = (WIDTH - 1 - len(pad)) // _BYTE
+    rows = [items[:first], *(items[i : i + rest] for i in range(first, len(items), rest))]
+    return head + f",\n{pad}".join([", ".join(row) for row in rows]) + tail
+
+
+def filled(head: str, items: Sequence[Item], tail: str, indent: int) -> str:
+    """Return items between head and tail, as many on a line as fit, with room for a comma behind it all.
+
+    The first line carries no indentation (the template has it); those that follow are one step further in.
+    """
+    try:
+        line = f"{head}{', '.join(items)}{tail}"  # type: ignore[arg-type]
+    except TypeError:
+        line = ""  # some are strings on lines of their own
+    if line and indent + len(line) < WIDTH:
+        return line
+    first, pad = " " * indent + head, " " * (indent + 4)
+    lines, full = [first], False
+    for item in items:
+        if isinstance(item, str):
+            line = lines[-1] + ("" if lines[-1] == first else " ") + item
+            if full or len(line) + len(tail) >= WIDTH:
+                lines.append(f"{pad}{item},")
+            else:
+                lines[-1] = f"{line},"
+        else:
+            name, *pieces = item
+            # clang-format has a first argument that begins a line one step further in
+            start = pad if lines != [first] else f"{pad}    "
+            column = " " * len(start + name)
+            lines += [f"{start}{name}{pieces[0]}", *(column + piece for piece in pieces[1:])]
+            lines[-1] += ","
+        full = not isinstance(item, str)
+    lines[-1] = lines[-1].removesuffix(",") + tail
+    return "\n".join(lines)[indent:]
+
+
+def _bits(field: Field) -> int:
+    """Return the bits of the type that holds an integer: a power of two."""
+    return max(8, 1 << (8 * field.format.size - 1).bit_length())

@@ -1,0 +1,181 @@
+"""What generated code says of messages and fields: the facts; each target has its own markup for them.
+
+Nothing is escaped here: a target escapes the whole text when it makes a comment of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from stagewire_generator.model import (
+    Enumeration,
+    Erratum,
+    Field,
+    FlagTable,
+    Layout,
+    Message,
+    Protocol,
+)
+
+__all__ = [
+    "DIRECTIONS",
+    "Markup",
+    "command_paragraphs",
+    "errata_of",
+    "erratum_text",
+    "exchange",
+    "field_facts",
+    "message_paragraphs",
+    "sentence",
+    "where",
+]
+
+DIRECTIONS = {
+    "to_controller": "to the controller",
+    "to_host": "to the host",
+    "both": "either way",
+}
+"""Direction of a message -> how a sentence names it."""
+
+_ROLES = {"set": "Set", "req": "Request", "get": "Report"}
+_EXCHANGES = {
+    "answered_by": "Answered by",
+    "completes_with": "Completes with",
+    "stops_with": "Stops with",
+    "muted_by": "Muted by",
+    "announces": "Announces",
+    "starts": "Starts",
+    "stops": "Stops",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Markup:
+    """How the comments of a target write names.
+
+    :param name: marks a name of the registry, such as that of a message.
+    :param table: refers to an enumeration or to the bits of a flag table.
+    """
+
+    name: Callable[[str], str]
+    table: Callable[[Enumeration | FlagTable], str]
+
+
+def message_paragraphs(
+    protocol: Protocol, message: Message, layout: Layout | None, markup: Markup
+) -> Iterator[str]:
+    """Yield what is said of a message of a layout: its meaning, its exchange, and notes."""
+    role = f"{_ROLES[message.set[1]]}: " if message.set else ""
+    yield role + _lower(message.summary, role)
+    facts = [exchange(message, markup)]
+    if layout is not None and layout.when:
+        choice = ", ".join(f"{k} {v}" for k, v in layout.when.items())
+        facts.append(f"This layout: {choice}.")
+    yield " ".join(filter(None, facts))
+    notes = [message.note, layout.note if layout else ""]
+    if message.overlay:
+        notes.append(f"From {where(protocol, message.pages, markup, message.overlay)}")
+    yield from (sentence(note) for note in notes if note)
+
+
+def command_paragraphs(
+    protocol: Protocol, message: Message, layout: Layout, markup: Markup, dummy: str
+) -> Iterator[str]:
+    """Yield what is said of a command or a setup command; some of it may be empty.
+
+    :param dummy: what is said of a dummy function.
+    """
+    yield message.summary
+    yield exchange(message, markup)
+    if message.dummy:
+        yield dummy
+    yield from (sentence(note) for note in (message.note, layout.note) if note)
+    yield from (f"Firmware {fact.version}: {sentence(fact.note)}" for fact in message.firmware)
+    found = sentence(where(protocol, message.pages, markup, message.overlay))
+    behind = " after the prefix" if message.kind == "setup" else ""
+    typed = f" Typed as {markup.name(message.keyboard)}{behind}." if message.keyboard else ""
+    yield found + typed
+
+
+def _lower(text: str, role: str) -> str:
+    """Return a summary as it continues after a role; an acronym keeps its capitals."""
+    return text[:1].lower() + text[1:] if role and not text[1:2].isupper() else text
+
+
+def sentence(text: str) -> str:
+    """Return a note of the registry as a sentence that stands alone."""
+    text = text[:1].upper() + text[1:]
+    return text if text.endswith(".") else text + "."
+
+
+def errata_of(protocol: Protocol, slugs: Iterable[str]) -> list[Erratum]:
+    """Return the errata by their slugs, in the order of the registry; cosmetic ones are left out."""
+    wanted = set(slugs)
+    return [e for e in protocol.errata if e.id in wanted and e.kind != "cosmetic"]
+
+
+def erratum_text(erratum: Erratum, markup: Markup) -> str:
+    """Return what is said of an erratum."""
+    printed, encoded = erratum.printed, erratum.encoded
+    text = f"Erratum {markup.name(erratum.id)}: printed {printed}; encoded {encoded}"
+    return text if text.endswith(".") else text + "."
+
+
+def exchange(message: Message, markup: Markup) -> str:
+    """Return the messages that answer a message, or that it stops, and so on, as sentences."""
+    return " ".join(
+        f"{text} {', '.join(markup.name(name) for name in message.exchange[key])}."
+        for key, text in _EXCHANGES.items()
+        if key in message.exchange
+    )
+
+
+def where(protocol: Protocol, pages: Sequence[int], markup: Markup, overlay: str = "") -> str:
+    """Return where in the document something stands: its pages, or the titles of its sections.
+
+    :param overlay: the overlay that it comes from, whose document then has the pages, and is named.
+    """
+    document = protocol.document_of(overlay)
+    named = f" of the overlay {markup.name(overlay)}" if overlay else ""
+    if "sections" in document:
+        titles = ", ".join(document["sections"][page - 1] for page in pages)
+        return f"section{'s' if len(pages) > 1 else ''} {titles}{named}"
+    return f"page{'s' if len(pages) > 1 else ''} {', '.join(str(page) for page in pages)}{named}"
+
+
+def field_facts(field: Field, markup: Markup) -> str:
+    """Return what is said of a field: meaning, unit and scale, names of its values, range."""
+    facts = []
+    if field.note:
+        facts.append(field.note.rstrip("."))
+    if field.role == "reserved":
+        facts.append("reserved, sent as zero")
+    if field.constant is not None:
+        facts.append(f"always {field.constant:#04x}")
+    if field.quantity:
+        facts.append(_unit(field))
+    facts += [markup.table(table) for table in (field.enum, field.flags) if table]
+    if field.format.kind == "text":
+        facts.append(f"text of at most {field.format.size} characters")
+    elif field.format.kind == "bytes":
+        facts.append(f"{field.format.size} bytes")
+    else:
+        facts.append(f"{field.minimum} to {field.maximum}")
+    if field.default is not None:
+        facts.append(f"by default {field.default}")
+    return "; ".join(facts)
+
+
+def _unit(field: Field) -> str:
+    quantity = field.quantity
+    assert quantity
+    unit = quantity.unit or "unit by setting"
+    if quantity.factor:
+        factor = quantity.factor
+        return f"raw counts of {unit}, {factor.key} {factor.value}"
+    if "unknown" in quantity.rule:
+        return f"raw counts of {unit}, scale unknown"
+    by = quantity.rule.get("by")
+    setting = quantity.rule.get("setting")
+    return f"raw counts of {unit}, scale by {setting or by}"
