@@ -3,7 +3,7 @@
 #   make test   formatting, types, import rules and all tests
 # What takes long or needs a quiet machine is apart:
 #   make bench  speed and memory against their bounds
-#   make fuzz   ten million executions of the codec, and everything that a user can feed to the command
+#   make fuzz   thirty million executions of the codecs, and everything that a user can feed to the command
 # Each has its own virtual environment below .venv/.
 
 PYTHON ?= python3
@@ -11,12 +11,13 @@ SPEC := spec
 OUT := generated
 REPORT := build/junit.xml
 
-BENCHMARKS := codec_speed framing_speed commands columns start_up framing_time capture_memory framing_experiment
+BENCHMARKS := codec_speed framing_speed commands columns start_up framing_time capture_memory framing_experiment c_speed
 EXECUTIONS := 10000000
+C_EXECUTIONS := 20000000
 SECONDS := 60
 SEED := 1
 
-.PHONY: demo test generate format bench fuzz clean
+.PHONY: demo test tools generate format c-sizes bench fuzz clean
 
 demo: .venv/demo/ready
 	@echo "== the spec: schemas, layouts, witness, errata"
@@ -26,7 +27,7 @@ demo: .venv/demo/ready
 	@echo "== every worked example of the documents, in both directions"
 	@.venv/demo/bin/stagewire conformance examples
 
-test: .venv/test/ready
+test: .venv/test/ready tools
 	.venv/test/bin/ruff check .
 	.venv/test/bin/ruff format --check .
 	.venv/test/bin/mypy
@@ -35,6 +36,10 @@ test: .venv/test/ready
 	.venv/test/bin/python -m pytest -q -n auto --junitxml=$(REPORT)
 	.venv/test/bin/python tests/no_skips.py $(REPORT)
 
+# Compilers, emulators and checkers of C, where they can be installed without a password; else it says what is missing.
+tools:
+	@$(PYTHON) tests/c/tools.py install
+
 generate: .venv/test/ready
 	.venv/test/bin/stagewire generate --spec $(SPEC) --out $(OUT)
 
@@ -42,16 +47,21 @@ format: .venv/test/ready
 	.venv/test/bin/ruff check --fix .
 	.venv/test/bin/ruff format .
 
-bench: .venv/bench/ready
+# The committed table of code sizes; REASON says why they change, and stays in the table.
+c-sizes: .venv/test/ready tools
+	.venv/test/bin/python tests/c/sizes.py --renew "$(REASON)"
+
+bench: .venv/bench/ready tools
 	@failed=; for program in $(BENCHMARKS); do \
 		echo "== $$program"; \
 		.venv/bench/bin/python benchmarks/$$program.py || failed="$$failed $$program"; \
 	done; \
 	test -z "$$failed" || { echo "over a bound:$$failed"; exit 1; }
 
-fuzz: .venv/fuzz/ready
+fuzz: .venv/fuzz/ready tools
 	.venv/fuzz/bin/python tests/fuzz/atheris_codec.py --executions $(EXECUTIONS) --seed $(SEED)
 	.venv/fuzz/bin/python tests/fuzz/memory_growth.py
+	.venv/fuzz/bin/python tests/c/libfuzzer.py --executions $(C_EXECUTIONS) --seed $(SEED)
 	.venv/fuzz/bin/python tests/fuzz/user_input.py --seconds $(SECONDS) --seed $(SEED)
 
 .venv/demo/ready: pyproject.toml

@@ -75,7 +75,8 @@ def report(
     show: Callable[[float], str] = lambda seconds: f"{seconds * 1e9:,.0f} ns",
 ) -> bool:
     """Print the medians and the bounds; return whether all are kept."""
-    print(f"\n{title} (median of {len(costs)} rounds)")
+    rounds = f"median of {len(costs)} rounds" if len(costs) > 1 else "counted, not timed"
+    print(f"\n{title} ({rounds})")
     for name in costs[0]:
         print(f"  {name:<44}{show(statistics.median(c[name] for c in costs)):>16}")
     kept = True

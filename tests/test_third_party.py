@@ -124,13 +124,73 @@ def test_examples(installed: Path) -> None:
 def test_what_the_readme_says_works(project: Path, installed: Path) -> None:
     """The commands to try, in the order in which they stand there, with what they print."""
     text = (project / "README.md").read_text(encoding="utf-8")
-    _, tried = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
+    _, tried, _ = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
     show, encode, piped = (line.split() for line in tried.splitlines())
     assert "WHEEL_SELECT" in stagewire(installed, *show[1:])
     packet = stagewire(installed, *encode[1:])
     at = piped.index("|")
     assert piped[:at] == encode
     assert "WHEEL_SELECT" in stagewire(installed, *piped[at + 2 :], input=packet)
+
+
+@pytest.fixture(scope="module")
+def testee_in_c(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The testee in C, compiled as the README says."""
+    text = (project / "README.md").read_text(encoding="utf-8")
+    *_, command = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
+    made = tmp_path_factory.mktemp("c") / "testee"
+    assert "-o testee " in command
+    done = subprocess.run(
+        ["bash", "-c", command.replace("-o testee ", f"-Wall -Wextra -Werror -o {made} ")],
+        cwd=project.parent / "c",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return made
+
+
+def test_the_testee_in_c_answers_as_the_one_in_python(installed: Path, testee_in_c: Path) -> None:
+    """All cases of the protocol; they are made by neither."""
+    vectors = json.loads((installed / "acme_carousel" / "vectors.json").read_text("utf-8"))
+    requests = [
+        {"id": number, "protocol": "carousel", **case["request"]}
+        for number, case in enumerate(vectors["cases"])
+    ]
+    lines = "".join(f"{json.dumps(request)}\n" for request in requests)
+    done = subprocess.run([testee_in_c], input=lines, capture_output=True, text=True, check=True)
+    in_python = stagewire(installed, "testee", input=lines)
+    assert len(requests) > 500
+    for case, *said in zip(
+        vectors["cases"], done.stdout.splitlines(), in_python.splitlines(), strict=True
+    ):
+        for line in said:
+            answer = json.loads(line)
+            answer.pop("detail", None)
+            del answer["id"]
+            assert answer == case["answer"], case["id"]
+
+
+@pytest.mark.parametrize(
+    "compiler",
+    [("gcc", "-x", "c", "-std=c99", "-Wstrict-prototypes"), ("g++", "-x", "c++", "-std=c++17")],
+)
+def test_the_c_of_the_project_compiles(
+    project: Path, compiler: tuple[str, ...], tmp_path: Path
+) -> None:
+    c = project.parent / "c"
+    user = tmp_path / "user.c"
+    user.write_text(
+        '#include "acme_carousel/acme_carousel.h"\n#include "acme_carousel/quantities.h"\n'
+    )
+    words = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"]
+    words += ["-Wcast-qual", "-Wundef", "-Werror", "-ffreestanding", "-fsyntax-only", f"-I{c}"]
+    sources = [user, c / "acme_carousel" / "acme_carousel.c"]
+    done = subprocess.run(
+        [*compiler, *words, *sources], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_the_protocols_of_stagewire_go_on_working(installed: Path) -> None:

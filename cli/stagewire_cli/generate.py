@@ -167,6 +167,7 @@ def _render(
     :param err: whether all that is said goes to standard error.
     """
     from stagewire_generator import SpecError, render
+    from stagewire_generator.lint.c_names import why_no_prefix
     from stagewire_generator.targets.templates import Templates, TemplatesError
 
     try:
@@ -177,6 +178,8 @@ def _render(
                 f"--package takes one protocol, and there are {len(protocols)}: {names}; "
                 "give the folder of one of them"
             )
+        if package and (why := why_no_prefix(protocols[0], package)):
+            raise CalledWronglyError(f"--package {package}: {why}")
         with progress() as say:
             say("rendering")
             return render(protocols, targets, Templates(templates), package)

@@ -190,6 +190,28 @@ def test_folders_with_the_same_names(stagewire: Stagewire, here: Path, old: str,
     assert not (here / "made").exists()
 
 
+def test_folders_with_the_same_prefix_in_c(stagewire: Stagewire, here: Path) -> None:
+    shutil.copytree(here / "spec", here / "two")
+    (here / "two" / "tiny").rename(here / "two" / "other")
+    for kind in ("examples", "captures"):
+        folder = here / "two" / "conformance" / kind
+        (folder / "tiny.yaml").rename(folder / "other.yaml")
+        replace_in(folder / "other.yaml", "protocol: tiny", "protocol: other")
+    head = here / "two" / "other" / "protocol.yaml"
+    replace_in(head, "protocol: tiny", "protocol: other")
+    replace_in(head, "package: stagewire_tiny", "package: tiny")
+    done = stagewire("generate", "--spec", "spec", "--spec", "two", "--out", "made")
+    said = "stagewire: the prefix in C tiny comes from more than one of the folders\n"
+    assert (done.code, done.err) == (2, said)
+    assert not (here / "made").exists()
+
+
+def replace_in(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
 @pytest.mark.parametrize("name", ["two\nlines.yaml", "two\u2028lines.yaml", b"caf\xe9.yaml"])
 def test_a_path_that_no_line_can_hold_is_refused(
     stagewire: Stagewire, here: Path, name: str | bytes

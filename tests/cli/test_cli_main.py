@@ -83,7 +83,7 @@ def test_without_the_extra_of_the_generator(
 ) -> None:
     for name in [name for name in sys.modules if name.startswith("stagewire_generator")]:
         monkeypatch.delitem(sys.modules, name)
-    for name in ("yaml", "jinja2", "jsonschema"):
+    for name in ("yaml", "jinja2", "jsonschema", "jsonschema_rs"):
         monkeypatch.setitem(sys.modules, name, None)
     for words in (["check"], ["generate"], ["diff", "spec", "spec"]):
         result = stagewire(*words)

@@ -71,7 +71,9 @@ def _commands(rng: Random) -> tuple[str, ...]:
         return ("check", folder, "--format", rng.choice(("json", "github", "junit")))
     if command < 0.5:
         return ("check", folder)
-    options = ["--target", rng.choice(("python", "registry", "vectors"))] * (rng.random() < 0.1)
+    options = ["--target", rng.choice(("c", "python", "registry", "vectors"))] * (
+        rng.random() < 0.1
+    )
     if folder in ("spec", "spec/tiny") and rng.random() < 0.3:
         options += ["--overlay", "tiny/second"]
     if folder in alone and rng.random() < 0.5:

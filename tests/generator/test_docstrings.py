@@ -191,7 +191,9 @@ Erratum ``turtle-stop``: printed Stop; encoded Halt.""",
 
 
 def docstring(files: dict[str, str], name: str) -> str | None:
-    modules = [text for path, text in files.items() if "/messages/" in path]
+    modules = [
+        text for path, text in files.items() if "/messages/" in path and path.endswith(".py")
+    ]
     [found] = [
         node
         for text in modules

@@ -192,6 +192,7 @@ def test_formatting_of_little(
     assert "import" not in stages.replace("from __future__ import annotations", "")
     assert imported(tmp_path / "out").messages.Lamp(bytes(4)).blob == bytes(4)
     assert [path for path in files if "/messages/" in path] == [
+        "c/stagewire_tiny/messages/extra.h",
         "python/stagewire_tiny/messages/__init__.py",
         "python/stagewire_tiny/messages/extra.py",
     ]
@@ -237,7 +238,7 @@ def many_commands(spec: Path, words: str) -> None:
             number = len(commands)
             fields, size = fields_of(stem, count, text)
             part = {"fields": fields, "note": text(8 * count)}
-            commands[f"M{'X' * (number % 40)}_{number}"] = {
+            commands[f"M{'X' * (number % 36)}_{number}"] = {
                 "byte": 0x80 + number, "page": 3, "title": "Listing", "summary": text(5 * number + 1),
                 "note": text(200 - number), "size": size, "dummy": True,
                 "firmware": [{"version": "9." * (count % 9) + "1", "note": text(2 * number + 1)}],
@@ -262,7 +263,7 @@ def many_commands(spec: Path, words: str) -> None:
     quantities = load(turtle / "quantities.yaml")
     for n in range(1, 120):
         factor = ("counts_per_um", "um_per_count")[n % 2]
-        quantities["quantities"][f"q{'u' * (n % 60)}_{n}"] = {
+        quantities["quantities"][f"q{n}{'u' * (n % 60)}"] = {
             "unit": "um", "page": 3, "summary": text(n),
             "scale": {factor: n, "printed": text(n % 30 + 1), "source": text(n)},
         }  # fmt: skip

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
+import jsonschema_rs
 import pytest
 
 from stagewire_generator import check, render
@@ -27,9 +28,13 @@ COMMITTED = {
 
 
 def validate(data: Any, kind: str) -> None:
-    schema = json.loads((ROOT / "spec" / "schema" / f"{kind}.schema.json").read_text("utf-8"))
-    validator = jsonschema.Draft202012Validator(schema)
-    assert [f"{e.json_path}: {e.message}" for e in validator.iter_errors(data)] == []
+    text = (ROOT / "spec" / "schema" / f"{kind}.schema.json").read_text("utf-8")
+    # Rust has no halves of a UTF-16 pair in its texts. It is quick, and says less of what is wrong.
+    quick = jsonschema_rs.Draft202012Validator(json.loads(text.replace(r"\\uD800-\\uDFFF", "")))
+    if not quick.is_valid(data):
+        validator = jsonschema.Draft202012Validator(json.loads(text))
+        assert [f"{e.json_path}: {e.message}" for e in validator.iter_errors(data)] == []
+        raise AssertionError("one library finds an error and the other does not")
 
 
 @pytest.fixture(params=["files", "command_files", "committed"])
@@ -74,7 +79,7 @@ def test_json_is_canonical(tree: dict[str, bytes]) -> None:
     """Read and written again it is the same, byte for byte."""
     for path, data in tree.items():
         if path.endswith(".json"):
-            assert canonical(json.loads(data)).encode("utf-8") == data, path
+            assert canonical(json.loads(data), lines=["cases"]).encode("utf-8") == data, path
 
 
 def test_json_holds_no_character_that_steers_a_terminal() -> None:
@@ -149,7 +154,7 @@ def test_targets_are_part_of_the_whole(
 ) -> None:
     protocols = [protocol if name == "files" else commands]
     files = request.getfixturevalue(name)
-    for target in ("python", "registry", "vectors"):
+    for target in ("c", "python", "registry", "vectors"):
         part = render(protocols, [target])
         assert part
         assert part == {p: t for p, t in files.items() if p.startswith(f"{target}/")}

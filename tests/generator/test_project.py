@@ -39,11 +39,11 @@ def test_without_a_package_nothing_is_added(
 def test_the_package_has_another_name(
     project: dict[str, str], packet_files: dict[str, str]
 ) -> None:
-    """And nothing else changes: not the registry, nor the vectors."""
+    """And nothing else changes: not the registry, nor the vectors; names in C begin with another prefix."""
     renamed = {path.replace("stagewire_carousel", NAME) for path in packet_files}
     assert project.keys() == renamed | PROJECT
     for path, text in packet_files.items():
-        if path != "manifest.json":
+        if path != "manifest.json" and not path.startswith("c/"):
             new = path.replace("stagewire_carousel", NAME)
             assert sorted(project[new].replace(NAME, "stagewire_carousel").split()) == sorted(
                 text.split()
@@ -124,7 +124,7 @@ def test_markdown(text: str, wanted: str) -> None:
 def test_what_a_reader_tries(project: dict[str, str]) -> None:
     """A message with few fields; that the commands work is tried where the package is installed."""
     text = project["python/README.md"]
-    assert text.count("```sh") == 2
+    assert text.count("```sh") == 3
     assert "stagewire show WHEEL_SELECT --protocol carousel\n" in text
     assert "stagewire encode WHEEL_SELECT --address 1 filter=EMPTY --protocol carousel\n" in text
 
@@ -239,6 +239,18 @@ def test_names_that_no_package_can_have(
     said = capsys.readouterr().err
     assert said.startswith("stagewire: --package ")
     assert BAD[name] in said
+    assert not out.exists()
+
+
+def test_a_name_that_is_too_long_for_names_in_c(
+    good_packets: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The names of a spec were checked behind the name that the spec has; here they have another."""
+    out, name = tmp_path / "out", "a" * 40
+    assert generate("--spec-dir", good_packets, "--package", name, "--out", out) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"stagewire: --package {name}: TABLE_")
+    assert said.endswith(" in C do not differ in the first 63 characters\n")
     assert not out.exists()
 
 

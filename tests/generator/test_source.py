@@ -6,6 +6,7 @@ import ast
 
 import pytest
 
+from stagewire_generator.targets.documentation import sentence
 from stagewire_generator.targets.python.source import (
     assigned,
     bracketed,
@@ -18,7 +19,6 @@ from stagewire_generator.targets.python.source import (
     long_text,
     natural,
     paragraph,
-    sentence,
     tuple_of,
     width,
 )

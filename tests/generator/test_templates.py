@@ -131,9 +131,9 @@ def test_a_name_that_shadows_nothing_is_told_the_near_ones(
     assert problems(shadowed, quantity__py__j2="", chapter__j2="", README__md="") == [
         f"{folder / 'README.md'}: there is no template of this name to shadow",
         f"{folder / 'chapter.j2'}: there is no template of this name to shadow; "
-        "did you mean chapter.py.j2?",
+        "did you mean chapter.h.j2 or chapter.py.j2?",
         f"{folder / 'quantity.py.j2'}: there is no template of this name to shadow; "
-        "did you mean quantities.py.j2?",
+        "did you mean quantities.h.j2 or quantities.py.j2?",
     ]
 
 

@@ -14,15 +14,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from c_tokens import blanked_c, faults_of_c
 from payloads import SENTINEL
 
-__all__ = ["blanked", "faults", "ruff", "run_packages", "strings", "write_tree"]
+__all__ = ["blanked", "faults", "is_code", "ruff", "run_packages", "strings", "write_tree"]
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = Path(__file__).with_name("run_packages.py")
 
 _PATH = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*\Z")
 _DEVICE = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\.|\Z)", re.IGNORECASE)
+_DATA = "/testing/examples.c"  # what somebody types in an example is bytes there, and numbers in C
 _IN_TEXTS = {tokenize.STRING, tokenize.COMMENT}
 _HIDDEN = {"Cc", "Cf", "Cs", "Zl", "Zp"}
 
@@ -45,6 +47,8 @@ def faults(files: dict[str, str], known: dict[str, str]) -> Iterator[str]:
         try:
             if path.endswith(".py"):
                 yield from (f"{path}: {fault}" for fault in _faults_of_source(text))
+            elif path.endswith((".c", ".h")):
+                yield from (f"{path}: {fault}" for fault in faults_of_c(text, SENTINEL))
             elif path.endswith(".json"):
                 json.loads(text)
         except (SyntaxError, ValueError, tokenize.TokenError) as error:
@@ -60,8 +64,15 @@ def _faults_of_source(text: str) -> Iterator[str]:
             yield f"{token.string!r} in line {token.start[0]} is neither text nor comment"
 
 
-def blanked(source: str) -> str:
-    """Return the syntax of a module without the contents of its strings."""
+def is_code(path: str) -> bool:
+    """Whether a file must be the same, but for comments and strings, whatever the texts are."""
+    return path.endswith((".py", ".c", ".h")) and not path.endswith(_DATA)
+
+
+def blanked(path: str, source: str) -> str:
+    """Return the syntax of a file of Python or C without the contents of its strings."""
+    if not path.endswith(".py"):
+        return " ".join(blanked_c(source))
     tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from outputs import blanked, faults, ruff, run_packages, write_tree
+from outputs import blanked, faults, is_code, ruff, run_packages, write_tree
 from payloads import EVERYWHERE, FULL, WANTED
 from places import Files, Place, changed, write
 
@@ -51,7 +51,7 @@ def outcome(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Outcome:
     """Try all pairs."""
-    plain = {path: blanked(text) for path, text in rendered.items() if path.endswith(".py")}
+    plain = {path: blanked(path, text) for path, text in rendered.items() if is_code(path)}
     spec = write(files, tmp_path_factory.mktemp("each") / "spec")
     found = Outcome()
     for place, text in pairs(places):
@@ -68,7 +68,7 @@ def outcome(
         else:
             found.wrong += [f"{pair}: {fault}" for fault in faults(made, rendered)]
             if made.keys() == rendered.keys() and all(
-                made[path] == rendered[path] or blanked(made[path]) == syntax
+                made[path] == rendered[path] or blanked(path, made[path]) == syntax
                 for path, syntax in plain.items()
             ):
                 found.same += 1

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from outputs import blanked, faults, ruff, run_packages, write_tree
+from outputs import blanked, faults, is_code, ruff, run_packages, write_tree
 from payloads import EVERYWHERE, FULL, TEXTS
 from places import Files, Place, changed, write
 from places import places as all_places
@@ -36,7 +36,7 @@ def pairs(files: Files) -> Iterator[tuple[Place, str]]:
 def test_one_payload_in_one_place(
     quick_reading: None, files: Files, laid_over: dict[str, str], tmp_path: Path
 ) -> None:
-    plain = {path: blanked(text) for path, text in laid_over.items() if path.endswith(".py")}
+    plain = {path: blanked(path, text) for path, text in laid_over.items() if is_code(path)}
     spec = write(files, tmp_path / "spec")
     same, other = 0, {}
     for place, text in pairs(files):
@@ -52,7 +52,7 @@ def test_one_payload_in_one_place(
         else:
             assert list(faults(made, laid_over)) == [], pair
             if made.keys() == laid_over.keys() and all(
-                blanked(made[path]) == syntax for path, syntax in plain.items()
+                blanked(path, made[path]) == syntax for path, syntax in plain.items()
             ):
                 same += 1
             else:
@@ -76,8 +76,8 @@ def test_all_texts_at_once(files: Files, laid_over: dict[str, str], tmp_path: Pa
         raw = "".join(filter(str.isprintable, "".join(TEXTS)))
         made = render(check(write(hostile, tmp_path / f"spec{step}", raw=raw), overlays=OVERLAYS))
         for path, whole in laid_over.items():
-            if path.endswith(".py"):
-                assert blanked(made[path]) == blanked(whole), (path, step)
+            if is_code(path):
+                assert blanked(path, made[path]) == blanked(path, whole), (path, step)
         assert list(faults(made, laid_over)) == [], step
         folders.append(write_tree(made, tmp_path / f"out{step}"))
     assert len(folders) > 10

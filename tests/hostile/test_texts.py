@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from outputs import blanked, faults, ruff, run_packages, strings, write_tree
+from outputs import blanked, faults, is_code, ruff, run_packages, strings, write_tree
 from payloads import FULL, HIDDEN, TEXTS
 from places import Files, KeyPath, Place, changed, places, write
 
@@ -79,11 +79,11 @@ def test_there_are_enough(free: list[Place]) -> None:
 
 
 def test_the_code_is_the_same_but_for_its_strings(trees: Trees, rendered: dict[str, str]) -> None:
-    plain = {path: blanked(text) for path, text in rendered.items() if path.endswith(".py")}
+    plain = {path: blanked(path, text) for path, text in rendered.items() if is_code(path)}
     for step, files in trees.items():
         assert files.keys() == rendered.keys()
         for path, syntax in plain.items():
-            assert blanked(files[path]) == syntax, f"step {step}: {path}"
+            assert blanked(path, files[path]) == syntax, f"step {step}: {path}"
 
 
 def test_nothing_harmful_is_rendered(trees: Trees, rendered: dict[str, str]) -> None:

@@ -1,0 +1,88 @@
+/*
+ * The controller of firmware.c on a pseudo-terminal: to a host it is a serial port.
+ *
+ *     controller LINK        LINK becomes the name of the port; ends with an interrupt
+ */
+#include "firmware.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <termios.h>
+#include <time.h>
+#include <unistd.h>
+
+static int port = -1;
+static volatile sig_atomic_t ended = 0;
+
+static void end(int signal_number)
+{
+    (void)signal_number;
+    ended = 1;
+}
+
+size_t firmware_read(uint8_t *bytes, size_t cap)
+{
+    const ssize_t size = read(port, bytes, cap);
+    return size > 0 ? (size_t)size : 0U;
+}
+
+void firmware_write(const uint8_t *bytes, size_t size)
+{
+    while (size > 0U) {
+        const ssize_t written = write(port, bytes, size);
+        if (written <= 0) {
+            return; /* nobody listens; a serial line would lose the bytes, too */
+        }
+        bytes += written;
+        size -= (size_t)written;
+    }
+}
+
+/* Open a pseudo-terminal that passes bytes as they are. Its other end stays open, as of a cable. */
+static bool open_port(const char *link)
+{
+    struct termios raw;
+    int other;
+
+    port = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
+    if (port < 0 || grantpt(port) != 0 || unlockpt(port) != 0) {
+        return false;
+    }
+    other = open(ptsname(port), O_RDWR | O_NOCTTY);
+    if (other < 0 || tcgetattr(other, &raw) != 0) {
+        return false;
+    }
+    raw.c_iflag = 0U;
+    raw.c_oflag = 0U;
+    raw.c_lflag = 0U;
+    (void)unlink(link);
+    return tcsetattr(other, TCSANOW, &raw) == 0 && symlink(ptsname(port), link) == 0;
+}
+
+int main(int argc, char **argv)
+{
+    const struct timespec cycle = {0, 102400};
+    const struct sigaction action = {.sa_handler = end};
+    static struct firmware controller;
+
+    if (argc != 2) {
+        (void)fprintf(stderr, "usage: %s LINK\n", argv[0]);
+        return 2;
+    }
+    if (sigaction(SIGINT, &action, NULL) != 0 || sigaction(SIGTERM, &action, NULL) != 0) {
+        perror("signals");
+        return 1;
+    }
+    if (!open_port(argv[1])) {
+        perror(argv[1]);
+        return 1;
+    }
+    firmware_init(&controller);
+    while (ended == 0) {
+        firmware_poll(&controller);
+        (void)nanosleep(&cycle, NULL);
+    }
+    return unlink(argv[1]) == 0 ? 0 : 1;
+}

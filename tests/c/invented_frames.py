@@ -1,0 +1,89 @@
+"""Protocols with frames that nobody has, made at random: for the parser, which looks at little of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from random import Random
+
+from toolchain import ROOT
+
+from stagewire.framing import Direction, Forms, FramingTable
+from stagewire_generator import check
+from stagewire_generator.model import Field, Format, Layout, Message, Protocol
+
+__all__ = ["INVENTED", "invent", "table_of"]
+
+INVENTED = 4
+GOOD_SPEC = ROOT / "tests" / "generator" / "good_spec"
+DIRECTIONS = {
+    "to_host": Direction.TO_HOST,
+    "to_controller": Direction.TO_CONTROLLER,
+    "both": Direction.BOTH,
+}
+# A low address, runs of addresses, the greatest; and a host that is none of them.
+ADDRESSES = (
+    (0x01, [0x11, *range(0x21, 0x2B), 0x50]),
+    (0x00, [0x01, 0x02, 0x03, 0x7F]),
+    (0x7F, [*range(0x10)]),
+    (0x50, [0x51]),
+)
+
+
+def invent(rng: Random) -> Protocol:
+    """Return a protocol with ids, forms, lengths and addresses at random."""
+    [base] = check(GOOD_SPEC)
+    host, devices = rng.choice(ADDRESSES)
+    ids = sorted(rng.sample([*range(0x10), *range(0x400, 0x430), 0xFFFE, 0xFFFF], 40))
+    messages = tuple(_message(rng, base.messages[0], id) for id in ids)
+    framing = {**base.framing, "host": host, "devices": devices}
+    return replace(base, messages=messages, framing=framing, examples={}, captures={}, errata=())
+
+
+def _message(rng: Random, like: Message, id: int) -> Message:
+    lengths = sorted(rng.sample([1, 2, 4, 6, 12, 14, 20, 100, 255], rng.choice((0, 1, 1, 2, 3))))
+    has_header = rng.random() < 0.5
+    layouts: list[Layout] = []
+    blank = replace(like.layouts[0], param1=None, param2=None, fields=(), when={}, only_zero=False)
+    if has_header:
+        only_zero = rng.random() < 0.3
+        layouts.append(replace(blank, form="header", length=0, only_zero=only_zero))
+    for length in lengths:
+        form = "data" if len(lengths) == 1 else f"data:of{length}"
+        layouts.append(replace(blank, form=form, length=length, fields=(_content(like, length),)))
+    return replace(
+        like,
+        name=f"INVENTED_{id:04X}",
+        id=id,
+        words=("invented", f"{id:04x}"),
+        direction=rng.choice([*DIRECTIONS]),
+        layouts=tuple(layouts),  # none: it is undocumented
+        set=None,
+        exchange={},
+        errata=(),
+    )
+
+
+def _content(like: Message, length: int) -> Field:
+    """Return a field of so many bytes."""
+    format = Format(f"byte[{length}]", length, False, "bytes")
+    plain = {"enum": None, "quantity": None, "flags": None, "default": None, "constant": None}
+    field = replace(like.layouts[0].fields[0], name="content", offset=0, format=format, **plain)
+    return replace(field, role="value", minimum=0, maximum=0, ranged=False)
+
+
+def table_of(protocol: Protocol) -> FramingTable:
+    """Return what the framer in Python has to know of a protocol."""
+    forms = {}
+    for message in protocol.messages:
+        headers = [layout for layout in message.layouts if layout.form == "header"]
+        assert message.id is not None
+        forms[message.id] = Forms(
+            message.name,
+            DIRECTIONS[message.direction],
+            bool(headers),
+            frozenset(layout.length for layout in message.layouts if layout not in headers),
+            message.documented,
+            any(layout.only_zero for layout in headers),
+        )
+    framing = protocol.framing
+    return FramingTable(forms, framing["host"], frozenset(framing["devices"]))

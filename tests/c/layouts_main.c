@@ -1,0 +1,31 @@
+/* Prints the layouts of one package (LAYOUTS and COUNT of LAYOUTS_H), a line each and one for each field. */
+#include <inttypes.h>
+#include <stdio.h>
+
+#include LAYOUTS_H
+
+static const char *or_none(const char *text)
+{
+    return text == NULL ? "-" : text;
+}
+
+static void print_field(const struct stagewire_field *field)
+{
+    static const char *const kinds[] = {"unsigned", "signed", "text", "bytes"};
+
+    printf("field\t%s\t%d\t%s\t%d\t%d\t%" PRId64 "\t%" PRId64 "\t%" PRId64 "\n", field->name, field->wire_size,
+        kinds[field->kind], field->optional, field->unnamed, field->constant, field->minimum, field->maximum);
+}
+
+int main(void)
+{
+    for (size_t i = 0; i < COUNT; ++i) {
+        const struct stagewire_layout *const layout = &LAYOUTS[i];
+        printf("layout\t%s\t%s\t%s\t%d\t%s\t%s\t%d\t%d\n", layout->message, layout->form, layout->kind, layout->id,
+            or_none(layout->context), or_none(layout->value), layout->length, layout->message_size);
+        for (size_t j = 0; j < layout->field_count; ++j) {
+            print_field(&layout->fields[j]);
+        }
+    }
+    return 0;
+}

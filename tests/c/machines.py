@@ -1,0 +1,109 @@
+"""The machines that the generated C is run on, and the programs that run there."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from toolchain import CORTEX_M0, C, Package, compiles, run
+
+__all__ = ["MACHINES", "MICROBIT", "Machine", "Program", "round_trip", "vectors"]
+
+CHIP = Path(__file__).with_name("microbit")
+SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O0"]
+
+
+class Program(NamedTuple):
+    """A program of a package; what it prints is of a machine: a host, or a chip without a library."""
+
+    name: str
+    sources: Sequence[Path]
+    on_host: Sequence[Path]
+    on_chip: Sequence[Path]
+    defines: Sequence[str] = ()
+
+
+def vectors(package: Package) -> Program:
+    """Return what runs the worked examples; on a host the cases, too."""
+    testing, here = C / "testing", package.folder / "testing"
+    return Program(
+        f"{package.prefix}_vectors",
+        [here / "examples.c", here / "layouts.c", package.source, testing / "vectors.c"],
+        [here / "run_vectors.c", here / "cases.c", testing / "report.c"],
+        [CHIP / "run_vectors.c"],
+        [
+            f'-DSUITE_H="{package.name}/testing/vectors.h"',
+            f"-DSUITE={package.prefix}_examples",
+        ],
+    )
+
+
+def round_trip(package: Package) -> Program:
+    """Return the typed test of every layout."""
+    return Program(
+        f"{package.prefix}_round_trip",
+        [package.folder / "testing" / "round_trip.c"],
+        [C / "testing" / "failed.c"],
+        [CHIP / "failed.c"],
+    )
+
+
+class Machine(NamedTuple):
+    """How a program gets onto a machine, and how it is run there."""
+
+    needs: Sequence[str]
+    compiler: Sequence[str]
+    runs: Sequence[str] = ()
+    is_chip: bool = False
+
+    def build(self, program: Program, folder: Path) -> Path:
+        """Compile a program for the machine."""
+        made = folder / program.name
+        sources = [*program.sources, *(program.on_chip if self.is_chip else program.on_host)]
+        words = [*self.compiler, f"-I{C}", *program.defines, *sources, "-o", made]
+        compiles(*words, *(["-lgcc"] if self.is_chip else []))
+        return made
+
+    def run(self, program: Path) -> subprocess.CompletedProcess[str]:
+        """Run a program there."""
+        return run(*self.runs, program)
+
+
+MICROBIT = Machine(
+    ("arm-none-eabi-gcc", "qemu-system-arm"),
+    [
+        *("arm-none-eabi-gcc", "-std=c11", *CORTEX_M0, "-fno-tree-loop-distribute-patterns"),
+        *("-nostdlib", f"-I{CHIP}", f"-T{CHIP / 'microbit.ld'}"),
+        *(str(CHIP / name) for name in ("startup.c", "semihosting.c", "memory.c")),
+        *("-Wl,--gc-sections", "-ffunction-sections", "-fdata-sections"),
+    ],
+    [
+        *("qemu-system-arm", "-M", "microbit", "-display", "none", "-monitor", "none"),
+        *("-serial", "none", "-semihosting-config", "enable=on,target=native", "-kernel"),
+    ],
+    is_chip=True,
+)
+
+# The first is what the others are compared with.
+MACHINES = {
+    "x86-64": Machine(("gcc",), ["gcc", "-std=c99", "-O2"]),
+    "x86-64 by clang": Machine(("clang",), ["clang", "-std=c99", "-O2"]),
+    "32 bits": Machine(("gcc -m32",), ["gcc", "-std=c99", "-O1", "-m32"]),
+    "big-endian": Machine(
+        ("s390x-linux-gnu-gcc", "qemu-s390x"),
+        ["s390x-linux-gnu-gcc", "-std=c99", "-O1", "-static"],
+        ["qemu-s390x"],
+    ),
+    "sanitizers of gcc": Machine(("gcc",), ["gcc", "-std=c99", *SANITIZERS]),
+    "sanitizers of clang": Machine(
+        ("clang", "clang -fsanitize"), ["clang", "-std=c99", *SANITIZERS]
+    ),
+    "valgrind": Machine(
+        ("gcc", "valgrind"),
+        ["gcc", "-std=c99", "-O0", "-g"],
+        ["valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full"],
+    ),
+    "Cortex-M0": MICROBIT,
+}

@@ -1,0 +1,115 @@
+"""A short, seeded run of the fuzz targets, and proof that they find what is broken.
+
+The long run is a program: ``libfuzzer.py``.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections import Counter
+from pathlib import Path
+
+import libfuzzer
+import pytest
+from toolchain import C, need
+
+EXECUTIONS = 40_000
+SEED = 1
+
+
+def short(name: str, c: Path, objects: Path, folder: Path) -> libfuzzer.Ran:
+    """Build a target and run it a little."""
+    program = libfuzzer.build(name, c, objects, "-O1", "-g0")
+    corpus = folder / "corpus"
+    corpus.mkdir()
+    assert libfuzzer.write_corpus(name, C, corpus) > 50
+    return libfuzzer.fuzz(program, corpus, EXECUTIONS, SEED, folder / "kept")
+
+
+@pytest.fixture(scope="module")
+def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder for what several targets are made of."""
+    return tmp_path_factory.mktemp("objects")
+
+
+@pytest.mark.parametrize("name", libfuzzer.TARGETS)
+def test_the_targets_hold(name: str, objects: Path, tmp_path: Path) -> None:
+    need("clang", "clang -fsanitize")
+    ran = short(name, C, objects, tmp_path)
+    assert ran.code == 0, ran.said
+    assert ran.executions >= EXECUTIONS
+    assert ran.seen or "codec" in name
+    assert [kind for kind, number in ran.seen.items() if not number] == []
+
+
+BROKEN = {
+    "a byte is read behind the frame": (
+        *("apt_codec", "wire.h"),
+        *("size < APT_HEADER_SIZE", "size < 4U"),
+    ),
+    "an event is too short": (
+        *("ms2000_parser", "stagewire_ms2000.c"),
+        *("event->size = parser->held;", "event->size = parser->held - (parser->held > 9U);"),
+    ),
+    "a sign is lost": (
+        *("ms2000_codec", "wire.h"),
+        *("(int32_t)moved - INT32_C(0x800000)", "(int32_t)moved - INT32_C(0x7FFFFF)"),
+    ),
+}
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_broken_code_is_found(what: str, tmp_path: Path) -> None:
+    need("clang", "clang -fsanitize")
+    name, file, right, wrong = BROKEN[what]
+    broken = tmp_path / "c"
+    shutil.copytree(C, broken)
+    path = broken / libfuzzer.TARGETS[name].package / file
+    text = path.read_text(encoding="utf-8")
+    assert right in text
+    path.write_text(text.replace(right, wrong), encoding="utf-8")
+    ran = short(name, broken, tmp_path, tmp_path)
+    assert ran.code != 0
+    assert list((tmp_path / "kept").iterdir()), "the input is not kept"
+
+
+# The program: it counts, and does not believe
+
+
+def fake(monkeypatch: pytest.MonkeyPatch, ran: libfuzzer.Ran) -> None:
+    monkeypatch.setattr(libfuzzer, "build", lambda name, *_: Path(name))
+    monkeypatch.setattr(libfuzzer, "write_corpus", lambda *_: 0)
+    monkeypatch.setattr(libfuzzer, "fuzz", lambda *_: ran)
+
+
+def test_a_run_is_enough_when_all_was_executed_and_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(monkeypatch, libfuzzer.Ran(0, 3, Counter({"message": 1}), ""))
+    assert libfuzzer.run(24, SEED, 2, C) == 0
+
+
+@pytest.mark.parametrize(
+    ("ran", "word"),
+    [
+        (libfuzzer.Ran(0, 2, Counter(message=1), ""), "too few executions"),
+        (libfuzzer.Ran(0, 3, Counter(message=0), ""), "never seen: apt_parser message"),
+        (libfuzzer.Ran(77, 3, Counter(message=1), "ERROR: libFuzzer"), "ERROR: libFuzzer"),
+    ],
+    ids=["too few", "never seen", "failed"],
+)
+def test_a_run_fails(
+    ran: libfuzzer.Ran,
+    word: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    fake(monkeypatch, ran)
+    assert libfuzzer.run(24, SEED, 2, C) == 1
+    assert word in capsys.readouterr().out
+
+
+def test_as_many_executions_are_given_out_as_are_asked_for() -> None:
+    for executions in (1, 99, 20_000_000):
+        for processes in (1, 2, 3):
+            given = sum(job.executions for job in libfuzzer.jobs(executions, processes))
+            assert given >= executions
+    assert sum(target.share for target in libfuzzer.TARGETS.values()) == 100

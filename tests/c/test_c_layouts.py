@@ -1,0 +1,119 @@
+"""The layouts as data, and the typed test of each: all of the registry, in its order, and nothing else."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from toolchain import C_WARNINGS, Package, compiles, need, of_each_package, packages, run
+from vector_programs import build_round_trip, changed
+
+from stagewire.protocol import load_protocol
+from stagewire_conformance.registry import Registry, registry_of
+
+Json = dict[str, Any]
+
+HERE = Path(__file__).parent
+PROTOCOLS = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
+FRAMES = {"message": 6, "command": 4, "setup": 2}  # bytes beside the data, where a size is sent
+
+
+def registry(package: Package) -> Registry:
+    return registry_of(load_protocol(PROTOCOLS[package.name]))
+
+
+def lines_of(message: Json, layout: Json) -> list[list[str]]:
+    """Return what a program prints of a layout of the registry."""
+    context, value = next(iter((layout["when"] or {}).items()), ("-", "-"))
+    length = layout["length"]
+    size = length if layout["form"] == "reply" else FRAMES[message["kind"]] + length
+    if message["kind"] == "command" and layout["form"] == "request" and message["size"] is None:
+        size -= 1
+    numbers = [str(length), str(size)]
+    head = [message["name"], layout["form"], message["kind"], str(message["id"]), context, value]
+    fields = [(field["name"], field) for field in layout["fields"]]
+    if layout["form"] == "header":
+        fields = [(name, layout[name]) for name in ("param1", "param2")]
+    return [["layout", *head, *numbers], *(field_line(name, field) for name, field in fields)]
+
+
+def field_line(name: str, field: Json | None) -> list[str]:
+    if field is None:
+        return ["field", name, "1", "unsigned", "1", "1", "0", "0", "255"]
+    kind = field["kind"]
+    if kind == "integer":
+        kind = "signed" if field["signed"] else "unsigned"
+    optional = str(int(field["role"] in ("reserved", "constant")))
+    numbers = (field["constant"] or 0, field["minimum"] or 0, field["maximum"] or 0)
+    head = ["field", field["name"], str(field["size"]), kind, optional, "0"]
+    return [*head, *map(str, numbers)]
+
+
+@of_each_package
+def test_the_layouts_are_those_of_the_registry(package: Package, tmp_path: Path) -> None:
+    need("gcc")
+    program = tmp_path / "layouts"
+    sources = [HERE / "layouts_main.c", package.folder / "testing" / "layouts.c"]
+    defines = [
+        f'-DLAYOUTS_H="{package.name}/testing/layouts.h"',
+        f"-DLAYOUTS={package.prefix}_layouts",
+        f"-DCOUNT={package.prefix}_layout_count",
+    ]
+    include = f"-I{package.folder.parent}"
+    compiles("gcc", "-std=c99", *C_WARNINGS, include, *defines, *sources, "-o", program)
+    printed = [line.split("\t") for line in run(program).stdout.splitlines()]
+    assert printed == [
+        line
+        for message in registry(package).messages.values()
+        if message["id"] is not None
+        for layout in message["layouts"]
+        for line in lines_of(message, layout)
+    ]
+
+
+@of_each_package
+def test_every_layout_has_a_round_trip(package: Package, tmp_path: Path) -> None:
+    need("gcc")
+    done = run(build_round_trip(package, tmp_path))
+    assert (done.returncode, done.stdout) == (0, "")
+    text = (package.folder / "testing" / "round_trip.c").read_text(encoding="utf-8")
+    made = re.findall(r"^static size_t test_(\w+)\(void\)", text, re.MULTILINE)
+    assert re.findall(r"failed \+= test_(\w+)\(\);", text) == made
+    assert sorted(made) == package.layouts()
+    named = [
+        layout
+        for message in registry(package).messages.values()
+        for layout in message["layouts"]
+        if message["id"] is not None
+    ]
+    assert len(made) == len(named)
+
+
+# A change of a package, and what a round trip says of it.
+WRONG = {
+    "reading": ("stagewire_ms2000/wire.h", "((uint32_t)bytes[2] << 16)", "0U",
+                "message.position == content->position"),
+    "writing": ("stagewire_ms2000/wire.h", "bytes[2] = (uint8_t)((value >> 16) & 0xFFU);",
+                "bytes[2] = 0U;", "message.position == content->position"),
+    "too short": ("stagewire_ms2000/wire.h", "return {P}_TOO_SHORT;", "return {P}_TRAILING;", "_TOO_SHORT"),
+    "axis": ("stagewire_ms2000/wire.h", "axis != {P}_PREFIX", "axis != 0U", "_OUT_OF_RANGE"),
+    "trailing": ("stagewire_ms2000/wire.h", "{P}_OK : {P}_TRAILING", "{P}_OK : {P}_OK", "_TRAILING"),
+    "id": ("stagewire_apt/wire.h", "return {P}_WRONG_ID;", "return {P}_TRAILING;", "_WRONG_ID"),
+    "room": ("stagewire_apt/messages/motor.h", "return {P}_NO_SPACE;", "return {P}_OK;", "_NO_SPACE"),
+    "range": ("stagewire_apt/messages/motor.h", "return {P}_OUT_OF_RANGE;", "return {P}_OK;",
+              "_OUT_OF_RANGE"),
+    "length": ("stagewire_apt/wire.h", "return {P}_WRONG_LENGTH;", "return {P}_OK;", "_WRONG_LENGTH"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_what_is_wrong_is_found(wrong: str, tmp_path: Path) -> None:
+    need("gcc")
+    ending, old, new, finds = WRONG[wrong]
+    package = next(package for package in packages() if ending.startswith(package.name))
+    old, new = (text.replace("{P}", package.prefix.upper()) for text in (old, new))
+    done = run(build_round_trip(changed(package, tmp_path / "c", {ending: (old, new)}), tmp_path))
+    assert done.returncode == 1
+    assert re.search(rf"^test_\w+: .*{re.escape(finds)}", done.stdout, re.MULTILINE)

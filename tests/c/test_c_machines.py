@@ -1,0 +1,100 @@
+"""The same programs on every machine: other word sizes, other byte order, a chip, and under watch."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from machines import MACHINES, MICROBIT, Program, round_trip, vectors
+from toolchain import ROOT, Package, need, of_each_package, packages
+
+FIRST = "x86-64"
+PROTOCOLS = {"apt": "thorlabs_apt", "ms2000": "asi_ms2000"}
+
+on_each_machine = pytest.mark.parametrize("machine", MACHINES)
+on_each_other_machine = pytest.mark.parametrize("machine", [it for it in MACHINES if it != FIRST])
+
+
+def ids_of_examples(package: Package) -> set[str]:
+    """Return the ids of the worked examples and captures."""
+    path = ROOT / "generated" / "vectors" / f"{PROTOCOLS[package.prefix]}.json"
+    published = json.loads(path.read_text(encoding="utf-8"))
+    return {entry["id"] for entry in [*published["examples"], *published["captures"]]}
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What the first machine prints of the vectors, by package: there, all hold."""
+    machine = MACHINES[FIRST]
+    need(*machine.needs)
+    printed = {}
+    for package in packages():
+        done = machine.run(machine.build(vectors(package), tmp_path_factory.mktemp(package.prefix)))
+        assert done.returncode == 0, done.stdout
+        printed[package.prefix] = done.stdout
+    return printed
+
+
+@of_each_package
+def test_every_example_is_among_the_vectors(package: Package, expected: dict[str, str]) -> None:
+    said = {line.split()[0] for line in expected[package.prefix].splitlines()}
+    assert said >= ids_of_examples(package)
+
+
+@on_each_other_machine
+@of_each_package
+def test_every_vector_holds_elsewhere(
+    package: Package, machine: str, expected: dict[str, str], tmp_path: Path
+) -> None:
+    there = MACHINES[machine]
+    need(*there.needs)
+    done = there.run(there.build(vectors(package), tmp_path))
+    assert done.returncode == 0, done.stdout
+    said = expected[package.prefix]
+    if there.is_chip:  # which has no room for the cases
+        examples, mark, _ = said.partition("\n" + said_in_all(said, 0))
+        said = examples + mark + "\n"
+    assert done.stdout == said
+
+
+def said_in_all(text: str, suite: int) -> str:
+    """Return the line that a suite ends with."""
+    return [line for line in text.splitlines() if " passed, " in line][suite]
+
+
+@on_each_machine
+@of_each_package
+def test_every_layout_goes_round(package: Package, machine: str, tmp_path: Path) -> None:
+    there = MACHINES[machine]
+    need(*there.needs)
+    done = there.run(there.build(round_trip(package), tmp_path))
+    assert (done.returncode, done.stdout) == (0, "")
+
+
+BAD = {
+    "sanitizers of gcc": "int a[2]; volatile int i = 2; int main(void) { return a[i]; }",
+    "sanitizers of clang": "int main(void) { volatile int i = 2147483647; i = i + 1; return 0; }",
+    "valgrind": "#include <stdlib.h>\nint main(void) { int *volatile a = malloc(4); return a[1] == 7; }",
+    "big-endian": "int main(void) { int a = 1; return *(char *)&a ? 0 : 1; }",
+    "32 bits": "int main(void) { return sizeof(void *) == 8 ? 0 : 1; }",
+    "Cortex-M0": "int main(void) { return ((int (*)(void))0xF0000000)(); }",
+}
+
+
+@pytest.mark.parametrize("machine", BAD)
+def test_every_machine_is_what_it_says(machine: str, tmp_path: Path) -> None:
+    there = MACHINES[machine]
+    need(*there.needs)
+    bad = tmp_path / "bad.c"
+    bad.write_text(BAD[machine] + "\n", encoding="ascii")
+    done = there.run(there.build(Program("bad", [bad], [], []), tmp_path))
+    assert done.returncode not in (0, -11), done.stdout
+
+
+def test_a_writable_global_does_not_get_onto_the_chip(tmp_path: Path) -> None:
+    need(*MICROBIT.needs)
+    bad = tmp_path / "bad.c"
+    bad.write_text("int count = 1; int main(void) { return ++count; }\n", encoding="ascii")
+    with pytest.raises(AssertionError, match="a writable global"):
+        MICROBIT.build(Program("bad", [bad], [], []), tmp_path)

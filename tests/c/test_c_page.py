@@ -1,0 +1,83 @@
+"""docs/c.md: its code compiles, its names and files exist, its deviations are those that are found."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from toolchain import C_WARNINGS, ROOT, WARNINGS, C, Package, compiles, need, packages, run
+
+PAGE = (ROOT / "docs" / "c.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```c\n(.*?)^```", PAGE, re.M | re.S)
+PREFIXES = "|".join(package.prefix for package in packages())
+
+
+def test_there_are_blocks() -> None:
+    assert len(BLOCKS) == PAGE.count("```") / 2 >= 5
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_a_block_compiles(block: str, tmp_path: Path) -> None:
+    need("gcc", "g++")
+    source = tmp_path / "block.c"
+    source.write_text(block, encoding="utf-8")
+    compiles("gcc", "-std=c99", *C_WARNINGS, f"-I{C}", "-c", source, "-o", tmp_path / "block.o")
+    compiles("g++", "-std=c++17", *WARNINGS, f"-I{C}", "-x", "c++", "-fsyntax-only", source)
+
+
+def test_a_program_prints_what_it_says(tmp_path: Path) -> None:
+    need("gcc")
+    [block] = [block for block in BLOCKS if "int main" in block]
+    [said] = re.findall(r"/\* prints (.*?) \*/", block)
+    source, program = tmp_path / "block.c", tmp_path / "block"
+    source.write_text(block, encoding="utf-8")
+    compiles("gcc", "-std=c99", f"-I{C}", source, "-o", program)
+    assert compiles(program).strip() == said
+
+
+@pytest.mark.parametrize("page", ["docs/c.md", "examples/c/README.md"])
+def test_the_names_exist(page: str) -> None:
+    files = [path for package in packages() for path in package.folder.rglob("*.[ch]")]
+    known = set(re.findall(r"\w+", "\n".join(path.read_text("utf-8") for path in files)))
+    text = (ROOT / page).read_text(encoding="utf-8")
+    named = set(re.findall(rf"\b(?:(?:{PREFIXES})_|(?:{PREFIXES.upper()})_)\w+", text))
+    assert {name for name in named if not name.endswith("_")} <= known
+
+
+@pytest.mark.parametrize("page", ["docs/c.md", "examples/c/README.md"])
+def test_the_files_exist(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for path in re.findall(r"`((?:docs|tests|examples|spec|generated)/[\w./-]+)`", text):
+        at = C / Path(path).relative_to("generated/c") if path.startswith("generated/c") else path
+        assert (ROOT / at).exists(), path
+
+
+def includes(package: Package) -> str:
+    """Return the headers of a package, with two chapters: the others come from the same templates."""
+    chapters = [path for path in package.headers() if path.parent.name == "messages"]
+    longer = sorted(chapters, key=lambda path: path.stat().st_size)[2:]
+    kept = [path for path in package.headers() if path not in (package.umbrella, *longer)]
+    return "".join(package.include(path) for path in kept)
+
+
+def deviations(marked: bool) -> set[str]:
+    """Return the rules of the list, those with a mark or those without."""
+    rows = re.findall(r"^\| (?:Directive )?([0-9.]+)( †)? \| \w+ \|", PAGE, re.M)
+    return {rule for rule, mark in rows if bool(mark) == marked}
+
+
+def test_the_deviations_are_those_that_are_found(tmp_path: Path) -> None:
+    need("cppcheck")
+    user = tmp_path / "user.c"
+    user.write_text("".join(map(includes, packages())), encoding="ascii")
+    # cppcheck has no standard headers here, and looks at one configuration where it is given one.
+    constants = ["-DUINT32_C(a)=a##U", "-DINT32_C(a)=a", "-DINT64_C(a)=a##LL"]
+    words = ["--addon=misra", "--enable=style", "--std=c99", "--quiet", *constants, f"-I{C}"]
+    done = run("cppcheck", *words, user, *(package.source for package in packages()))
+    assert done.returncode == 0, done.stdout
+    found = set(re.findall(r"\[misra-c2012-([0-9.]+)\]", done.stdout))
+    listed = deviations(marked=False)
+    assert found - listed == set(), "found, and not listed in docs/c.md"
+    assert listed - found == set(), "listed in docs/c.md, and not found any more"
+    assert deviations(marked=True)

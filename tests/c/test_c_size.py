@@ -1,0 +1,177 @@
+"""What the generated C takes on a Cortex-M0: against fixed bounds, and against the committed table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import callgraph
+import pytest
+import size_table
+import sizes
+from toolchain import ROOT, Package, compiles, need, of_each_package, packages, symbols
+
+PARSER = 640
+HELPERS = 140
+PAIR_OF_14_BYTES = 160
+TABLE_OF_A_MESSAGE = 8
+RECEIVE_BUFFER = 280
+STACK = 128
+
+Measured = dict[str, tuple[Path, dict[str, int]]]
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
+    """The objects and figures of each package, by prefix."""
+    need(sizes.GCC)
+    made: Measured = {}
+    for package in packages():
+        folder = tmp_path_factory.mktemp(package.prefix)
+        made[package.prefix] = folder, dict(sizes.measure(package, folder))
+    return made
+
+
+def objects(folder: Path) -> Iterator[Path]:
+    """Return the objects with code of users."""
+    yield from (path for path in folder.glob("*.o") if not path.stem.endswith("_types"))
+
+
+@of_each_package
+def test_nothing_else_is_linked(package: Package, measured: Measured) -> None:
+    folder, _ = measured[package.prefix]
+    for path in objects(folder):
+        undefined = compiles("arm-none-eabi-nm", "-u", path)
+        assert undefined == "", f"{path.name} calls {undefined}"
+
+
+@of_each_package
+def test_nothing_is_in_ram(package: Package, measured: Measured) -> None:
+    folder, _ = measured[package.prefix]
+    for path in objects(folder):
+        writable = [row for row in symbols("arm-none-eabi-nm", path) if row[1] in "dDbBC"]
+        assert writable == []
+        sections = [row.split() for row in compiles("arm-none-eabi-size", "-A", path).splitlines()]
+        sizes_by_name = {
+            row[0]: int(row[1]) for row in sections if len(row) == 3 and row[1].isdigit()
+        }
+        assert (sizes_by_name[".data"], sizes_by_name[".bss"]) == (0, 0)
+        assert not any(name.startswith((".data.", ".bss.")) for name in sizes_by_name)
+
+
+def test_the_parser_is_small(measured: Measured) -> None:
+    for prefix, (_, figures) in measured.items():
+        assert figures[f"{prefix}/parser"] <= PARSER
+        assert figures.get(f"{prefix}/replies", 0) <= PARSER
+
+
+def messages(protocol: str) -> list[dict[str, Any]]:
+    """Return the messages of a protocol, as the registry has them."""
+    path = ROOT / "generated" / "registry" / f"{protocol}.json"
+    return list(json.loads(path.read_text(encoding="utf-8"))["messages"])
+
+
+def takes_all(field: dict[str, Any]) -> bool:
+    """Whether a field takes every value that its bytes have, so that there is nothing to check."""
+    values = int(field["maximum"]) - int(field["minimum"]) + 1
+    return bool(values == 1 << 8 * field["size"])
+
+
+def of_14_bytes() -> list[str]:
+    """Return the names of the messages whose packet has 14 bytes, all of them integers of any value."""
+    found = []
+    for message in messages("thorlabs_apt"):
+        fields = [field for layout in message["layouts"] for field in layout["fields"]]
+        lengths = {layout["length"] for layout in message["layouts"]}
+        if lengths == {14} and all(f["kind"] == "integer" and takes_all(f) for f in fields):
+            found.append(f"apt_{message['name'].lower()}")
+    return found
+
+
+def test_a_payload_of_14_bytes_is_cheap(measured: Measured) -> None:
+    _, figures = measured["apt"]
+    names = [name.replace("_", "/", 1) for name in of_14_bytes()]
+    assert len(names) >= 5
+    pairs = {name: figures[f"{name}/encode"] + figures[f"{name}/decode"] for name in names}
+    assert {name: size for name, size in pairs.items() if size > PAIR_OF_14_BYTES} == {}
+
+
+def test_what_they_share_is_small(measured: Measured) -> None:
+    folder, _ = measured["apt"]
+    made = folder / "apt_accessors.o"
+    roots = {f"{name}_{function}" for name in of_14_bytes() for function in ("encode", "decode")}
+    reached = callgraph.read([made.with_suffix(".ci")]).reached(roots)
+    code = {name: size for name, _, size in symbols("arm-none-eabi-nm", made)}
+    helpers = {name: code[name] for name in reached - roots}
+    assert len(helpers) >= 2, "they share nothing: then the other bound means something else"
+    assert sum(helpers.values()) <= HELPERS, helpers
+
+
+def test_the_table_is_small(measured: Measured) -> None:
+    _, figures = measured["apt"]
+    assert 0 < figures["apt/table"] <= TABLE_OF_A_MESSAGE * len(messages("thorlabs_apt"))
+    _, figures = measured["ms2000"]
+    assert 0 < figures["ms2000/table"] <= TABLE_OF_A_MESSAGE * len(messages("asi_ms2000"))
+
+
+def test_the_receive_buffer_is_small(measured: Measured) -> None:
+    for prefix, (_, figures) in measured.items():
+        owned = {name: size for name, size in figures.items() if "/sizeof_" in name}
+        assert f"{prefix}/sizeof_parser" in owned
+        assert {name: size for name, size in owned.items() if size > RECEIVE_BUFFER} == {}
+
+
+def test_the_stack_is_small(measured: Measured) -> None:
+    for folder, figures in measured.values():
+        for path in objects(folder):
+            graph = callgraph.read([path.with_suffix(".ci")])
+            assert graph.calls
+            assert graph.cycle() == []
+            assert graph.indirect() == [], "where that leads is not counted"
+            assert graph.unbounded == frozenset()
+        stacks = {name: size for name, size in figures.items() if name.endswith("stack")}
+        assert {name: size for name, size in stacks.items() if size > STACK} == {}
+
+
+def test_nothing_grew(measured: Measured) -> None:
+    now = {name: size for _, figures in measured.values() for name, size in figures.items()}
+    made_by, table = size_table.read()
+    note = f"\nthe table is of {made_by}, this is {sizes.compiler()}" * (
+        made_by != sizes.compiler()
+    )
+    grown = "\n".join(size_table.grown(table, now))
+    assert not grown, f'{grown}{note}\nrenew the table: make c-sizes REASON="why"'
+
+
+# The comparison itself
+
+
+def test_growth_is_reported_by_name() -> None:
+    table = {"apt/parser": 600, "apt/x/encode": 40, "apt/gone": 3, "apt/same": 1}
+    now = {"apt/parser": 631, "apt/x/encode": 42, "apt/new": 7, "apt/same": 0}
+    assert size_table.grown(table, now) == [
+        "apt/gone: only in the table",
+        "apt/new: not in the table",
+        "apt/parser: 600 -> 631 bytes",
+    ]
+
+
+def test_a_table_that_was_smaller_is_found(measured: Measured) -> None:
+    _, table = size_table.read()
+    _, figures = measured["apt"]
+    doctored = {**table, "apt/parser": figures["apt/parser"] * 9 // 10}
+    assert size_table.grown(doctored, {**table, **figures}) == [
+        f"apt/parser: {doctored['apt/parser']} -> {figures['apt/parser']} bytes"
+    ]
+
+
+def test_the_table_keeps_figures_and_reasons(tmp_path: Path) -> None:
+    path = tmp_path / "sizes.toml"
+    figures = {"apt/parser": 600, "apt/x/encode": 40, "apt/x/decode": 4, "ms2000/parser": 1}
+    size_table.write(figures, "a compiler", 'the "first"', path)
+    size_table.write(figures, "a compiler", "a \\ second", path)
+    assert size_table.read(path) == ("a compiler", figures)
+    text = path.read_text(encoding="utf-8")
+    assert text.index('"the \\"first\\""') < text.index('"a \\\\ second"')

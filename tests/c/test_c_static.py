@@ -1,0 +1,154 @@
+"""What the generated C must not do, seen by program: in its text, its call graph and its objects."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import callgraph
+import pytest
+from everything import everything
+from toolchain import C, Package, compiles, need, of_each_package, run, symbols
+
+COMMENT_OR_STRING = re.compile(
+    r"//[^\n]*|/\*.*?\*/|\"(?:\\.|[^\"\\])*\"|'(?:\\.|[^'\\])*'", re.DOTALL
+)
+FORBIDDEN = {
+    "floating point": re.compile(r"\b(?:float|double|_Complex)\b|\b\d+\.\d*|\.\d|\b\d+[eE][-+]?\d"),
+    "a layout of its own": re.compile(r"\b(?:packed|__packed|_Alignas|alignas|aligned)\b|__attribute__|\[\["),
+    "a pragma": re.compile(r"#\s*pragma|\b_Pragma\b"),
+    "a union": re.compile(r"\bunion\b"),
+    "a bit field": re.compile(r"\b\w+\s+\w+\s*:\s*\d+\s*;"),
+    "allocation": re.compile(r"\b(?:malloc|calloc|realloc|free|alloca)\b"),
+    "a jump": re.compile(r"\b(?:goto|setjmp|longjmp)\b"),
+    "a pointer cast": re.compile(
+        r"\((?:const |volatile |struct )*(?!(?:u?int8_t|char|void)\b)(?:unsigned |signed )?\w+ *"
+        r"(?:const )?\*+ *\) *[\w&(*]"
+    ),
+    "a macro with a side": re.compile(r"\b__(?:int128|extension__|typeof__|asm__)\b|\basm\b"),
+}  # fmt: skip
+
+
+def tokens(text: str) -> str:
+    """Return a text of C without comments and without what stands in quotes."""
+    return COMMENT_OR_STRING.sub(" ", text)
+
+
+def broken(text: str) -> list[str]:
+    """Say which of the rules a text of C breaks."""
+    return [name for name, rule in FORBIDDEN.items() if rule.search(tokens(text))]
+
+
+@of_each_package
+def test_the_text_keeps_to_the_rules(package: Package) -> None:
+    for path in [*package.headers(), package.source]:
+        assert broken(path.read_text(encoding="utf-8")) == [], path.name
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("static float x;", "floating point"),
+        ("x = 1.5 * y;", "floating point"),
+        ("x = 1e3;", "floating point"),
+        ("struct __attribute__((packed)) s { int a; };", "a layout of its own"),
+        ("#pragma pack(1)", "a pragma"),
+        ("union u { int a; char b[4]; };", "a union"),
+        ("struct s { unsigned a : 3; };", "a bit field"),
+        ("p = malloc(4);", "allocation"),
+        ("x = *(const uint32_t *)&frame[6];", "a pointer cast"),
+        ("x = ((uint16_t*)frame)[3];", "a pointer cast"),
+        ("x = (apt_x *)frame;", "a pointer cast"),
+    ],
+)
+def test_a_broken_rule_is_found(text: str, found: str) -> None:
+    assert found in broken(text)
+
+
+def test_comments_and_texts_break_no_rule() -> None:
+    assert (
+        broken(
+            '/* a float of 1.5 */ // union\nx = (const uint8_t *)y; f(a * b);\nconst char *x = "goto 1.5";'
+        )
+        == []
+    )
+
+
+# Objects of the machine that runs the tests
+
+
+def build(folder: Path, package: Package, *options: str) -> list[Path]:
+    """Compile all functions, and parser and table, and return the object files."""
+    user = folder / "user.c"
+    user.write_text(everything(package), encoding="ascii")
+    made = []
+    for source in (user, package.source):
+        path = folder / f"{source.stem}.o"
+        compiles("gcc", "-std=c99", "-ffreestanding", "-fno-pic", "-fno-stack-protector", f"-I{C}",
+                 *options, "-c", source, "-o", path)  # fmt: skip
+        made.append(path)
+    return made
+
+
+@of_each_package
+def test_no_function_calls_itself(package: Package, tmp_path: Path) -> None:
+    need("gcc")
+    made = build(tmp_path, package, "-O0", callgraph.OPTION)
+    graph = callgraph.read(path.with_suffix(".ci") for path in made)
+    assert graph.calls.keys() >= set(package.functions())
+    assert graph.cycle() == []
+    assert graph.indirect() == []
+    assert graph.unbounded == frozenset()
+
+
+def test_recursion_and_its_kin_are_found(tmp_path: Path) -> None:
+    need("gcc")
+    bad = tmp_path / "bad.c"
+    bad.write_text(
+        "int odd(int n); int even(int n); int call(int (*f)(int)); int grow(int n);\n"
+        "int odd(int n) { return n ? even(n - 1) : 0; }\n"
+        "int even(int n) { return n ? odd(n - 1) : 1; }\n"
+        "int call(int (*f)(int)) { return f(1); }\n"
+        "int grow(int n) { volatile char a[n]; a[0] = 1; return a[0]; }\n"
+    )
+    compiles("gcc", "-O0", callgraph.OPTION, "-c", bad, "-o", tmp_path / "bad.o")
+    graph = callgraph.read([tmp_path / "bad.ci"])
+    assert sorted(graph.cycle()) == ["even", "odd"]
+    assert graph.indirect() == ["call"]
+    assert graph.unbounded == {"grow"}
+
+
+@of_each_package
+@pytest.mark.parametrize("optimisation", ["-O0", "-O2"])
+def test_no_global_is_writable_and_nothing_is_called(
+    package: Package, optimisation: str, tmp_path: Path
+) -> None:
+    need("gcc")
+    rows = [row for path in build(tmp_path, package, optimisation) for row in symbols("nm", path)]
+    defined = {name for name, kind, _ in rows if kind != "U"}
+    assert [name for name, kind, _ in rows if kind in "dDbBC"] == []
+    assert [name for name, kind, _ in rows if kind == "U" and name not in defined] == []
+
+
+@of_each_package
+def test_no_register_of_floating_point_is_needed(package: Package, tmp_path: Path) -> None:
+    need("gcc")
+    build(tmp_path, package, "-O0", "-mgeneral-regs-only")
+
+
+@of_each_package
+def test_no_cast_raises_the_alignment(package: Package, tmp_path: Path) -> None:
+    need("gcc")
+    build(tmp_path, package, "-O0", "-Wcast-align=strict", "-Werror")
+
+
+def test_such_casts_and_registers_are_found(tmp_path: Path) -> None:
+    need("gcc")
+    bad = tmp_path / "bad.c"
+    bad.write_text(
+        "int word(char *a);\nint word(char *a) { return *(int *)a; }\n"
+        "double half(double a);\ndouble half(double a) { return a / 2; }\n"
+    )
+    cast = run("gcc", "-Wcast-align=strict", "-Werror", "-fsyntax-only", bad)
+    assert "cast-align" in cast.stdout
+    assert run("gcc", "-mgeneral-regs-only", "-S", bad, "-o", "/dev/null").returncode != 0

@@ -1,0 +1,8 @@
+"""All tests of the testee on commands once more: what they ask, the one in C answers, too, and alike."""
+
+from __future__ import annotations
+
+import pytest
+from test_testee_commands import *  # noqa: F403
+
+pytestmark = pytest.mark.usefixtures("asks_both")

@@ -1,0 +1,265 @@
+"""Worked examples, captures and cases in C: the same verdicts as in Python, and nothing left out unsaid."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from toolchain import ROOT, C, Package, need, of_each_package, packages
+from vector_programs import Finding, build_vectors, changed, findings_of
+
+from stagewire.protocol import Protocol, load_protocol
+from stagewire_conformance.examples import run as run_in_python
+from stagewire_conformance.registry import registry_of
+from stagewire_generator import pipeline
+from stagewire_generator.model import Protocol as Model
+from stagewire_generator.targets.templates import Templates
+
+Json = dict[str, Any]
+
+PROTOCOLS = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
+PROSE = "prose; nothing that a program could check"
+# What Python checks and C does not, by the reason that C gives; prose is not counted, nobody checks it.
+LEFT_OUT = {
+    "stagewire_apt": {
+        "arithmetic of the document; no bytes, and no scale": 28,
+        "that a name is missing is nothing that C can ask": 2,
+    },
+    "stagewire_ms2000": {
+        "arithmetic of the document; no bytes, and no scale": 15,
+        "says nothing of bytes; the registry's JSON has it": 3,
+    },
+}
+# Refusals that a decoder in C gives; those on encode are for the compiler to give, but for a range.
+DECODED = {"truncated", "trailing", "bad_length", "unknown_message"}
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Finding]]:
+    """What the programs say, by package and id."""
+    need("gcc")
+    said = {}
+    for package in packages():
+        program = build_vectors(package, tmp_path_factory.mktemp(package.prefix))
+        said[package.name], in_all, status = findings_of(program)
+        assert status == 0, in_all
+        assert len(in_all) == 2
+    return said
+
+
+@cache
+def protocol_of(package: Package) -> Protocol:
+    return load_protocol(PROTOCOLS[package.name])
+
+
+def cases_of(package: Package) -> dict[str, Json]:
+    """Return the published cases by id."""
+    path = C.parent / "vectors" / f"{PROTOCOLS[package.name]}.json"
+    return {case["id"]: case for case in json.loads(path.read_text(encoding="utf-8"))["cases"]}
+
+
+@of_each_package
+def test_examples_and_captures_have_the_verdicts_of_python(
+    package: Package, found: dict[str, dict[str, Finding]]
+) -> None:
+    said = found[package.name]
+    reasons: Counter[str] = Counter()
+    verdicts = run_in_python(protocol_of(package))
+    assert len(verdicts) > 150
+    for verdict in verdicts:
+        finding = said[verdict.id]
+        if verdict.outcome == "passed" and finding.outcome == "noted":
+            reasons[finding.detail] += 1
+        else:
+            assert (verdict.outcome, finding.outcome) in (("passed",) * 2, ("noted",) * 2), verdict
+            assert finding.detail == (PROSE if finding.outcome == "noted" else "")
+    assert reasons == LEFT_OUT[package.name]
+
+
+@of_each_package
+def test_every_case_that_c_can_say_holds(
+    package: Package, found: dict[str, dict[str, Finding]]
+) -> None:
+    said, cases = found[package.name], cases_of(package)
+    examples = {verdict.id for verdict in run_in_python(protocol_of(package))}
+    assert said.keys() - examples <= cases.keys()
+    assert all(finding.outcome == "passed" for id, finding in said.items() if id in cases)
+    sayable = {id for id, case in cases.items() if is_sayable(package, case)}
+    assert len(sayable) > 600
+    assert sayable - said.keys() == set()
+
+
+def is_sayable(package: Package, case: Json) -> bool:
+    """Whether C has a function for a case, and types that hold its values."""
+    request, answer = case["request"], case["answer"]
+    form = str(answer.get("form", request.get("form", "")))
+    if form.endswith((":undecided", "undocumented")) or request.get("refuse_prefix_bytes"):
+        return False
+    if request.get("op") == "encode":
+        return bool(answer["ok"]) and bool(layouts_of(package, request["message"]))
+    if request.get("op") != "decode":
+        return False
+    return bool(answer["ok"]) or (answer["error"] in DECODED and has_layout(package, request))
+
+
+def layouts_of(package: Package, name: str) -> list[Json]:
+    """Return the layouts of a message; of one that there is not, none."""
+    message = registry_of(protocol_of(package)).messages.get(name)
+    return message["layouts"] if message else []
+
+
+def has_layout(package: Package, request: Json) -> bool:
+    """Whether some layout is asked that could take the bytes: of an undocumented message there is none."""
+    if request.get("direction") == "reply":
+        forms = [layout["form"] for layout in layouts_of(package, request["command"])]
+        return "reply" in forms
+    raw = bytes.fromhex(request["hex"])
+    id = int.from_bytes(raw[:2], "little")
+    messages = registry_of(protocol_of(package)).messages.values()
+    known = [message for message in messages if message["id"] == id and len(raw) > 1]
+    return package.name != "stagewire_apt" or not known or bool(known[0]["layouts"])
+
+
+@of_each_package
+def test_what_is_left_out_is_counted(
+    package: Package, found: dict[str, dict[str, Finding]]
+) -> None:
+    text = (package.folder / "testing" / "cases.c").read_text(encoding="utf-8").partition("*/")[0]
+    here, total = map(int, re.findall(r"(\d+) of (\d+) cases are here", text)[0])
+    reasons = [int(count) for count in re.findall(r"^ \* - (\d+) with ", text, re.MULTILINE)]
+    cases = cases_of(package)
+    assert total == len(cases)
+    assert here == len(found[package.name].keys() & cases.keys())
+    assert here + sum(reasons) == total
+
+
+def test_a_case_that_encodes_out_of_range_is_refused_in_c(
+    found: dict[str, dict[str, Finding]],
+) -> None:
+    for package in packages():
+        refused = [
+            id
+            for id, case in cases_of(package).items()
+            if case["answer"].get("error") == "out_of_range" and id in found[package.name]
+        ]
+        assert len(refused) > 10
+
+
+# For each thing that a vector can find a change of a file, from one text to another, and what is found.
+WRONG = {
+    "values": ("examples.c", ".position = INT32_C(100000)", ".position = INT32_C(100001)",
+               "is encoded to other bytes (READ_MOTOR_POSITION)"),
+    "axis": ("examples.c", "STAGEWIRE_ENVELOPE(.axis = 0x18)", "STAGEWIRE_ENVELOPE(.axis = 0x19)",
+             "is encoded to other bytes (INCREMENT_MOVE_UP)"),
+    "events": ("examples.c", "EVENTS(STAGEWIRE_EVENT_GARBAGE)", "EVENTS(STAGEWIRE_EVENT_MESSAGE)",
+               "is cut into other events"),
+    "layout": ("examples.c", '.message = "START_MOTOR"', '.message = "READ_STATUS"',
+               "has a layout after all (READ_STATUS)"),
+    "constant": ("examples.c", "MS2000_BUSY_BUSY == 66", "MS2000_BUSY_BUSY == 67",
+                 "is not what the document says"),
+    "counts": ("examples.c", ".counts = INT64_C(100000)", ".counts = INT64_C(100001)",
+               "is converted to other counts"),
+    "range": ("examples.c", ".verdict = STAGEWIRE_OUT_OF_RANGE,", "",
+              "is refused when it is encoded (READ_RAMP_TIME)"),
+    "writing": ("wire.h", "bytes[2] = (uint8_t)((value >> 16) & 0xFFU);", "bytes[2] = 0U;",
+                "is encoded to other bytes"),
+    "reading": ("wire.h", "((uint32_t)bytes[2] << 16)", "0U", "is decoded to another value (position)"),
+    "sign": ("wire.h", "- INT32_C(0x800000)", "- INT32_C(0x7FFFFF)", "is decoded to another value"),
+    "end": ("wire.h", "return end + 1U == size", "return end <= size",
+            "is decoded, or refused in another way"),
+    "beyond": ("testing/layouts.c", "*size = made;", "*size = made; out[made] = 0U;",
+               "is encoded beyond its room"),
+}  # fmt: skip
+
+
+ONLY_CASES = ("end",)
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_what_is_wrong_is_found(wrong: str, tmp_path: Path) -> None:
+    need("gcc")
+    package = next(package for package in packages() if package.name == "stagewire_ms2000")
+    ending, old, new, finds = WRONG[wrong]
+    copy = changed(package, tmp_path / "c", {ending: (old, new)})
+    alone = "cases" if wrong in ONLY_CASES else "examples"
+    found, in_all, status = findings_of(build_vectors(copy, tmp_path, alone))
+    failed = {finding.detail for finding in found.values() if finding.outcome == "failed"}
+    assert status == 1
+    assert finds in {detail if "(" in finds else detail.partition(" (")[0] for detail in failed}
+    assert any(" 0 failed" not in line for line in in_all)
+
+
+def written(protocol: Model, folder: Path) -> Package:
+    """Return the package of a protocol, generated into a folder."""
+    for path, text in pipeline.render([protocol], ["c"], Templates()).items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text, encoding="utf-8")
+    return Package(folder / "c" / protocol.package)
+
+
+@pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
+def test_vectors_of_somebody_else_hold(spec: str, tmp_path: Path) -> None:
+    """Formats of 1 to 8 bytes, names that C keeps for itself: other protocols have what ours do not."""
+    need("gcc")
+    [protocol] = pipeline.check(ROOT / "tests" / "generator" / spec)
+    package = written(protocol, tmp_path)
+    found, _, status = findings_of(build_vectors(package, tmp_path))
+    assert status == 0
+    assert {finding.outcome for finding in found.values()} == {"passed", "noted"}
+    assert len(found) > 100
+
+
+STATEMENT = {"page": 1, "kind": "statement", "says": "s", "means": "m"}
+FRAME = {
+    "page": 1,
+    "kind": "rx",
+    "title": "t",
+    "verdict": "reproduced",
+    "form": "request",
+    "axis": 1,
+}
+NUMBER = {
+    "page": 1,
+    "kind": "number_format",
+    "title": "t",
+    "verdict": "reproduced",
+    "printed": "01",
+}
+SCALED = {
+    "value": 1,
+    "unit": "mm",
+    "quantity": "no_such",
+    "counts": 1,
+    "factor": "exact",
+    "exact": 1,
+}
+# What a schema lets through, and a conformance run would find: it must not end in C that does not compile.
+ODD = {
+    "no-flag": {**STATEMENT, "claim": {"flag": "no_such.bit", "bit": 1}},
+    "no-field": {**STATEMENT, "claim": {"range": "NO_SUCH.field", "minimum": 1}},
+    "no-value": {**STATEMENT, "claim": {"enum": "no_such", "member": "X", "value": 2**64 - 1}},
+    "no-command": {**STATEMENT, "claim": {"without_size": ["NO_SUCH"]}},
+    "no-dummy": {**STATEMENT, "claim": {"dummies": ["NO_SUCH"]}},
+    "no-size": {**STATEMENT, "claim": {"sizes": {"minimum": -1, "maximum": 2**64 - 1}}},
+    "no-message": {**FRAME, "message": "NO_SUCH", "printed": "01", "fields": {}},
+    "no-format": {**NUMBER, "format": "no_such", "value": 1},
+    "no-scale": {"page": 1, "kind": "scaling", "title": "t", "stated": [SCALED]},
+    "no-key": {"page": 1, "kind": "keyboard", "title": "t", "verdict": "reproduced", "axis": 1,
+               "typed": "Alt[999]", "printed": "01", "notation": "decimal"},
+}  # fmt: skip
+
+
+def test_examples_that_c_cannot_say_are_noted(tmp_path: Path) -> None:
+    need("gcc")
+    [protocol] = pipeline.check(ROOT / "tests" / "generator" / "good_commands")
+    package = written(replace(protocol, examples={"examples": ODD}), tmp_path)
+    found, _, status = findings_of(build_vectors(package, tmp_path, "examples"))
+    assert status == 0
+    assert {id: finding.outcome for id, finding in found.items()} == dict.fromkeys(ODD, "noted")
+    assert all(finding.detail.startswith("C cannot say it: ") for finding in found.values())

@@ -1,0 +1,92 @@
+"""quantities.h of specs that are unlike ours: every kind of scale, and what has none."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from stagewire_generator import check, render
+from stagewire_generator.model import Protocol
+
+
+def header(protocol: Protocol) -> str:
+    return render([protocol], ["c"])[f"c/{protocol.package}/quantities.h"]
+
+
+def unwrapped(text: str) -> str:
+    """Return a text on one line, without the stars in front of the lines of comments."""
+    return re.sub(r"\s+\*\s+|\s+", " ", text)
+
+
+def constants(text: str) -> dict[str, str]:
+    """Return the constants without the prefix of the package, as fractions."""
+    found = re.findall(
+        r"^#define TINY_SCALE_(\w+) .*?INT64_C\((\d+)\), INT64_C\((\d+)\)", text, re.M
+    )
+    return {name: f"{numerator}/{denominator}" for name, numerator, denominator in found}
+
+
+@pytest.fixture(scope="module")
+def text(good_spec: Path) -> str:
+    return header(check(good_spec)[0])
+
+
+def test_every_known_scale_is_a_constant(text: str) -> None:
+    assert constants(text) == {
+        "INTERVAL": "5/512",
+        "READING_VOLTAGE": "10/3",
+        "SAMPLES_TP1": "7/1",
+        "SLIDE_TP9_DISTANCE": "400/1",
+        "SLIDE_TPX_DISTANCE": "20000/1",
+        "SLIDE_TPX_SPEED": "16777216/125",
+    }
+
+
+def test_a_setting_makes_a_function(text: str) -> None:
+    functions = re.findall(r"tiny_scale_(\w+)\(\n.*\n{\n    return .*UINT32_C\((\d+)\)", text)
+    assert functions == [("reading_distance", "4095"), ("share", "32767")]
+    assert "32767 counts are the setting maximum_volts, given in V" in unwrapped(text)
+
+
+def test_what_is_unknown_is_only_a_comment(text: str) -> None:
+    words = unwrapped(text)
+    for unknown in (
+        "How hard, in Pa (page 2)",
+        "reading when display_mode is FORCE, in N (page 2)",
+        "speed of Slide on TP9, in mm/s (page 3)",
+    ):
+        assert f"/* {unknown}: there is no scale. No page says so. */" in words
+
+
+def test_a_comment_says_where_a_scale_is_from(text: str) -> None:
+    words = unwrapped(text)
+    assert (
+        "How long, in us (page 2): us_per_count 512/5; printed as “102.4”; source: the crystal. */"
+        " #define TINY_SCALE_INTERVAL" in words
+    )
+    assert "/* Slide: a slide of ten millimetres. TPx: TP1, TP2. */" in words
+
+
+def test_a_scale_of_too_many_bits_is_no_constant(spec: Path) -> None:
+    path = spec / "tiny" / "quantities.yaml"
+    old = path.read_text(encoding="utf-8")
+    for factor, fits in ((2**63 - 1, True), (2**63, False)):
+        path.write_text(old.replace("512/5", f"1/{factor}"), encoding="utf-8")
+        made = header(check(spec)[0])
+        assert ("INTERVAL" in constants(made)) is fits
+        assert (f"us_per_count 1/{factor} takes more than 64 bits" in unwrapped(made)) is not fits
+
+
+def test_the_pages_of_an_overlay_are_named(overlaid: dict[str, Protocol]) -> None:
+    assert "(page 1 of the overlay second)" in header(overlaid["tiny/second"])
+
+
+def test_conversions_are_made_for_the_types_of_the_fields(text: str, commands: Protocol) -> None:
+    for made in (text, header(commands)):
+        types = re.findall(r"_to_counts_(u?int\d+)\(", made)
+        assert types == sorted(
+            set(types), key=lambda t: (int(t.strip("uint")), t.startswith("int"))
+        )
+        assert types
