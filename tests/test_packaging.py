@@ -145,7 +145,12 @@ def test_what_it_needs(metadata: Message) -> None:
     plain = " ".join(need.lower() for need in needs if "extra ==" not in need)
     for name in EXTRA:
         assert name not in plain
-        extras = [n.replace('"', "'") for n in needs if n.lower().startswith(("py" + name, name))]
+        package = name.replace("_", "-")
+        extras = [
+            need.replace('"', "'")
+            for need in needs
+            if need.lower().startswith(("py" + package, package))
+        ]
         assert any(need.endswith("extra == 'generator'") for need in extras), extras
     assert metadata["License-File"] == "LICENSE"
     assert metadata["Requires-Python"] == ">=3.11"

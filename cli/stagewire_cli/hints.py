@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from stagewire.commands import CommandProtocol
 from stagewire.errors import CodecError, StagewireError, UnknownMessageError
@@ -12,14 +12,34 @@ from stagewire.packets import PacketProtocol
 from stagewire.protocol import available_protocols, load_protocol
 from stagewire_conformance.answers import message_of
 from stagewire_conformance.codec import codec_of
+from stagewire_conformance.codec.base import Codec
 
-__all__ = ["hints_for_frame", "hints_for_packet"]
+__all__ = ["codecs", "hints_for_frame", "hints_for_packet"]
 
 _SEVERAL = "several {} in one text are read from a file, from standard input, or with --end"
 
 
-def hints_for_frame(protocol: FramedProtocol, raw: bytes, error: CodecError) -> Iterator[str]:
-    """Yield what may have gone wrong with bytes that a protocol refuses."""
+def codecs() -> list[Codec]:
+    """Return the codecs of all protocols that are installed and can be used.
+
+    To look for them takes milliseconds: who explains many refusals asks once.
+    """
+    found = []
+    for name in available_protocols():
+        try:
+            found.append(codec_of(load_protocol(name)))
+        except StagewireError:  # what cannot be loaded is no hint
+            continue
+    return found
+
+
+def hints_for_frame(
+    protocol: FramedProtocol, raw: bytes, error: CodecError, known: Iterable[Codec]
+) -> Iterator[str]:
+    """Yield what may have gone wrong with bytes that a protocol refuses.
+
+    :param known: the codecs that may read them instead.
+    """
     if isinstance(error, UnknownMessageError):
         ids = {cls.layout.id: cls.layout.message for cls in protocol.messages}
         turned = raw[0] << 8 | raw[1]
@@ -35,28 +55,33 @@ def hints_for_frame(protocol: FramedProtocol, raw: bytes, error: CodecError) -> 
         )
     elif error.code == "trailing":
         yield _SEVERAL.format("frames")
-    yield from _in_others(raw)
+    yield from _in_others(raw, known)
 
 
-def hints_for_packet(protocol: PacketProtocol, raw: bytes, error: CodecError) -> Iterator[str]:
-    """Yield what may have gone wrong with bytes that a protocol of packets refuses."""
+def hints_for_packet(
+    protocol: PacketProtocol, raw: bytes, error: CodecError, known: Iterable[Codec]
+) -> Iterator[str]:
+    """Yield what may have gone wrong with bytes that a protocol of packets refuses.
+
+    :param known: the codecs that may read them instead.
+    """
     start = raw.find(protocol.shape.start)
     if start > 0:
         yield f"the bytes that begin a packet stand at byte {start}"
     elif error.code == "trailing":
         yield _SEVERAL.format("packets")
-    yield from _in_others(raw)
+    yield from _in_others(raw, known)
 
 
-def _in_others(raw: bytes) -> Iterator[str]:
+def _in_others(raw: bytes, known: Iterable[Codec]) -> Iterator[str]:
     """Yield what bytes that were refused are in other protocols, and how they are read so."""
-    for name in available_protocols():
+    for codec in known:
         try:
-            protocol = load_protocol(name)
-            message = message_of(codec_of(protocol).decoded(raw, {})).layout.message
-        except StagewireError:  # what cannot be read so, or not be loaded, is no hint
+            message = message_of(codec.decoded(raw, {})).layout.message
+        except StagewireError:  # what cannot be read so is no hint
             continue
-        if isinstance(protocol, CommandProtocol):
+        name = codec.protocol.name
+        if isinstance(codec.protocol, CommandProtocol):
             yield f"as a command of {name} this is {message}: say --direction command"
         else:
             yield f"in {name} this is {message}: say --protocol {name}"

@@ -2,6 +2,8 @@
  * The controller of firmware.c on a pseudo-terminal: to a host it is a serial port.
  *
  *     controller LINK        LINK becomes the name of the port; ends with an interrupt
+ *
+ * What has this name already is left alone, and said: another controller may be using it.
  */
 #include "firmware.h"
 
@@ -57,7 +59,6 @@ static bool open_port(const char *link)
     raw.c_iflag = 0U;
     raw.c_oflag = 0U;
     raw.c_lflag = 0U;
-    (void)unlink(link);
     return tcsetattr(other, TCSANOW, &raw) == 0 && symlink(ptsname(port), link) == 0;
 }
 

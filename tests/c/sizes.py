@@ -175,19 +175,22 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         for package in packages():
             now.update(measure(package, Path(folder)))
+    made_by, table = read() if TABLE.exists() else ("", {})
     if options.renew:
+        if (made_by, table) == (compiler(), now):
+            print(f"{TABLE.name}: as before, not written")
+            return 0
         write(now, compiler(), options.renew)
         print(f"{TABLE.name}: {len(now)} figures")
         return 0
     if options.print:
         print("\n".join(f"{name} {size}" for name, size in now.items()))
         return 0
-    made_by, table = read()
     if made_by != compiler():
         print(f"the table is of {made_by}, this is {compiler()}")
-    for line in grown(table, now):
-        print(line)
-    return 1 if grown(table, now) else 0
+    larger = grown(table, now)
+    print("\n".join(larger) or f"{len(now)} figures, none of them more than the table allows")
+    return 1 if larger else 0
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from typing import Any
 
 from stagewire.commands import CommandFrame, CommandProtocol
@@ -16,10 +17,10 @@ from stagewire.protocol import Protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.sink import Column
 from stagewire_cli.formats.typed import FrameRows, MessageRows, TypedRows, integer_type
-from stagewire_cli.hints import hints_for_frame, hints_for_packet
+from stagewire_cli.hints import codecs, hints_for_frame, hints_for_packet
 from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.codec import codec_of
-from stagewire_conformance.codec.base import Reader
+from stagewire_conformance.codec.base import Codec, Reader
 
 __all__ = ["CommandTask", "FramedTask", "PacketTask", "Task"]
 
@@ -70,6 +71,10 @@ class Task(abc.ABC):
         """Yield what may be behind the refusal of bytes, as far as it shows."""
         yield from ()
 
+    @cached_property
+    def _known(self) -> list[Codec]:
+        return codecs()
+
     @abc.abstractmethod
     def typed_rows(self) -> TypedRows:
         """Return rows with a typed column for each field of the one message that is wanted.
@@ -97,7 +102,7 @@ class FramedTask(Task):
 
     def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
         """Yield what may be behind the refusal of a frame."""
-        return hints_for_frame(self.protocol, raw, error)
+        return hints_for_frame(self.protocol, raw, error, self._known)
 
     def typed_rows(self) -> FrameRows:
         """Return rows through the columns of the library."""
@@ -158,7 +163,7 @@ class PacketTask(Task):
 
     def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
         """Yield what may be behind the refusal of a packet."""
-        return hints_for_packet(self.protocol, raw, error)
+        return hints_for_packet(self.protocol, raw, error, self._known)
 
     def typed_rows(self) -> MessageRows:
         """Return rows with the columns that the registry gives."""

@@ -7,9 +7,8 @@
  * are all of this folder, layouts.c and testee.c of the package, and the source of the package itself;
  * in the folder that holds testing/ and stagewire_apt/:
  *
- *     cc -std=c99 -I. -o testee $(find testing/testee -name '*.c')
- *         stagewire_apt/testing/layouts.c stagewire_apt/testing/testee.c
- *         stagewire_apt/stagewire_apt.c
+ *     p=stagewire_apt; t=$(find testing/testee -name '*.c')
+ *     cc -std=c99 -I. -o testee $t $p/testing/layouts.c $p/testing/testee.c $p/$p.c
  *
  * Requests and answers have a schema, testee.schema.json.
  */
