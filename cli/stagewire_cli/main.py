@@ -82,7 +82,7 @@ def run() -> None:
     """Run the command with the arguments of this process, and end the process."""
     # A command lives for a moment, and what it makes stays to the end: looking through all of it for
     # garbage again and again takes a tenth of the time.
-    gc.set_threshold(100_000)
+    gc.set_threshold(100_000, 50, 50)
     code = main(sys.argv[1:])
     try:
         sys.stdout.flush()
