@@ -395,9 +395,9 @@ SMALLEST = min(packages(), key=lambda package: package.source.stat().st_size)
 
 def test_the_command_that_its_header_gives(tmp_path: Path) -> None:
     text = (C / "testing" / "testee" / "testee.h").read_text(encoding="utf-8")
-    [command] = re.findall(r"^ \*     (cc .*\n(?: \*         .*\n)*)", text, re.MULTILINE)
-    words = " ".join(line.removeprefix(" *").strip() for line in command.splitlines())
-    words = words.replace("stagewire_apt", SMALLEST.name)
+    lines = re.findall(r"^ \*     (\S.*)$", text, re.MULTILINE)
+    assert lines[-1].startswith("cc ")
+    words = "\n".join(lines).replace("stagewire_apt", SMALLEST.name)
     words = words.replace("-o testee", f"-o {shlex.quote(str(tmp_path / 'testee'))}")
     compiles("sh", "-c", words, cwd=C)
     [answer] = Program("", [tmp_path / "testee"]).ask(b'{"id":1,"op":"hello"}\n')
