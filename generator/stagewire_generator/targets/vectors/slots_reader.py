@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.vectors.slots_frame import MOST, SLOTS, Marks
-from stagewire_generator.targets.vectors.streams import Piece, join_garbage
+from stagewire_generator.targets.vectors.streams import Piece, cut
 
 __all__ = ["SlotsReader"]
 
@@ -26,13 +24,7 @@ class SlotsReader:
 
     def read(self, stream: bytes) -> list[Piece]:
         """Return what a stream consists of; adjacent garbage is joined."""
-        return join_garbage(self._cut(stream))
-
-    def _cut(self, stream: bytes) -> Iterator[Piece]:
-        while stream:
-            kind, size = self._begins(stream)
-            yield kind, stream[:size]
-            stream = stream[size:]
+        return cut(stream, self._begins)
 
     def _begins(self, rest: bytes) -> tuple[str, int]:
         """Return what begins where a command is due, and its bytes."""

@@ -9,7 +9,7 @@ from stagewire_generator.model import Json
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.subject import Expected, make_case
 
-__all__ = ["Piece", "Scenario", "in_bytes", "join_garbage", "stream_answer", "stream_case"]
+__all__ = ["Piece", "Scenario", "cut", "in_bytes", "join_garbage", "stream_answer", "stream_case"]
 
 Piece: TypeAlias = tuple[str, bytes]
 """The kind of an event and its bytes; bytes that wait for more are ``pending``."""
@@ -19,6 +19,19 @@ Scenario: TypeAlias = tuple[str, str, list[bytes]]
 
 Decode: TypeAlias = Callable[[bytes], Json]
 """Returns what a decoder says of a frame that is a message."""
+
+
+def cut(stream: bytes, begins: Callable[[bytes], tuple[str, int]]) -> list[Piece]:
+    """Return what a stream consists of where every byte is read alike; adjacent garbage is joined.
+
+    :param begins: says what begins with the first of some bytes, and how many of them it takes.
+    """
+    pieces = []
+    while stream:
+        kind, size = begins(stream)
+        pieces.append((kind, stream[:size]))
+        stream = stream[size:]
+    return join_garbage(pieces)
 
 
 def join_garbage(pieces: Iterable[Piece]) -> list[Piece]:
