@@ -1,0 +1,1 @@
+"""Controllers made of software (being built)."""

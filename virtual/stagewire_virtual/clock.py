@@ -1,0 +1,124 @@
+"""Time for virtual controllers: a clock that is passed in, with the timers that hang on it.
+
+A clock knows the time, in whole nanoseconds since it was made, and what is due when. Nothing in this
+package asks the machine for the time or sleeps but :class:`RealClock` and who serves it.
+
+While a timer runs, :attr:`Clock.now` is the instant that it was set for, not the instant at which somebody came
+round to running it. A controller that is looked at late therefore has said and done the same things, with
+the same times, as one that was looked at at every instant.
+"""
+
+from __future__ import annotations
+
+import heapq
+import time
+from collections.abc import Callable
+from typing import Final
+
+from stagewire.errors import BadValueError
+
+__all__ = ["SECOND", "Clock", "RealClock", "SteppedClock", "Timer", "nanoseconds"]
+
+SECOND: Final = 1_000_000_000
+"""Nanoseconds in a second."""
+
+
+def nanoseconds(seconds: float) -> int:
+    """Return ``seconds`` as whole nanoseconds, to the nearest."""
+    return round(seconds * SECOND)
+
+
+class Timer:
+    """Something that is due at an instant; made by :meth:`Clock.call_at`."""
+
+    __slots__ = ("callback", "cancelled", "when")
+
+    def __init__(self, when: int, callback: Callable[[], None]) -> None:
+        self.when = when
+        self.callback = callback
+        self.cancelled = False
+
+    def cancel(self) -> None:
+        """See to it that the timer does not run; harmless when it has."""
+        self.cancelled = True
+
+
+class Clock:
+    """The time and what is due; the base of both clocks."""
+
+    def __init__(self) -> None:
+        self._now = 0
+        self._count = 0  # timers of one instant run in the order in which they were set
+        self._due: list[tuple[int, int, Timer]] = []
+        self.on_earlier: Callable[[], None] | None = None
+        """Called when a timer becomes the next one that is due; for who sleeps until then."""
+
+    @property
+    def now(self) -> int:
+        """The time in nanoseconds."""
+        return self._now
+
+    def call_at(self, when: int, callback: Callable[[], None]) -> Timer:
+        """Run ``callback`` at the instant ``when``, or as soon as time goes on if that has passed."""
+        timer = Timer(max(when, self._now), callback)
+        self._count += 1
+        entry = (timer.when, self._count, timer)
+        heapq.heappush(self._due, entry)
+        if self._due[0] is entry and self.on_earlier is not None:
+            self.on_earlier()
+        return timer
+
+    def call_later(self, delay: int, callback: Callable[[], None]) -> Timer:
+        """Run ``callback`` after ``delay`` nanoseconds."""
+        return self.call_at(self.now + delay, callback)
+
+    @property
+    def next_due(self) -> int | None:
+        """The instant of the next timer, or None when nothing is due."""
+        while self._due and self._due[0][2].cancelled:
+            heapq.heappop(self._due)
+        return self._due[0][0] if self._due else None
+
+    def run_until(self, when: int) -> None:
+        """Let time go on to the instant ``when``, running what is due on the way, in order."""
+        while (due := self.next_due) is not None and due <= when:
+            timer = heapq.heappop(self._due)[2]
+            self._now = max(self._now, due)
+            timer.callback()
+        self._now = max(self._now, when)
+
+
+class SteppedClock(Clock):
+    """A clock that stands still until it is told to go on; for tests."""
+
+    def advance(self, seconds: float) -> None:
+        """Let ``seconds`` pass; raises :class:`~stagewire.errors.BadValueError` for a negative time."""
+        if not seconds >= 0:
+            raise BadValueError(f"time goes forward, not by {seconds} s")
+        self.run_until(self._now + nanoseconds(seconds))
+
+
+class RealClock(Clock):
+    """The machine's monotonic clock. Timers run when :meth:`catch_up` is called."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._start = time.monotonic_ns()
+        self._running = False
+
+    @property
+    def now(self) -> int:
+        """The time in nanoseconds; while a timer runs, the instant that it was set for."""
+        return self._now if self._running else max(self._now, time.monotonic_ns() - self._start)
+
+    def catch_up(self) -> None:
+        """Run all that is due by now."""
+        self.run_until(time.monotonic_ns() - self._start)
+
+    def run_until(self, when: int) -> None:
+        """Let time go on to the instant ``when``, running what is due on the way, in order."""
+        self._running = True
+        try:
+            super().run_until(when)
+        finally:
+            self._running = False

@@ -1,0 +1,74 @@
+"""What the registry says of a unit, as the virtual controllers need it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stagewire.protocol import Protocol, available_protocols, load_protocol
+from stagewire_virtual.errors import UnknownUnitError
+
+__all__ = ["Unit", "all_units", "find_unit"]
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit of a protocol's registry.
+
+    :param name: such as ``TDC001``.
+    :param protocol: the protocol that it speaks.
+    :param facts: its entry in the registry's JSON.
+    :param family: the entry of its family; empty where it has none.
+    :param registry: the whole registry; shared, not to be modified.
+    """
+
+    name: str
+    protocol: Protocol
+    facts: Mapping[str, Any]
+    family: Mapping[str, Any]
+    registry: Mapping[str, Any]
+
+    @property
+    def messages(self) -> frozenset[str]:
+        """The names of the messages that it takes and gives."""
+        return frozenset(self.facts["messages"])
+
+    def message(self, name: str) -> Mapping[str, Any]:
+        """Return the registry's entry of a message."""
+        found: Mapping[str, Any] = next(
+            entry for entry in self.registry["messages"] if entry["name"] == name
+        )
+        return found
+
+
+def units_of(protocol: Protocol, registry: Mapping[str, Any] | None = None) -> dict[str, Unit]:
+    """Return the units of a protocol by name; of ``registry`` if one is given instead of its own."""
+    facts = protocol.registry() if registry is None else registry
+    families = facts["families"]
+    return {
+        entry["name"]: Unit(
+            entry["name"], protocol, entry, families.get(entry.get("family"), {}), facts
+        )
+        for entry in facts["units"]
+    }
+
+
+def all_units() -> dict[str, Unit]:
+    """Return the units of all protocols that are installed, by name."""
+    found: dict[str, Unit] = {}
+    for name in available_protocols():
+        found.update(units_of(load_protocol(name)))
+    return found
+
+
+def find_unit(name: str) -> Unit:
+    """Return a unit of an installed protocol, by its name in any case.
+
+    Raises :class:`~stagewire_virtual.errors.UnknownUnitError` when there is none.
+    """
+    units = all_units()
+    unit = units.get(name.upper())
+    if unit is None:
+        raise UnknownUnitError(name, sorted(units))
+    return unit
