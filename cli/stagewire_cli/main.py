@@ -28,6 +28,7 @@ from stagewire_cli import (
     schemas,
     show,
     testee,
+    virtual,
 )
 from stagewire_cli.errors import CALLED_WRONGLY, OK, WRONG, CalledWronglyError
 from stagewire_cli.terminal import printable
@@ -60,6 +61,7 @@ app.command("show", epilog=show.EXAMPLE)(show.show)
 app.command("decode", epilog=decode.EXAMPLE)(decode.decode)
 app.command("encode", epilog=encode.EXAMPLE)(encode.encode)
 app.command("testee", epilog=testee.EXAMPLE)(testee.testee)
+app.command("virtual", epilog=virtual.EXAMPLE)(virtual.virtual)
 app.add_typer(conformance.app, name="conformance")
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 __all__ = [
     "BadLengthError",
     "BadValueError",
+    "CaptureError",
     "CodecError",
     "DamagedError",
     "DecodeError",
@@ -113,6 +114,25 @@ class UnsupportedError(CodecError):
     """What cannot be done without guessing, such as encoding an id without a layout, or without NumPy."""
 
     code = "unsupported"
+
+
+class CaptureError(StagewireError):
+    """A text that is no recorded session, or a line in one that says nothing.
+
+    :param line: number of the line.
+    :param text: what is wrong with it.
+    :param file: name of the file, if it is one.
+    """
+
+    def __init__(self, line: int, text: str, file: object = None) -> None:
+        named = "" if file is None else f"{file}, "
+        super().__init__(f"{named}line {line}: {text}")
+        self.line = line
+        self.text = text
+
+    def of(self, file: object) -> CaptureError:
+        """Return the same, of a file."""
+        return CaptureError(self.line, self.text, file)
 
 
 class OutstandingReplyError(StagewireError):

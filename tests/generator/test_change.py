@@ -153,8 +153,8 @@ OF_THE_REGISTRY = {
     "field-flags-by-unit", "field-quantity", "field-scale", "list-added", "list-messages",
     "message-set", "prefix-added", "quantity-added", "quantity-removed", "quantity-unit", "scale",
     "scale-added", "scale-form", "scale-removed", "set-removed", "unit-added", "unit-address",
-    "unit-baud-rates", "unit-channels", "unit-keep-alive", "unit-messages", "unit-prefix", "unit-rate",
-    "unit-stages", "unit-status",
+    "unit-also-at", "unit-baud-rates", "unit-channels", "unit-keep-alive", "unit-messages",
+    "unit-prefix", "unit-rate", "unit-stages", "unit-status",
 }  # fmt: skip
 # Facts that no target writes: the hand-written library has them, too, and would have to follow.
 OF_THE_RUNTIME = {"framing"}
@@ -257,11 +257,12 @@ NOT_IN = {
     "good_spec": {"command-dummy", "command-size", "message-kind"},
     "good_commands": {
         "address", "controller-unit-removed", "layout-context", "layout-only-zero", "message-direction",
-        "unit-address", "unit-channels", "unit-keep-alive", "unit-prefix", "unit-rate", "unit-status",
+        "unit-address", "unit-also-at", "unit-channels", "unit-keep-alive", "unit-prefix", "unit-rate",
+        "unit-status",
     },
     "good_packets": {
         "address", "command-dummy", "command-size", "controller-unit-removed", "layout-context",
-        "layout-only-zero", "message-kind", "unit-address", "unit-channels", "unit-keep-alive",
+        "layout-only-zero", "message-kind", "unit-address", "unit-also-at", "unit-channels", "unit-keep-alive",
         "unit-prefix", "unit-rate", "unit-status",
     },
 }  # fmt: skip

@@ -1,1 +1,100 @@
-"""Controllers made of software (being built)."""
+"""Controllers made of software: every unit of the installed protocols, as something that speaks its bytes.
+
+.. code-block:: python
+
+    import stagewire_virtual as virtual
+    from stagewire_apt import stages
+
+    with virtual.TDC001(stage=stages.Z8) as tdc:        # in memory, its time stepped by the test
+        tdc.write(bytes.fromhex("43 04 01 00 50 01"))   # MOT_MOVE_HOME
+        tdc.advance(60)
+        tdc.read_frames()
+    with virtual.TDC001(stage=stages.Z8).tcp() as tdc:  # in real time, for other programs
+        print(tdc.url)
+
+Each unit is a :class:`Factory` under its name (``dir(stagewire_virtual)`` lists them). A call gives a
+:class:`VirtualController`, whose ``tcp()`` and ``pty()`` give a :class:`ServedController`. ``rack`` makes a
+rack of modules, ``replay_of`` plays the controller's side of a recorded session, ``load_bench`` reads a file
+that describes several units.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Any
+
+    from stagewire_virtual.clock import RealClock, SteppedClock
+    from stagewire_virtual.controller import VirtualController
+    from stagewire_virtual.errors import VirtualError
+    from stagewire_virtual.factory import Factory, rack, replay_of
+    from stagewire_virtual.faults import Fault, parse_fault
+    from stagewire_virtual.options import Line, Options
+    from stagewire_virtual.served import ServedController
+    from stagewire_virtual.serving.bench import Bench, load_bench
+    from stagewire_virtual.serving.server import Server
+    from stagewire_virtual.thorlabs_apt.channel import Settings
+
+__all__ = [
+    "Bench",
+    "Factory",
+    "Fault",
+    "Line",
+    "Options",
+    "RealClock",
+    "ServedController",
+    "Server",
+    "Settings",
+    "SteppedClock",
+    "VirtualController",
+    "VirtualError",
+    "load_bench",
+    "parse_fault",
+    "rack",
+    "replay_of",
+]
+
+_MODULES = {
+    "Bench": "serving.bench",
+    "Factory": "factory",
+    "Fault": "faults",
+    "Line": "options",
+    "Options": "options",
+    "RealClock": "clock",
+    "ServedController": "served",
+    "Server": "serving.server",
+    "Settings": "thorlabs_apt.channel",
+    "SteppedClock": "clock",
+    "VirtualController": "controller",
+    "VirtualError": "errors",
+    "load_bench": "serving.bench",
+    "parse_fault": "faults",
+    "rack": "factory",
+    "replay_of": "factory",
+}
+
+
+if TYPE_CHECKING:  # whatever is not imported above is a unit
+
+    def __getattr__(name: str) -> Factory: ...
+
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Import what is asked for, or return the factory of the unit of that name."""
+        from importlib import import_module
+
+        if name in _MODULES:
+            return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        if name.startswith("_"):
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from stagewire_virtual.factory import factory_of
+
+        return factory_of(name)
+
+
+def __dir__() -> list[str]:
+    """Return the public names and the units."""
+    from stagewire_virtual.units import all_units
+
+    return sorted([*__all__, *all_units()])

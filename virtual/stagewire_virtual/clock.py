@@ -11,6 +11,7 @@ the same times, as one that was looked at at every instant.
 from __future__ import annotations
 
 import heapq
+import math
 import time
 from collections.abc import Callable
 from typing import Final
@@ -22,6 +23,8 @@ __all__ = ["SECOND", "Clock", "RealClock", "SteppedClock", "Timer", "nanoseconds
 SECOND: Final = 1_000_000_000
 """Nanoseconds in a second."""
 
+_CANCELLED_AT_LEAST: Final = 64  # fewer are not worth the clearing
+
 
 def nanoseconds(seconds: float) -> int:
     """Return ``seconds`` as whole nanoseconds, to the nearest."""
@@ -31,16 +34,19 @@ def nanoseconds(seconds: float) -> int:
 class Timer:
     """Something that is due at an instant; made by :meth:`Clock.call_at`."""
 
-    __slots__ = ("callback", "cancelled", "when")
+    __slots__ = ("_clock", "callback", "cancelled", "when")
 
-    def __init__(self, when: int, callback: Callable[[], None]) -> None:
+    def __init__(self, clock: Clock, when: int, callback: Callable[[], None]) -> None:
+        self._clock = clock
         self.when = when
         self.callback = callback
         self.cancelled = False
 
     def cancel(self) -> None:
         """See to it that the timer does not run; harmless when it has."""
-        self.cancelled = True
+        if not self.cancelled:
+            self.cancelled = True
+            self._clock._forget_cancelled()
 
 
 class Clock:
@@ -50,6 +56,7 @@ class Clock:
         self._now = 0
         self._count = 0  # timers of one instant run in the order in which they were set
         self._due: list[tuple[int, int, Timer]] = []
+        self._cancelled = 0  # since the heap was last cleared of them
         self.on_earlier: Callable[[], None] | None = None
         """Called when a timer becomes the next one that is due; for who sleeps until then."""
 
@@ -60,7 +67,7 @@ class Clock:
 
     def call_at(self, when: int, callback: Callable[[], None]) -> Timer:
         """Run ``callback`` at the instant ``when``, or as soon as time goes on if that has passed."""
-        timer = Timer(max(when, self._now), callback)
+        timer = Timer(self, max(when, self._now), callback)
         self._count += 1
         entry = (timer.when, self._count, timer)
         heapq.heappush(self._due, entry)
@@ -79,6 +86,14 @@ class Clock:
             heapq.heappop(self._due)
         return self._due[0][0] if self._due else None
 
+    def _forget_cancelled(self) -> None:
+        """Clear the heap when most of it may be cancelled: a host may cancel what is minutes away for ever."""
+        self._cancelled += 1
+        if self._cancelled > len(self._due) // 2 + _CANCELLED_AT_LEAST:
+            self._due = [entry for entry in self._due if not entry[2].cancelled]
+            heapq.heapify(self._due)
+            self._cancelled = 0
+
     def run_until(self, when: int) -> None:
         """Let time go on to the instant ``when``, running what is due on the way, in order."""
         while (due := self.next_due) is not None and due <= when:
@@ -92,8 +107,11 @@ class SteppedClock(Clock):
     """A clock that stands still until it is told to go on; for tests."""
 
     def advance(self, seconds: float) -> None:
-        """Let ``seconds`` pass; raises :class:`~stagewire.errors.BadValueError` for a negative time."""
-        if not seconds >= 0:
+        """Let ``seconds`` pass.
+
+        Raises :class:`~stagewire.errors.BadValueError` for a time that is negative or has no end.
+        """
+        if not 0 <= seconds < math.inf:
             raise BadValueError(f"time goes forward, not by {seconds} s")
         self.run_until(self._now + nanoseconds(seconds))
 

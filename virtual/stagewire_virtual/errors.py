@@ -7,7 +7,17 @@ from collections.abc import Sequence
 
 from stagewire.errors import StagewireError
 
-__all__ = ["UnknownUnitError", "VirtualError"]
+__all__ = [
+    "BadOptionError",
+    "BenchError",
+    "FaultError",
+    "ReplayError",
+    "ServingError",
+    "UnknownPartError",
+    "UnknownUnitError",
+    "UnpluggedError",
+    "VirtualError",
+]
 
 
 class VirtualError(StagewireError):
@@ -21,3 +31,41 @@ class UnknownUnitError(VirtualError):
         close = difflib.get_close_matches(name.upper()[:40], known, n=3)
         hint = f"; did you mean {' or '.join(close)}?" if close else ""
         super().__init__(f"there is no unit {name}{hint} (there are: {', '.join(known)})")
+
+
+class ServingError(VirtualError):
+    """A virtual controller cannot be reached where it was asked for, such as on a port that is taken."""
+
+
+class UnpluggedError(VirtualError):
+    """The line to a virtual controller is unplugged, by a fault or by ``unplug()``."""
+
+
+class BenchError(VirtualError):
+    """What is wrong with the description of a bench, all of it.
+
+    :param problems: one line each: the file, the key, what was wrong and what was expected.
+    """
+
+    def __init__(self, problems: Sequence[str]) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = tuple(problems)
+
+
+class UnknownPartError(VirtualError):
+    """A controller has no part of that name, where parts are those of :class:`~stagewire_virtual.instrument.Row`."""
+
+    def __init__(self, part: str, known: Sequence[str]) -> None:
+        super().__init__(f"there is no {part} (there are: {', '.join(known)})")
+
+
+class BadOptionError(VirtualError):
+    """A unit was asked for with an option that it cannot have; the message lists what there is."""
+
+
+class FaultError(VirtualError):
+    """A fault that makes no sense, or that a controller cannot have."""
+
+
+class ReplayError(VirtualError):
+    """A session did not go as it was recorded."""

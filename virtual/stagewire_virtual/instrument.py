@@ -29,7 +29,8 @@ class Instrument:
     """A virtual controller without a line: the base of all of them.
 
     Whoever serves it feeds what the host sends to :meth:`receive`, sets :attr:`on_send` to take what the
-    controller says, one call for each frame, and lets the clock go on. Nothing that a host sends makes it raise.
+    controller says, one call for each frame, and lets the clock go on. Nothing that a host sends makes it
+    raise.
 
     :param unit: what the registry says of it.
     :param clock: its time; several may share one.
@@ -39,6 +40,8 @@ class Instrument:
         self.unit = unit
         self.clock = clock
         self.on_send: Callable[[bytes], None] = _nobody_listens
+        self.on_refusal: Callable[[str], None] = _nobody_asks
+        """Told in a sentence why something that the host sent was not done; for logs."""
 
     def receive(self, data: bytes) -> None:
         """Take what the host sends, cut at any byte."""
@@ -52,6 +55,17 @@ class Instrument:
         """Return what the live table shows."""
         raise NotImplementedError
 
+    def stick(self, part: str, stuck: bool) -> None:
+        """Let an axis stick, or free it; ``part`` is named as in :class:`Row`.
+
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that it has not.
+        """
+        raise NotImplementedError
+
 
 def _nobody_listens(data: bytes) -> None:
     """Take what is said while no line is connected."""
+
+
+def _nobody_asks(why: str) -> None:
+    """Take why something was refused when nobody keeps a log."""

@@ -1,1 +1,57 @@
-"""Fixtures for the tests of users (being built)."""
+"""The fixture ``virtual`` for the tests of users; pytest finds it by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from stagewire_virtual.controller import VirtualController
+    from stagewire_virtual.factory import Factory
+
+__all__ = ["Controllers", "virtual"]
+
+
+class Controllers:
+    """What ``stagewire_virtual`` offers, with everything that is made closed at the end of the test.
+
+    Whoever annotates a test writes ``virtual: Controllers``.
+    """
+
+    def __init__(self, stack: ExitStack) -> None:
+        self._stack = stack
+
+    if TYPE_CHECKING:  # units by name, as attributes of the package are
+
+        def __getattr__(self, name: str) -> Factory: ...
+
+        rack: Callable[..., VirtualController]
+        replay_of: Callable[..., VirtualController]
+
+    else:
+
+        def __getattr__(self, name: str) -> Any:
+            """Return what the package has under a name; a controller that it makes is closed at the end."""
+            import stagewire_virtual
+
+            found = getattr(stagewire_virtual, name)
+            makes = name in ("rack", "replay_of") or name not in stagewire_virtual.__all__
+            return self._closed_at_the_end(found) if makes else found
+
+    def _closed_at_the_end(
+        self, make: Callable[..., VirtualController]
+    ) -> Callable[..., VirtualController]:
+        def make_and_remember(*arguments: Any, **options: Any) -> VirtualController:
+            return self._stack.enter_context(make(*arguments, **options))
+
+        return make_and_remember
+
+
+@pytest.fixture
+def virtual() -> Iterator[Controllers]:
+    """Virtual controllers: ``virtual.TDC001(stage=stages.Z8)``, closed at the end of the test."""
+    with ExitStack() as stack:
+        yield Controllers(stack)

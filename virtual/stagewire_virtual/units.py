@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from stagewire.protocol import Protocol, available_protocols, load_protocol
 from stagewire_virtual.errors import UnknownUnitError
 
-__all__ = ["Unit", "all_units", "find_unit"]
+__all__ = ["Unit", "all_units", "find_unit", "units_of"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Unit:
-    """A unit of a protocol's registry.
+    """A unit of a protocol's registry; equal only to itself.
 
     :param name: such as ``TDC001``.
     :param protocol: the protocol that it speaks.
@@ -25,32 +26,41 @@ class Unit:
 
     name: str
     protocol: Protocol
-    facts: Mapping[str, Any]
-    family: Mapping[str, Any]
-    registry: Mapping[str, Any]
+    facts: Mapping[str, Any] = field(repr=False)
+    family: Mapping[str, Any] = field(repr=False)
+    registry: Mapping[str, Any] = field(repr=False)
 
-    @property
+    @functools.cached_property
     def messages(self) -> frozenset[str]:
         """The names of the messages that it takes and gives."""
         return frozenset(self.facts["messages"])
 
+    @functools.cached_property
+    def _entries(self) -> Mapping[str, Mapping[str, Any]]:
+        return {entry["name"]: entry for entry in self.registry["messages"]}
+
     def message(self, name: str) -> Mapping[str, Any]:
-        """Return the registry's entry of a message."""
-        found: Mapping[str, Any] = next(
-            entry for entry in self.registry["messages"] if entry["name"] == name
-        )
-        return found
+        """Return the registry's entry of a message; raises :class:`KeyError` for a name that it has not."""
+        return self._entries[name]
 
 
 def units_of(protocol: Protocol, registry: Mapping[str, Any] | None = None) -> dict[str, Unit]:
     """Return the units of a protocol by name; of ``registry`` if one is given instead of its own."""
-    facts = protocol.registry() if registry is None else registry
-    families = facts["families"]
+    return dict(_own_units(protocol) if registry is None else _units(protocol, registry))
+
+
+@functools.cache  # what is looked up once for a unit then serves all its controllers
+def _own_units(protocol: Protocol) -> Mapping[str, Unit]:
+    return _units(protocol, protocol.registry())
+
+
+def _units(protocol: Protocol, registry: Mapping[str, Any]) -> dict[str, Unit]:
+    families = registry["families"]
     return {
         entry["name"]: Unit(
-            entry["name"], protocol, entry, families.get(entry.get("family"), {}), facts
+            entry["name"], protocol, entry, families.get(entry.get("family"), {}), registry
         )
-        for entry in facts["units"]
+        for entry in registry["units"]
     }
 
 

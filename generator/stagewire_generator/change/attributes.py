@@ -171,6 +171,8 @@ _UNITS = Data(
         "families/*/status": "unit-status",
         "families/*/messages": Names("list-messages", "message"),
         "families/*/like": "list-messages",
+        "families/*/also_at/addresses": "unit-also-at",
+        "families/*/also_at/source": "text",
         "lists/*": Entries("list", "list-added", "list-removed"),
         "lists/*/overlay": _OVERLAY,
         "lists/*/title": "text",

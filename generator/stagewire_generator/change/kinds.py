@@ -119,6 +119,7 @@ _SOURCE = {
     "unit-removed": "the unit is gone",
     "unit-messages": "the unit is given the messages of another list or family",
     "unit-stages": "other stages are known on the unit",
+    "unit-also-at": "other addresses are known that the units answer to besides their own",
     "family-added": "a new family of units",
     "family-removed": "the family of units is gone",
     "list-added": "a new list of messages",

@@ -1,16 +1,15 @@
 """What a channel does over time: the part of a virtual controller that is written by hand.
 
-A controller answers by the registry alone: it stores what a SET brings and gives it back to the REQ. A behaviour adds
-what no table can say. It takes messages that start something (:func:`handles`), gives the values of sets that live
-(:func:`live`), hears of sets that were stored (:func:`stored`), and fills the status messages.
+A controller answers by the registry alone: it stores what a SET brings and gives it back to the REQ. A
+behaviour adds what no table can say. It takes messages that start something (:func:`handles`), gives the
+values of sets that live (:func:`live`), hears of sets that were stored (:func:`stored`), and fills the
+status messages.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
-
-from stagewire import Frame
 
 if TYPE_CHECKING:
     from stagewire_virtual.instrument import Row
@@ -29,14 +28,18 @@ def handles(*messages: str) -> Callable[[_Method], _Method]:
 def live(*sets: str) -> Callable[[_Method], _Method]:
     """Mark a method that gives the values of a set at this instant, without the channel.
 
-    ``def position(self) -> dict[str, int]``, with ``@live("MOT_POSCOUNTER")``: what is answered to the REQ. Also for
-    ``MOT_STATUSBITS`` and ``PZ_PZSTATUSBITS``; status messages are filled by :meth:`Behaviour.status`.
+    ``def position(self) -> dict[str, int]``, with ``@live("MOT_POSCOUNTER")``: what is answered to the
+    REQ. Also for ``MOT_STATUSBITS`` and ``PZ_PZSTATUSBITS``; status messages are filled by
+    :meth:`Behaviour.status`.
     """
     return _mark("live", sets)
 
 
 def stored(*sets: str) -> Callable[[_Method], _Method]:
-    """Mark a method that is called when a SET has been stored: ``def counter_was_set(self, frame: Frame) -> None``."""
+    """Mark a method that is called when a SET has been stored.
+
+    ``def counter_was_set(self, frame: Frame) -> None``.
+    """
     return _mark("stored", sets)
 
 

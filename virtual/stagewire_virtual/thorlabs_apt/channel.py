@@ -1,14 +1,18 @@
-"""One channel of a controller, as its behaviour sees it."""
+"""One channel of a controller, as its behaviour sees it, with its parameters and its part of the EEPROM."""
 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable, Mapping, MutableMapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from stagewire import Frame, FramedMessage, Stage
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.units import Unit
+
+if TYPE_CHECKING:
+    from stagewire_virtual.thorlabs_apt.behaviour import Behaviour
 
 __all__ = ["Channel", "Settings"]
 
@@ -37,6 +41,9 @@ class Channel:
     :param random: for whatever is left to chance; seeded by the instrument, its own for each channel.
     """
 
+    behaviour: Behaviour
+    """What it does over time; there from the moment that the channel is built in."""
+
     def __init__(
         self, ident: int, unit: Unit, clock: Clock, settings: Settings, random: random.Random
     ) -> None:
@@ -48,12 +55,17 @@ class Channel:
         self.enabled = True
         self.stuck = False
         """Set by a fault: the axis does not move, whatever the motor does."""
-        self.parameters: MutableMapping[str, dict[str, int]] = {}
-        """The values of each parameter set, ``MOT_VELPARAMS`` -> field -> value, without the channel."""
+        self.parameters: MutableMapping[str, dict[str, Any]] = {}
+        """The values of each parameter set, ``MOT_VELPARAMS`` -> field -> value, without the channel.
+
+        All are integers but the part number of the stage, which is text.
+        """
+        self._defaults: Mapping[str, Mapping[str, Any]] = {}
+        self._saved: dict[str, dict[str, Any]] = {}
         self.send: Callable[[FramedMessage, Frame], None] = _nobody_listens
-        """Say something that a frame of the host caused; addresses, muting and quirks are the controller's."""
+        """Say something that a frame of the host caused; addresses and muting are the controller's."""
         self.report_fault: Callable[[Frame, str], None] = _no_fault
-        """Tell the host that a message was refused, if the controller answers such things; why, for the log."""
+        """Say why a message was refused; the controller tells the host if it answers such things."""
 
     def answers(self, message: str) -> bool:
         """Say whether the unit has a message."""
@@ -61,7 +73,22 @@ class Channel:
 
     def parameter(self, set_name: str, field: str, otherwise: int = 0) -> int:
         """Return a value of a parameter set, or ``otherwise`` where the unit does not have the set."""
-        return self.parameters.get(set_name, {}).get(field, otherwise)
+        value: int = self.parameters.get(set_name, {}).get(field, otherwise)
+        return value
+
+    def begin_with(self, defaults: Mapping[str, Mapping[str, Any]]) -> None:
+        """Take the parameters of a new controller, whose EEPROM is empty."""
+        self._defaults = defaults
+        self.restore()
+
+    def save(self, set_name: str) -> None:
+        """Write the values of a parameter set into the EEPROM."""
+        self._saved[set_name] = dict(self.parameters[set_name])
+
+    def restore(self) -> None:
+        """Take the parameters of the EEPROM again, and of a new controller where nothing was saved."""
+        for set_name, values in self._defaults.items():
+            self.parameters[set_name] = {**values, **self._saved.get(set_name, {})}
 
 
 def _nobody_listens(message: FramedMessage, cause: Frame) -> None:

@@ -1,0 +1,227 @@
+"""``stagewire virtual``: controllers made of software, on TCP or a pty, until they are told to end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stagewire_cli.errors import OK, WRONG, CalledWronglyError
+
+__all__ = ["EXAMPLE", "virtual"]
+
+EXAMPLE = """\b
+Examples:
+  stagewire virtual TDC001 --stage Z8 --tcp 127.0.0.1:4001 --log -
+  stagewire virtual BBD102 BSC103 TPZ001 --pty
+  stagewire virtual TDC001 --quirk header_only_completion --fault "to_host drop frame every=10"
+  stagewire virtual --bench bench.toml
+  stagewire virtual --replay session.txt --tcp 4001
+"""
+
+
+def _list(wanted: bool) -> None:
+    """Print what there is, and end."""
+    if wanted:
+        from stagewire_cli.virtual_units import show_all
+
+        show_all()
+        raise typer.Exit(OK)
+
+
+def virtual(
+    units: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[UNIT]...", help="Names of units, such as TDC001; see --list."),
+    ] = None,
+    bench: Annotated[
+        Path | None,
+        typer.Option(
+            "--bench", metavar="FILE", help="Units and all their options from a TOML file."
+        ),
+    ] = None,
+    replay: Annotated[
+        Path | None,
+        typer.Option(
+            "--replay",
+            metavar="CAPTURE",
+            help="Play the controller's side of a recorded session, until the host has left.",
+        ),
+    ] = None,
+    tcp: Annotated[
+        str | None,
+        typer.Option(
+            "--tcp",
+            metavar="[HOST:]PORT",
+            help="Serve on TCP; more units on the ports that follow. 0 is any free port.",
+        ),
+    ] = None,
+    pty: Annotated[
+        bool, typer.Option("--pty", help="Serve each unit on a pseudo-terminal of its own.")
+    ] = False,
+    bind: Annotated[
+        str | None,
+        typer.Option(
+            "--bind",
+            metavar="ADDRESS",
+            help="Be reached from the network at this address.  [default: this machine only]",
+        ),
+    ] = None,
+    stage: Annotated[
+        str | None,
+        typer.Option("--stage", metavar="NAME", help="Stage that is moved, such as Z8."),
+    ] = None,
+    travel: Annotated[
+        int | None, typer.Option("--travel", metavar="COUNTS", help="Length of its travel.")
+    ] = None,
+    position: Annotated[
+        int | None,
+        typer.Option(
+            "--position", metavar="COUNTS", help="Where it stands at first, from its reverse end."
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            "--seed",
+            metavar="NUMBER",
+            help="The same seed gives the same bytes; more units count up from it.",
+        ),
+    ] = None,
+    line: Annotated[
+        str | None,
+        typer.Option(
+            "--line",
+            metavar="usb|rs232",
+            help="What the controller takes the line for; on USB it wants to be kept alive.  "
+            "[default: usb]",
+        ),
+    ] = None,
+    quirk: Annotated[
+        list[str] | None,
+        typer.Option("--quirk", metavar="NAME", help="Deviate as real controllers do; see --list."),
+    ] = None,
+    strategy: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--strategy",
+            metavar="NAME=VALUE",
+            help="Read the MS-2000's document this way where it can be read in two; see --list.",
+        ),
+    ] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fault",
+            metavar="TEXT",
+            help='Something that goes wrong, such as "to_host drop frame every=10"; see --list.',
+        ),
+    ] = None,
+    answer_unsupported: Annotated[
+        bool,
+        typer.Option(
+            "--answer-unsupported", help="Answer HW_RESPONSE to what is not answered otherwise."
+        ),
+    ] = False,
+    log: Annotated[
+        str | None,
+        typer.Option(
+            "--log",
+            metavar="FILE|-",
+            help="Record what is said, decoded, as a capture that --replay and decode can read.",
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option("--for", metavar="SECONDS", min=0.0, help="End by itself after this time."),
+    ] = None,
+    _: Annotated[
+        bool,
+        typer.Option(
+            "--list",
+            callback=_list,
+            is_eager=True,
+            help="Print all units, quirks, strategies and faults, and exit.",
+        ),
+    ] = False,
+) -> None:
+    """Serve virtual controllers: software that speaks the bytes of real ones.
+
+    Without --tcp or --pty each unit gets a free TCP port. Where they listen is printed, a line each; on a
+    terminal a live table follows. They are reached from this machine alone unless --bind says otherwise.
+
+    With several units, options are for all of them; a bench file has options for each. --log writes a
+    file for each unit, numbered if there are several.
+
+    Ctrl-C ends it with exit code 0. Exit code 1 means that a session that was replayed took another
+    course than the recorded one.
+    """
+    options = {
+        "stage": stage,
+        "travel": travel,
+        "position": position,
+        "seed": seed,
+        "line": line,
+        "quirks": quirk or None,
+        "strategies": strategy or None,
+        "faults": fault or None,
+        "answer_unsupported": answer_unsupported or None,
+    }
+    _one_of({"UNIT": units, "--bench": bench, "--replay": replay})
+    if bench:
+        _without("--bench", {"tcp": tcp, "pty": pty or None, **options})
+    if replay:
+        _without("--replay", options)
+    if tcp is not None and pty:
+        raise CalledWronglyError(
+            "--tcp and --pty exclude each other: a line is the one or the other"
+        )
+    with _called_wrongly():
+        from stagewire_cli.virtual_session import run_session
+        from stagewire_cli.virtual_units import of_bench, of_names, of_replay
+
+        if bench:
+            makers = of_bench(bench, bind)
+        elif replay:
+            makers = of_replay(replay, tcp, pty, bind)
+        else:
+            makers = of_names(units or [], tcp, pty, bind, options)
+        right = run_session(makers, log, seconds)
+    if not right:
+        raise typer.Exit(WRONG)
+
+
+def _one_of(given: Mapping[str, object]) -> None:
+    """Raise unless exactly one of them says what is to be served."""
+    names = [name for name, value in given.items() if value]
+    if not names:
+        raise CalledWronglyError(
+            "say what to serve: names of units (stagewire virtual --list shows them), --bench or --replay"
+        )
+    if len(names) > 1:
+        raise CalledWronglyError(f"{' and '.join(names)} exclude each other; give one of them")
+
+
+def _without(option: str, others: Mapping[str, object]) -> None:
+    """Raise for options that ``option`` leaves no room for."""
+    flags = {"quirks": "quirk", "strategies": "strategy", "faults": "fault"}
+    for name, value in others.items():
+        if value is not None:
+            said = flags.get(name, name).replace("_", "-")
+            raise CalledWronglyError(
+                f"--{said} is for units that are named; {option} says it itself"
+            )
+
+
+@contextmanager
+def _called_wrongly() -> Iterator[None]:
+    """Let what is wrong with units, places and files end the command with 2."""
+    from stagewire.errors import StagewireError
+
+    try:
+        yield
+    except StagewireError as error:
+        raise CalledWronglyError(str(error)) from None

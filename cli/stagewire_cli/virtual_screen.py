@@ -1,0 +1,63 @@
+"""The live table of ``stagewire virtual``: what each controller does at this instant."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+from rich.console import Group, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from stagewire_cli.terminal import console, printable, table
+from stagewire_virtual.serving.link import Link
+
+__all__ = ["Screen"]
+
+_NOTES = 5
+
+
+class Screen:
+    """A table that is drawn anew when it is told to; leaves its last state on the terminal.
+
+    :param links: what it shows.
+    """
+
+    def __init__(self, links: Sequence[Link]) -> None:
+        self._links = links
+        self._notes: deque[str] = deque(maxlen=_NOTES)
+        self._live = Live(console=console(), auto_refresh=False, transient=False)
+
+    def __enter__(self) -> Screen:
+        self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._live.stop()
+
+    def note(self, link: Link, text: str) -> None:
+        """Show a line below the table, in place of the oldest."""
+        self._notes.append(f"{link.label}: {printable(text)}")
+
+    def draw(self) -> None:
+        """Draw what is so at this instant."""
+        self._live.update(self._drawn(), refresh=True)
+
+    def _drawn(self) -> RenderableType:
+        shown = table(
+            "unit", "host", "bytes in", "frames out", "part", "position", "state",
+            right=("bytes in", "frames out", "position"),
+        )  # fmt: skip
+        for link in self._links:
+            unit = link.label, _host(link), f"{link.received:,}", f"{link.sent:,}"
+            for row in link.instrument.rows():
+                shown.add_row(*unit, row.part, row.position, row.state)
+                unit = ("", "", "", "")
+            if unit[0]:
+                shown.add_row(*unit)
+        return Group(shown, *map(Text, self._notes))
+
+
+def _host(link: Link) -> str:
+    lost = f", {link.dropped:,} frames lost" if link.dropped else ""
+    return f"{'connected' if link.connected else 'none'}{lost}"

@@ -1,0 +1,145 @@
+"""One run of ``stagewire virtual``: served until somebody, or the time, ends it."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+
+import typer
+
+from stagewire_cli.terminal import printable
+from stagewire_cli.virtual_log import STANDARD_OUTPUT, Log, logs
+from stagewire_cli.virtual_screen import Screen
+from stagewire_cli.virtual_units import Maker
+from stagewire_virtual.clock import RealClock
+from stagewire_virtual.replay import Replay
+from stagewire_virtual.serving.link import Link, Observer
+from stagewire_virtual.serving.server import Server
+
+__all__ = ["run_session"]
+
+_REFRESH = 0.2  # seconds between two drawings of the live table
+_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # as far as the system has them
+
+
+def run_session(makers: Sequence[Maker], log: str | None, seconds: float | None) -> bool:
+    """Serve until a signal, until the time is over, or until the host of a replay has left.
+
+    :param makers: what is served, on one clock.
+    :param log: file to record to; ``-`` is standard output; None: nothing is recorded.
+    :param seconds: the time, or None.
+
+    Returns False where a replayed session took another course. Raises
+    :class:`~stagewire_virtual.errors.ServingError` for a place that cannot be had, and :class:`OSError` for
+    output that cannot be written.
+    """
+    clock = RealClock()
+    session = _Session()
+    links = [make(clock, session) for make in makers]
+    with ExitStack() as stack:
+        if log is not None:
+            session.logs = stack.enter_context(logs(log, links))
+        quiet = log == STANDARD_OUTPUT
+        asyncio.run(session.serve(Server(clock), links, seconds, quiet=quiet))
+    if session.failure is not None:
+        raise session.failure
+    return _took_its_course(links)
+
+
+class _Session(Observer):
+    """Hears of everything that goes over the links, and of their end."""
+
+    def __init__(self) -> None:
+        self.logs: dict[Link, Log] = {}
+        self.failure: OSError | None = None
+        self._screen: Screen | None = None
+        self._over = asyncio.Event()
+        self._visited: set[Link] = set()
+
+    async def serve(
+        self, server: Server, links: Sequence[Link], seconds: float | None, *, quiet: bool
+    ) -> None:
+        """Serve the links until it is over; ``quiet`` leaves standard output to the log."""
+        async with server:
+            with _signals(self._over.set), ExitStack() as stack:
+                for link in links:
+                    await server.open(link)
+                for link in links:
+                    typer.echo(f"{link.label} at {link.url}", err=quiet)
+                ends = [asyncio.create_task(self._over.wait())]
+                if sys.stdout.isatty() and not quiet:
+                    self._screen = stack.enter_context(Screen(links))
+                    ends.append(asyncio.create_task(_draw(server, self._screen)))
+                done, waiting = await asyncio.wait(
+                    ends, timeout=seconds, return_when=asyncio.FIRST_COMPLETED
+                )
+                for task in waiting:
+                    task.cancel()
+                for task in done:
+                    task.result()  # raises what drawing raised
+
+    def received(self, link: Link, when: int, data: bytes) -> None:
+        """Record bytes of a host."""
+        self._record(link, lambda log: log.received(when, data))
+
+    def sent(self, link: Link, when: int, data: bytes) -> None:
+        """Record what goes to a host."""
+        self._record(link, lambda log: log.sent(when, data))
+
+    def noted(self, link: Link, when: int, text: str) -> None:
+        """Show what a person wants to know; a replay is over when its host has left."""
+        self._record(link, lambda log: log.note(when, text))
+        if self._screen is not None:
+            self._screen.note(link, text)
+        elif not self.logs:
+            typer.echo(f"{link.label}: {printable(text)}", err=True)
+        if link.connected:
+            self._visited.add(link)
+        elif link in self._visited and isinstance(link.instrument, Replay):
+            self._over.set()
+
+    def _record(self, link: Link, write: Callable[[Log], None]) -> None:
+        log = self.logs.get(link)
+        if log is None or self.failure is not None:
+            return
+        try:
+            write(log)
+        except OSError as error:  # a disk that is full, a reader that has gone
+            self.failure = error
+            self._over.set()
+
+
+async def _draw(server: Server, screen: Screen) -> None:
+    """Keep the live table up to date, each time at an instant at which all that is due has been done."""
+    while True:
+        server.run(screen.draw)
+        await asyncio.sleep(_REFRESH)
+
+
+@contextmanager
+def _signals(end: Callable[[], object]) -> Iterator[None]:
+    """Have signals call ``end`` in the event loop, as long as the block lasts."""
+    loop = asyncio.get_running_loop()
+    numbers = [getattr(signal, name) for name in _SIGNALS if hasattr(signal, name)]
+    before = {
+        number: signal.signal(number, lambda *_: loop.call_soon_threadsafe(end))
+        for number in numbers
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _took_its_course(links: Sequence[Link]) -> bool:
+    """Say how replays went; return whether all went as recorded."""
+    right = True
+    for replay in (link.instrument for link in links):
+        if isinstance(replay, Replay):
+            typer.echo(replay.summary, err=True)
+            right = right and replay.ok
+    return right

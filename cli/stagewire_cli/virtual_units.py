@@ -1,0 +1,132 @@
+"""What ``stagewire virtual`` serves: units by name, a bench file or a recorded session.
+
+Options of the command line become the keys of a bench file, so that one reader checks both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.terminal import console, table
+from stagewire_virtual.clock import Clock
+from stagewire_virtual.serving.link import Link, Observer
+from stagewire_virtual.serving.places import Place, PtyPlace, TcpPlace, parse_tcp
+
+__all__ = ["Maker", "of_bench", "of_names", "of_replay", "show_all"]
+
+Maker: TypeAlias = Callable[[Clock, Observer], Link]
+"""Makes one virtual controller with its line, not yet open."""
+
+_ANY_PORT = "0"
+
+
+def of_names(
+    names: Sequence[str],
+    tcp: str | None,
+    pty: bool,
+    bind: str | None,
+    options: Mapping[str, Any],
+) -> list[Maker]:
+    """Return units that are named on the command line.
+
+    :param tcp: the port of the first one; those of the others follow. None: any that are free.
+    :param pty: whether each gets a pseudo-terminal instead.
+    :param bind: address of the network to be reached at.
+    :param options: for all units, by the keys of a bench file; what is None was not given. The seed is that
+        of the first one, and counts up with the others, so that no two have the same serial number.
+
+    Raises :class:`~stagewire_virtual.errors.VirtualError` with everything that is wrong.
+    """
+    from stagewire_virtual.serving.bench import make_bench
+
+    given = {key: value for key, value in options.items() if value is not None}
+    if "strategies" in given:
+        given["strategies"] = dict(map(_reading, given["strategies"]))
+    first = parse_tcp(tcp or _ANY_PORT, bind)
+    tables = []
+    for number, name in enumerate(names):
+        own: dict[str, Any] = {"name": name, "label": _label(names, number)}
+        own |= {"pty": True} if pty else {"tcp": _port(first, number)}
+        if "seed" in given:
+            own["seed"] = given["seed"] + number
+        tables.append(given | own)
+    return [unit.link for unit in make_bench(tables, bind=bind).units]
+
+
+def of_bench(path: Path, bind: str | None) -> list[Maker]:
+    """Return the units of a bench file; raises as :func:`of_names` does."""
+    from stagewire_virtual.serving.bench import load_bench
+
+    return [unit.link for unit in load_bench(path, bind=bind).units]
+
+
+def of_replay(path: Path, tcp: str | None, pty: bool, bind: str | None) -> list[Maker]:
+    """Return the controller's side of a recorded session.
+
+    Raises :class:`~stagewire.errors.CaptureError` for a file that is no capture.
+    """
+    from stagewire.capture import read_capture
+    from stagewire_virtual.replay import Replay
+
+    place: Place = PtyPlace() if pty else parse_tcp(tcp or _ANY_PORT, bind)
+    capture = read_capture(path)
+
+    def make(clock: Clock, observer: Observer) -> Link:
+        return place.link(Replay(capture, clock), label=path.name, observer=observer)
+
+    return [make]
+
+
+def show_all() -> None:
+    """Print all units, and what can be told of them by name: quirks, strategies and faults."""
+    from stagewire_virtual.asi_ms2000.strategies import STRATEGIES
+    from stagewire_virtual.faults.fault import ACTIONS
+    from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
+    from stagewire_virtual.units import all_units
+
+    out = console()
+    units = table("unit", "what it is", "protocol", "stages")
+    for name, unit in sorted(all_units().items()):
+        stages = ", ".join(unit.facts["stages"])
+        units.add_row(name, unit.facts["title"], unit.protocol.name, stages)
+    out.print(units)
+    quirks = table("quirk", "what the controller does")
+    for name, quirk in QUIRKS.items():
+        quirks.add_row(name, (quirk.__doc__ or "").partition("\n")[0])
+    out.print()
+    out.print(quirks)
+    readings = table("strategy", "value", "how the document is read")
+    for name, known in STRATEGIES.items():
+        for reading, sentence in known.items():
+            default = " (default)" if reading == next(iter(known)) else ""
+            readings.add_row(name, f"{reading}{default}", sentence)
+    out.print()
+    out.print(readings)
+    faults = table("fault", "befalls", "keys")
+    for action, kind in ACTIONS.items():
+        faults.add_row(action.value, "bytes or frames" if kind.piece else "", ", ".join(kind.keys))
+    out.print()
+    out.print(faults)
+
+
+def _label(names: Sequence[str], number: int) -> str:
+    """Return a name that no other unit has: where several are alike, with its number among them."""
+    alike = [index for index, name in enumerate(names) if name.upper() == names[number].upper()]
+    name = names[number].upper()
+    return name if len(alike) == 1 else f"{name} {alike.index(number) + 1}"
+
+
+def _port(first: TcpPlace, number: int) -> str:
+    """Return the place of the unit that is ``number``-th, counted from 0."""
+    host = f"[{first.host}]" if ":" in first.host else first.host
+    return f"{host}:{first.port + number if first.port else 0}"
+
+
+def _reading(text: str) -> tuple[str, str]:
+    name, found, reading = text.partition("=")
+    if not found:
+        raise CalledWronglyError(f"--strategy {text}: expected NAME=VALUE; --list shows them")
+    return name, reading

@@ -1,0 +1,311 @@
+"""``stagewire virtual``: what it serves, what it prints, how it ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import IO, TYPE_CHECKING
+
+import pytest
+
+from stagewire.capture import read_capture
+from stagewire_cli.virtual_units import of_names
+from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.serving.link import Observer
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+COMMAND = [sys.executable, "-c", "from stagewire_cli.main import run; run()", "virtual"]
+INFO = bytes.fromhex("05 00 00 00 50 01")
+INFO_SIZE = 6 + 84
+ENABLE_STATE = bytes.fromhex("11 02 01 00 50 01")
+posix = pytest.mark.skipif(os.name != "posix", reason="needs signals and pseudo-terminals")
+
+
+class Running:
+    """The command in a process of its own."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+        self.places: dict[str, str] = {}
+
+    def listen(self, stream: IO[str] | None, units: int) -> None:
+        """Read where the units listen."""
+        assert stream is not None
+        for _ in range(units):
+            label, _, url = stream.readline().rstrip("\n").partition(" at ")
+            self.places[label] = url
+
+    def end(self, number: int | None = None) -> tuple[int, str, str]:
+        """Send a signal, if one is given; return exit code and what was printed."""
+        if number is not None:
+            self.process.send_signal(number)
+        out, err = self.process.communicate(timeout=20)
+        assert "Traceback" not in out + err
+        return self.process.returncode, out, err
+
+
+@contextmanager
+def running(*words: object, units: int = 1) -> Iterator[Running]:
+    """Start the command and wait until it listens."""
+    process = subprocess.Popen(
+        [*COMMAND, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    # A command that hangs must not hang the tests.
+    guard = threading.Timer(30, process.kill)
+    guard.start()
+    try:
+        made = Running(process)
+        made.listen(process.stderr if "-" in words else process.stdout, units)
+        yield made
+    finally:
+        guard.cancel()
+        process.kill()
+        process.communicate()
+
+
+def ask(url: str, *requests: bytes, size: int = INFO_SIZE) -> bytes:
+    """Connect, send requests one by one, each after ``size`` bytes of answer to the one before."""
+    host, port = url.removeprefix("socket://").rsplit(":", 1)
+    answers = b""
+    with closing(socket.create_connection((host, int(port)), timeout=10)) as line:
+        for request in requests:
+            line.sendall(request)
+            got = b""
+            while len(got) < size and (part := line.recv(size - len(got))):
+                got += part
+            answers += got
+    return answers
+
+
+# What it prints, and how it ends
+
+
+def test_help_has_an_example(stagewire: Stagewire) -> None:
+    result = stagewire("virtual", "--help")
+    assert result.code == 0
+    assert "  stagewire virtual TDC001" in result.out
+
+
+def test_list(stagewire: Stagewire) -> None:
+    result = stagewire("virtual", "--list")
+    assert result.code == 0
+    first = {line.split()[0] for line in result.out.splitlines() if line.strip()}
+    assert {"BSC103", "TPZ001", "MS2000", "long_status", "colon_in_data", "flood"} <= first
+
+
+def test_a_line_for_each_unit_and_the_end_after_its_time(stagewire: Stagewire) -> None:
+    result = stagewire("virtual", "TDC001", "bpc301", "--for", "0.01")
+    assert result.code == 0
+    lines = result.out.splitlines()
+    assert [line.rpartition(":")[0] for line in lines] == [
+        "TDC001 at socket://127.0.0.1",
+        "BPC301 at socket://127.0.0.1",
+    ]
+
+
+def test_options_of_the_command_line_are_those_of_a_bench() -> None:
+    makers = of_names(
+        ["TDC001", "TDC001"], "4001", False, None, {"seed": 0, "position": 7, "quirks": None}
+    )
+    links = [make(SteppedClock(), Observer()) for make in makers]
+    assert [link.url for link in links] == ["socket://127.0.0.1:4001", "socket://127.0.0.1:4002"]
+    assert len({link.label for link in links}) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "--bench or --replay"),
+        (["TDC001", "--bench", "x.toml"], "UNIT and --bench exclude each other"),
+        (["--replay", "x", "--seed", "1"], "--seed is for units that are named"),
+        (["--bench", "x.toml", "--quirk", "long_status"], "--quirk is for units that are named"),
+        (["TDC001", "--tcp", "1", "--pty"], "--tcp and --pty"),
+        (["TDC01"], "did you mean TDC001"),
+        (["TDC001", "--tcp", "0.0.0.0:0"], "--bind 0.0.0.0"),
+        (["TDC001", "--tcp", "65536"], "65535"),
+        (["TDC001", "--tcp", "here:there"], "here:there"),
+        (["TDC001", "BSC103", "--tcp", "65535"], "65536"),
+        (["TDC001", "--bind", "203.0.113.9"], "203.0.113.9"),
+        (["TDC001", "--stage", "MLS203"], "MLS203"),
+        (["TDC001", "--quirk", "none"], "long_status"),
+        (["TDC001", "--fault", "to_host fly"], "duplicate"),
+        (["TDC001", "--line", "wire"], "rs232"),
+        (["MS2000", "--strategy", "colon_in_data"], "NAME=VALUE"),
+        (["MS2000", "--strategy", "colon_in_data=maybe"], "end"),
+        (["TDC001", "--for", "-1"], "--for"),
+        (["TDC001", "--log", "no/such/folder/log.txt"], "no/such/folder/log.txt"),
+        (["--bench", "no-such-file.toml"], "no-such-file.toml"),
+        (["--replay", "no-such-file.txt"], "no-such-file.txt"),
+    ],
+)
+def test_called_wrongly(
+    stagewire: Stagewire,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: Sequence[str],
+    said: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = stagewire("virtual", *words, *([] if "--for" in words else ["--for", "0"]))
+    assert result.code == 2
+    assert said in result.err
+    assert result.out == ""
+
+
+def test_a_port_that_is_taken(stagewire: Stagewire) -> None:
+    with closing(socket.create_server(("127.0.0.1", 0))) as taken:
+        port = taken.getsockname()[1]
+        result = stagewire("virtual", "TDC001", "--tcp", port, "--for", "0")
+    assert result.code == 2
+    assert f"127.0.0.1:{port}" in result.err
+
+
+def test_a_file_that_is_no_capture(stagewire: Stagewire, tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("05 00 00 00 50 01\n")
+    result = stagewire("virtual", "--replay", tmp_path / "notes.txt")
+    assert result.code == 2
+    assert "notes.txt" in result.err
+
+
+def test_a_bench_that_is_wrong_says_everything_at_once(
+    stagewire: Stagewire, tmp_path: Path
+) -> None:
+    bench = tmp_path / "bench.toml"
+    bench.write_text('[[unit]]\nname = "TDC01"\n\n[[unit]]\nname = "BSC103"\nsped = 1\n')
+    result = stagewire("virtual", "--bench", bench)
+    assert result.code == 2
+    assert "TDC01" in result.err
+    assert "sped" in result.err
+
+
+def test_other_commands_do_not_wait_for_it() -> None:
+    code = "import sys, stagewire_cli.main; print(*sys.modules)"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert not {"stagewire_virtual", "asyncio"} & set(loaded.stdout.split())
+
+
+# While it runs
+
+
+@posix
+def test_a_session_its_log_and_its_replay(tmp_path: Path) -> None:
+    log = tmp_path / "session.txt"
+    with running("TDC001", "--log", log) as serving:
+        answer = ask(serving.places["TDC001"], INFO)
+        assert serving.end(signal.SIGTERM)[0] == 0
+    capture = read_capture(log)
+    assert (capture.heading.protocol, capture.heading.unit) == ("thorlabs_apt", "TDC001")
+    assert [recorded.data for recorded in capture.recorded] == [INFO, answer]
+    assert capture.recorded[0].comment == "0x01->0x50 HW_REQ_INFO"
+    assert capture.recorded[1].comment.startswith("0x50->0x01 HW_GET_INFO serial_number=83")
+
+    with running("--replay", log) as playing:
+        assert ask(*playing.places.values(), INFO) == answer
+        code, _, err = playing.end()
+    assert code == 0
+    assert "1 of 1 requests" in err
+
+    with running("--replay", log) as playing:
+        assert ask(*playing.places.values(), ENABLE_STATE, size=0) == b""
+        code, _, err = playing.end()
+    assert code == 1
+    assert "MOD_REQ_CHANENABLESTATE" in err
+
+
+@posix
+def test_a_log_on_standard_output_leaves_it_to_the_log(tmp_path: Path) -> None:
+    with running("TDC001", "--log", "-") as serving:
+        ask(serving.places["TDC001"], INFO)
+        code, out, _ = serving.end(signal.SIGINT)
+    assert code == 0
+    (tmp_path / "out.txt").write_text(out)
+    assert [recorded.data[:1] for recorded in read_capture(tmp_path / "out.txt").recorded] == [
+        b"\x05",
+        b"\x06",
+    ]
+
+
+@posix
+def test_logs_of_several_units(tmp_path: Path) -> None:
+    with running("TDC001", "MS2000", "--log", tmp_path / "log.txt", units=2) as serving:
+        ask(serving.places["TDC001"], INFO)
+        assert serving.end(signal.SIGTERM)[0] == 0
+    first, second = (read_capture(tmp_path / f"log-{number}.txt") for number in (1, 2))
+    assert (first.heading.unit, len(first.recorded)) == ("TDC001", 2)
+    assert (second.heading.unit, len(second.recorded)) == ("MS2000", 0)
+    with running("TDC001", "MS2000", "--log", "-", units=2) as serving:
+        ask(serving.places["TDC001"], INFO)
+        _, out, _ = serving.end(signal.SIGTERM)
+    assert {line.partition(": ")[0] for line in out.splitlines()} == {"TDC001", "MS2000"}
+
+
+@posix
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_bench_on_a_pty_leaves_nothing_behind(tmp_path: Path, number: int) -> None:
+    bench, port = tmp_path / "bench.toml", tmp_path / "x-stage"
+    bench.write_text(f'[[unit]]\nname = "TDC001"\nlabel = "x stage"\npty = "{port}"\n')
+    with running("--bench", bench) as serving:
+        assert serving.places == {"x stage": str(port)}
+        assert port.is_symlink()
+        assert serving.end(number)[0] == 0
+    assert not port.is_symlink()
+
+
+@posix
+def test_what_goes_wrong_is_told(tmp_path: Path) -> None:
+    log = tmp_path / "log.txt"
+    fault = "to_host drop frame at=1"
+    with running("TDC001", "--fault", fault, "--log", log) as serving:
+        ask(serving.places["TDC001"], INFO, size=0)
+        assert serving.end(signal.SIGTERM)[0] == 0
+    assert "drop" in log.read_text()
+    with running("TDC001", "--fault", fault) as serving:
+        ask(serving.places["TDC001"], INFO, size=0)
+        _, _, err = serving.end(signal.SIGTERM)
+    assert "TDC001: " in err
+    assert "drop" in err
+
+
+@posix
+def test_the_live_table_on_a_terminal() -> None:
+    import pty
+
+    ours, theirs = pty.openpty()
+    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "160"}
+    words = ["TDC001", "--stage", "Z8", "--for", "0.3"]
+    with subprocess.Popen([*COMMAND, *words], stdout=theirs, stderr=theirs, env=environment) as run:
+        os.close(theirs)
+        shown = b""
+        try:
+            while part := os.read(ours, 4096):
+                shown += part
+        except OSError:  # how a pty says that nobody writes any more
+            pass
+        assert run.wait(20) == 0
+    os.close(ours)
+    text = shown.decode()
+    assert "TDC001 at socket://" in text
+    for heading in ("position", "state", "frames out", " mm"):
+        assert heading in text
+
+
+@posix
+def test_a_reader_of_the_log_that_has_gone() -> None:
+    with running("TDC001", "--log", "-") as serving:
+        assert serving.process.stdout is not None
+        serving.process.stdout.close()
+        ask(serving.places["TDC001"], INFO, size=0)
+        assert serving.process.wait(20) == 1
+        assert serving.process.stderr is not None
+        assert "Traceback" not in serving.process.stderr.read()

@@ -1,0 +1,201 @@
+"""Say anything to virtual controllers: nothing raises, memory is bounded, a request is answered afterwards.
+
+    python tests/fuzz/virtual_controllers.py                          # every unit, for a minute
+    python tests/fuzz/virtual_controllers.py --seconds 10 --seed 7
+    python tests/fuzz/virtual_controllers.py --first 1234 --cases 1   # one case again
+
+A case is one unit with options by chance, and what a host does to it: random bytes, whole and damaged frames
+or commands of its protocol, the plug pulled, the power switched off and on, time going on in between. In a
+third of the cases there are faults on the line, too. Then the host comes to its senses, waits until nobody
+waits for the rest of a broken frame any more, and asks: on a line without faults the answer must come.
+Case ``n`` depends on the seed and on ``n`` alone.
+
+What a controller holds in memory is counted by ``tracemalloc`` at the end of every case.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import sys
+import time
+import tracemalloc
+from itertools import count
+from random import Random
+
+import command_streams
+import streams
+
+import stagewire_virtual as virtual
+from stagewire_virtual.asi_ms2000.strategies import STRATEGIES
+from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
+from stagewire_virtual.units import all_units
+
+__all__ = ["BOUND", "UNITS", "Broken", "ask", "one_case"]
+
+UNITS = tuple(sorted(all_units()))
+STEPS = 40
+BOUND = 4 << 20
+"""Bytes that a controller may hold, whatever comes; most of them are waveform tables."""
+
+_FAULTS = (
+    "to_host drop frame every=3",
+    "to_host drop byte p=0.05",
+    "to_controller drop byte every=17",
+    "to_controller flip byte p=0.02",
+    "to_host flip byte every=5",
+    "to_controller insert byte p=0.03",
+    "to_host insert byte every=9",
+    "to_controller duplicate frame every=2",
+    "to_host duplicate byte every=7 count=3",
+    "to_host delay frame every=4 by=0.3",
+    "to_controller delay byte p=0.1 by=1.5",
+    "to_host flood after=1 count=50",
+    "to_host disconnect at=30",
+    "to_controller disconnect at=200",
+)
+_COLONS = b":" * 300  # whatever command is pending, its data included, has ended by then
+_LONG_ENOUGH = 2.0  # nobody waits so long for the rest of a frame
+
+
+class Broken(Exception):
+    """A case that a controller did not stand, with what is needed to repeat it."""
+
+    def __init__(self, seed: int, number: int, what: str) -> None:
+        super().__init__(
+            f"{UNITS[number % len(UNITS)]}, seed {seed}, case {number}: {what}\n"
+            f"  repeat: virtual_controllers.py --seed {seed} --first {number} --cases 1"
+        )
+
+
+def one_case(seed: int, number: int) -> virtual.VirtualController:
+    """Run a case and return its controller; raise :class:`Broken` when it did not stand it."""
+    rng = Random(f"{seed}/{number}")
+    faults = rng.sample(_FAULTS, rng.randrange(1, 4)) if rng.random() < 0.3 else []
+    try:
+        controller = _made(rng, UNITS[number % len(UNITS)], faults)
+        for _ in range(rng.randrange(STEPS)):
+            _step(rng, controller)
+        controller.plug_in()
+        if not faults:
+            ask(controller)
+    except Exception as error:
+        raise Broken(seed, number, f"{type(error).__name__}: {error}") from error
+    return controller
+
+
+def ask(controller: virtual.VirtualController) -> None:
+    """Ask what every controller answers; raise when it does not."""
+    controller.advance(_LONG_ENOUGH)
+    unit = controller.instrument.unit
+    if unit.protocol.name == "asi_ms2000":
+        controller.write(_COLONS + b"\xff\x42")
+        asked, size = b"\x18\x73\x02:", 2
+    else:
+        address = 0x50 if unit.facts["address"] == "generic_usb" else 0x11
+        asked, size = bytes((0x05, 0x00, 0x00, 0x00, address, 0x01)), 90
+    controller.read()
+    controller.write(asked)
+    found = controller.read()
+    if len(found) != size:
+        raise AssertionError(f"{asked.hex(' ')} was answered {found.hex(' ')!r}, not {size} bytes")
+
+
+def _made(rng: Random, name: str, faults: list[str]) -> virtual.VirtualController:
+    """Return a controller with options by chance."""
+    factory = getattr(virtual, name)
+    options = {"seed": rng.randrange(1000), "faults": faults}
+    if factory.unit.protocol.name == "asi_ms2000":
+        chosen = rng.sample(sorted(STRATEGIES), rng.randrange(len(STRATEGIES) + 1))
+        options["strategies"] = {name: rng.choice(sorted(STRATEGIES[name])) for name in chosen}
+    else:
+        options["answer_unsupported"] = rng.random() < 0.5
+        options["line"] = rng.choice(("usb", "rs232"))
+        options["quirks"] = rng.sample(sorted(QUIRKS), rng.choice((0, 0, 1, 2, len(QUIRKS))))
+        if rng.random() < 0.3:
+            options["travel"] = rng.choice((1, 200, 65535))
+    controller: virtual.VirtualController = factory(**options)
+    return controller
+
+
+def _step(rng: Random, controller: virtual.VirtualController) -> None:
+    """Do one thing that a host, or somebody at the bench, may do."""
+    if not controller.link.connected:
+        controller.plug_in()
+    kind = rng.random()
+    if kind < 0.75:
+        controller.write(_bytes(rng, controller.instrument.unit.protocol.name))
+    elif kind < 0.95:
+        controller.advance(10 ** rng.uniform(-4, 2))
+    elif kind < 0.97:
+        controller.power_cycle()
+    elif kind < 0.99:
+        controller.instrument.rows()
+    else:
+        controller.unplug()
+        return
+    if controller.link.connected:
+        controller.read()
+
+
+def _bytes(rng: Random, protocol: str) -> bytes:
+    """Return what a host may say: frames or commands of the protocol, damaged at times, cut anywhere."""
+    if rng.random() < 0.1:
+        return rng.randbytes(rng.choice((1, 2, 7, 64, 4096)))
+    one = command_streams.command if protocol == "asi_ms2000" else _frame_for_a_controller
+    data = b"".join([one(rng) for _ in range(rng.choice((1, 1, 2, 5, 20)))])
+    if rng.random() < 0.3:
+        data = streams.damaged(rng, data)
+    return data[: rng.randrange(len(data) + 1)] if rng.random() < 0.1 else data
+
+
+def _frame_for_a_controller(rng: Random) -> bytes:
+    """Return a frame, most often to the first channel at an address where something is."""
+    data = bytearray(streams.frame(rng))
+    if rng.random() < 0.8 and len(data) >= 6:
+        long = data[4] & 0x80
+        data[4:6] = bytes((rng.choice((0x50, 0x11, 0x21, 0x22)) | long, 0x01))
+        where = 6 if long else 2
+        data[where : where + (2 if long else 1)] = b"\x01\x00"[: 2 if long else 1]
+    return bytes(data)
+
+
+def main() -> int:
+    """Run cases until the time is over; return 1 when one was not stood."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--cases", type=int)
+    given = parser.parse_args()
+    numbers = (
+        count(given.first) if given.cases is None else range(given.first, given.first + given.cases)
+    )
+
+    one_case(given.seed, given.first)  # what is loaded once is not the controller's
+    tracemalloc.start()
+    end = time.perf_counter() + given.seconds
+    most = done = 0
+    for number in numbers:
+        gc.collect()
+        before, _ = tracemalloc.get_traced_memory()
+        try:
+            controller = one_case(given.seed, number)
+            gc.collect()
+            held = tracemalloc.get_traced_memory()[0] - before
+            if held > BOUND:
+                raise Broken(given.seed, number, f"it holds {held:,} bytes, more than {BOUND:,}")
+        except Broken as broken:
+            print(f"wrong: {broken}")
+            return 1
+        del controller
+        most = max(most, held)
+        done += 1
+        if time.perf_counter() > end:
+            break
+    print(f"{done:,} cases, {len(UNITS)} units; a controller held {most:,} bytes at most")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

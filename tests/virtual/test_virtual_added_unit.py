@@ -1,0 +1,128 @@
+"""A unit of a family that is there is a line in the registry: a virtual controller of it needs no code."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stagewire_apt import PROTOCOL
+from stagewire_cli.main import main
+from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.instrument import Instrument
+from stagewire_virtual.making import make_instrument
+from stagewire_virtual.options import Options
+from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.units import units_of
+
+ROOT = Path(__file__).parents[2]
+
+# Units that Issue 3 does not have; each is one line of units.yaml.
+LINES = {
+    "BSC203": (
+        "{title: 3 channel benchtop stepper driver, page: 27, address: rack, channels: 1, bays: 3, "
+        "family: card_slot_stepper, status: stepper, stages: [APT_STEPPER], update_rate_hz: 10, "
+        "keep_alive: MOT_ACK_DCSTATUSUPDATE}"
+    ),
+    "KDC101": (
+        "{title: 1 channel K-Cube DC servo driver, page: 27, address: generic_usb, channels: 1, "
+        "family: dc_servo_cube, status: dc, stages: [], update_rate_hz: 20, "
+        "keep_alive: MOT_ACK_DCSTATUSUPDATE}"
+    ),
+    "BPC303": (
+        "{title: 3 channel benchtop piezo driver, page: 93, address: rack, channels: 1, bays: 3, "
+        "family: benchtop_piezo_2011, status: piezo, stages: [], update_rate_hz: 10, "
+        "keep_alive: PZ_ACK_PZSTATUSUPDATE}"
+    ),
+}
+PREFIXES = {"BSC203": "70", "KDC101": "27", "BPC303": "71"}
+"""How their serial numbers begin: as that of a sister, and as public drivers know them."""
+
+
+@pytest.fixture(scope="module")
+def registry(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The registry that is generated from the spec with these lines."""
+    folder = tmp_path_factory.mktemp("added")
+    shutil.copytree(ROOT / "spec", folder / "spec")
+    shutil.copytree(ROOT / "conformance" / "examples", folder / "conformance" / "examples")
+    shutil.copytree(ROOT / "conformance" / "captures", folder / "conformance" / "captures")
+    path = folder / "spec" / "thorlabs_apt" / "units.yaml"
+    text = path.read_text("utf-8")
+    added = "".join(f"  {name}: {line}\n" for name, line in LINES.items())
+    assert text.count("\nunits:\n") == 1
+    path.write_text(text.replace("\nunits:\n", f"\nunits:\n{added}"), "utf-8")
+    out = folder / "generated"
+    arguments = [
+        "generate",
+        "--spec",
+        str(folder / "spec"),
+        "--out",
+        str(out),
+        "--target",
+        "registry",
+    ]
+    assert main(arguments) == 0
+    return json.loads((out / "registry" / "thorlabs_apt.json").read_text("utf-8"))
+
+
+class Host:
+    """Says something to an instrument, and keeps what it says."""
+
+    def __init__(self, registry: Any, name: str) -> None:
+        self.clock = SteppedClock()
+        unit = units_of(PROTOCOL, registry)[name]
+        options = Options(channels=(Settings(travel=100_000, position=50_000),))
+        self.instrument: Instrument = make_instrument(unit, self.clock, options)
+        self.heard: list[str] = []
+        self.instrument.on_send = lambda frame: self.heard.append(frame.hex(" "))
+
+    def say(self, text: str, seconds: float = 0.0) -> list[str]:
+        """Return what comes at once and in some time."""
+        self.heard.clear()
+        self.instrument.receive(bytes.fromhex(text))
+        self.clock.advance(seconds)
+        return list(self.heard)
+
+
+def test_none_of_them_is_there_without_its_line() -> None:
+    assert not LINES.keys() & units_of(PROTOCOL).keys()
+
+
+@pytest.mark.parametrize(
+    ("name", "address"), [("BSC203", "11"), ("KDC101", "50"), ("BPC303", "11")]
+)
+def test_what_they_say_of_themselves(registry: Any, name: str, address: str) -> None:
+    (text,) = Host(registry, name).say(f"05 00 00 00 {address} 01")
+    said = bytes.fromhex(text)
+    assert said[10:18].rstrip(b"\0 ").decode() == name
+    assert str(int.from_bytes(said[6:10], "little")).startswith(PREFIXES[name])
+
+
+def test_a_rack_of_steppers(registry: Any) -> None:
+    host = Host(registry, "BSC203")
+    assert host.say("60 00 02 00 11 01") == ["61 00 02 01 01 11"]
+    assert host.say("60 00 03 00 11 01") == ["61 00 03 02 01 11"]
+    assert host.say("13 04 0e 00 a3 01 01 00 00 00 00 00 20 4e 00 00 10 27 00 00") == []
+    # 1250 in 2 * sqrt(1250/20000) = 0.5 s
+    assert host.say("53 04 06 00 a3 01 01 00 e2 04 00 00", 0.499) == []
+    host.clock.advance(0.002)
+    assert host.heard[0].startswith("64 04 0e 00 81 23 01 00 e2 04 00 00")
+
+
+def test_a_cube_has_the_addresses_of_its_family_and_the_rate_of_its_line(
+    registry: Any,
+) -> None:
+    host = Host(registry, "KDC101")
+    for address in ("50", "11", "21"):
+        assert host.say(f"11 02 01 00 {address} 01") == [f"12 02 01 01 01 {address}"]
+    assert len(host.say("11 00 00 00 50 01", 1.01)) == 20
+
+
+def test_a_rack_of_piezos_in_a_family_of_single_units(registry: Any) -> None:
+    host = Host(registry, "BPC303")
+    assert host.say("83 06 06 00 a2 01 01 00 f2 04 f2 04") == []
+    assert host.say("84 06 01 00 22 01") == ["85 06 06 00 81 22 01 00 f2 04 f2 04"]
+    assert host.say("84 06 01 00 50 01") == []

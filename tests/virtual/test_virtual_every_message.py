@@ -1,0 +1,294 @@
+"""Every message to every unit: what must come out, and when, by the registry's exchanges and nothing else."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import virtual_oracle as oracle
+from virtual_oracle import (
+    CHANNEL,
+    CHOICES,
+    MESSAGES,
+    UNITS,
+    Json,
+    Place,
+    Reply,
+    forms,
+    places,
+    takes,
+)
+
+import stagewire_virtual as virtual
+
+BOTH = 3
+A_WHILE = 2.0
+LONGEST = 3600.0
+"""A move from one end to the other takes less, at whatever speed a new controller has."""
+MUTED = ("MOT_SUSPEND_ENDOFMOVEMSGS", "MOT_RESUME_ENDOFMOVEMSGS")
+PERIODIC = "HW_START_UPDATEMSGS"
+LATER = ("completes_with", "stops_with", "starts", "stops")
+
+# What a set is refused without, by the pages: the messages that go before.
+FIRST = {
+    "PZ_OUTPUTPOS": [("PZ_SET_POSCONTROLMODE", {"mode": 2})],  # page 97: only in closed loop
+}
+# Fields that a REQ does not give back as they were set, and why.
+NOT_GIVEN_BACK = {
+    "PZ_OUTPUTMAXVOLTS": {"flags"},  # page 121: not relevant to the SET
+    "MOT_PMDSTAGEAXISPARAMS": {
+        "min_pos",
+        "max_pos",
+    },  # facts of the stage: no further than it reaches
+}
+# Values within the fields' ranges that the pages tie to other things.
+TIED: dict[str, dict[str, dict[str, int]]] = {
+    # pages 106 and 109: at most 512 on the TPZ001
+    "PZ_OUTPUTLUT": {"highest": {"index": 511}, "between": {"index": 300}},
+    "PZ_OUTPUTLUTPARAMS": {"highest": {"cycle_length": 0}, "between": {"cycle_length": 0}},
+}
+
+
+class Bench:
+    """One unit, new, with what is said to it and what it says."""
+
+    def __init__(self, name: str, **options: Any) -> None:
+        self.unit = UNITS[name]
+        self.controller = getattr(virtual, name)(
+            travel=1_000_000 if is_motor(name) else 200, **options
+        )
+
+    def send(self, name: str, form: str, given: dict[str, Any], place: Place) -> list[Reply]:
+        """Send a message; return what comes at once."""
+        layout = next(layout for layout in MESSAGES[name]["layouts"] if layout["form"] == form)
+        self.controller.write(oracle.pack(MESSAGES[name], layout, given, place.address))
+        return self.heard()
+
+    def heard(self) -> list[Reply]:
+        """Return what has come."""
+        return oracle.cut(self.controller.read(), self.unit["status"])
+
+    def wait(self, seconds: float) -> list[Reply]:
+        """Return what comes in a time."""
+        self.controller.advance(seconds)
+        return self.heard()
+
+
+def is_motor(name: str) -> bool:
+    return UNITS[name]["status"] != "piezo"
+
+
+def cases(name: str, choice: str) -> Iterator[tuple[Place, Json, Json, dict[str, Any], list[int]]]:
+    """Yield every message in every form, to every address and channel, with the channels that it is for."""
+    for place in places(UNITS[name]):
+        for message in MESSAGES.values():
+            for layout in forms(message):
+                has_channel = any(field["name"] == CHANNEL for field in oracle.fields(layout))
+                channels = place.channels or (1,)
+                for channel in channels if has_channel else channels[:1]:
+                    yield place, message, layout, oracle.values(layout, choice, channel), [channel]
+                if has_channel and len(channels) > 1:
+                    yield (
+                        place,
+                        message,
+                        layout,
+                        oracle.values(layout, choice, BOTH),
+                        list(channels),
+                    )
+
+
+def expect_replies(found: list[Reply], names: list[str], place: Place, channels: list[int]) -> None:
+    """Each answer comes once for each channel, in order, from the address that was asked, to the host."""
+    with_channel = [
+        n for n in names if any(has_channel(layout) for layout in MESSAGES[n]["layouts"])
+    ]
+    each = channels if with_channel == names else channels[:1]
+    assert [reply.name for reply in found] == names * len(each)
+    for reply, channel in zip(found, [c for c in each for _ in names], strict=True):
+        assert (reply.dest, reply.source) == (oracle.HOST, place.address), reply
+        assert reply.values.get(CHANNEL, channel) == channel, reply
+
+
+def has_channel(layout: Json) -> bool:
+    return any(field["name"] == CHANNEL for field in oracle.fields(layout))
+
+
+@pytest.mark.parametrize("name", sorted(UNITS))
+class TestEveryMessage:
+    def test_requests_are_answered_and_all_else_is_taken_in_silence(self, name: str) -> None:
+        for choice in CHOICES:
+            bench = Bench(name)
+            for place, message, layout, given, channels in cases(name, choice):
+                if any(message["exchange"].get(key) for key in LATER):
+                    continue
+                found = bench.send(message["name"], layout["form"], given, place)
+                taken = takes(bench.unit, place, message)
+                expected = oracle.answers(bench.unit, message) if taken else []
+                about = f"{message['name']} {given} to {place}, {choice}"
+                try:
+                    expect_replies(found, expected, place, channels)
+                except AssertionError as error:
+                    raise AssertionError(f"{about}: {found}") from error
+            assert bench.wait(A_WHILE) == []
+
+    def test_moves_end_with_one_message(self, name: str) -> None:
+        for place, message, layout, given, channels in cases(name, "lowest"):
+            ends = [
+                n
+                for n in message["exchange"].get("completes_with", ())
+                if n in UNITS[name]["messages"]
+            ]
+            if not takes(UNITS[name], place, message) or message["name"] == "MOT_MOVE_STOP":
+                continue
+            if not message["exchange"].get("completes_with"):
+                continue
+            bench = Bench(name)
+            if (
+                field := next((f for f in given if f.endswith(("distance", "position"))), None)
+            ) is not None:
+                given[field] = 4321
+            assert bench.send(message["name"], layout["form"], given, place) == []
+            found = bench.wait(LONGEST)
+            about = f"{message['name']} {given} to {place}: {found}"
+            assert Counter(reply.name for reply in found) == Counter(ends * len(channels)), about
+            assert {reply.source for reply in found} <= {place.address}, about
+            assert sorted(reply.values[CHANNEL] for reply in found) == (channels if ends else []), (
+                about
+            )
+
+    def test_suspended_moves_end_in_silence(self, name: str) -> None:
+        for place, message, layout, given, _ in cases(name, "lowest"):
+            muting = set(message["exchange"].get("muted_by", ())) & set(UNITS[name]["messages"])
+            if not muting or not takes(UNITS[name], place, message):
+                continue
+            bench = Bench(name)
+            assert bench.send(MUTED[0], "header", {}, place) == []
+            assert bench.send(message["name"], layout["form"], given, place) == []
+            assert bench.wait(LONGEST) == []
+
+    def test_updates_from_start_to_stop(self, name: str) -> None:
+        starts = set(MESSAGES[PERIODIC]["exchange"]["starts"]) & set(UNITS[name]["messages"])
+        period = MESSAGES[PERIODIC]["exchange"]["periodic_ms"] / 1000
+        for place in places(UNITS[name]):
+            if not place.channels:
+                continue
+            bench = Bench(name)
+            assert len(starts) == 1
+            assert bench.send(PERIODIC, "header", {"update_rate": 0}, place) == []
+            assert bench.wait(period - 0.001) == []
+            for _ in range(3):
+                found = bench.wait(period)
+                expect_replies(found, [*starts], place, list(place.channels))
+            assert bench.send("HW_STOP_UPDATEMSGS", "header", {}, place) == []
+            assert bench.wait(A_WHILE) == []
+
+    def test_updates_without_a_sign_of_life(self, name: str) -> None:
+        keep_alive = UNITS[name]["keep_alive"]
+        place = list(places(UNITS[name]))[-1]
+        for line in ("usb", "rs232"):
+            bench = Bench(name, line=line)
+            bench.send(PERIODIC, "header", {"update_rate": 0}, place)
+            found = bench.wait(10.05)
+            wanted = 50 if keep_alive != "none" and line == "usb" else 100 * len(place.channels)
+            assert abs(len(found) - wanted) < len(place.channels), line
+            assert bench.wait(A_WHILE) == [] or wanted != 50
+            if keep_alive != "none":
+                assert bench.send(keep_alive, "header", {}, place) == []
+                assert bench.wait(0.2), line
+
+    def test_what_is_set_is_given_back(self, name: str) -> None:
+        unit = UNITS[name]
+        for set_name, members in oracle.APT["sets"].items():
+            if (
+                not {"set", "req", "get"} <= members.keys()
+                or members["set"] not in unit["messages"]
+            ):
+                continue
+            for place in places(unit):
+                if not takes(unit, place, MESSAGES[members["set"]]):
+                    continue
+                for choice in CHOICES:
+                    self.give_back(name, set_name, members, place, choice)
+
+    def give_back(self, name: str, set_name: str, members: Json, place: Place, choice: str) -> None:
+        bench = Bench(name)
+        (layout,) = forms(MESSAGES[members["set"]])
+        (asking,) = forms(MESSAGES[members["req"]])
+        for channel in place.channels or (1,):
+            for before, given in FIRST.get(set_name, ()):
+                (form,) = forms(MESSAGES[before])
+                bench.send(before, form["form"], {CHANNEL: channel, **given}, place)
+            given = oracle.values(layout, choice, channel)
+            given.update(TIED.get(set_name, {}).get(choice, {}))
+            bench.send(members["set"], layout["form"], given, place)
+            if set_name.startswith("PZ_OUTPUT"):
+                bench.wait(A_WHILE)  # the output follows as fast as it may
+            asked = oracle.values(asking, "lowest", channel)
+            (reply,) = bench.send(members["req"], asking["form"], asked, place)
+            left_out = NOT_GIVEN_BACK.get(set_name, set())
+            expected = {k: v for k, v in given.items() if k not in left_out}
+            found = {k: v for k, v in reply.values.items() if k not in left_out}
+            assert found == expected, f"{set_name} to {place}, {choice}"
+
+    def test_what_is_not_there_is_answered_if_asked_for(self, name: str) -> None:
+        bench = Bench(name, answer_unsupported=True)
+        for place, message, layout, given, _ in cases(name, "lowest"):
+            if message["name"] in bench.unit["messages"] or message["direction"] == "to_host":
+                continue
+            found = bench.send(message["name"], layout["form"], given, place)
+            assert [reply.name for reply in found] == ["HW_RESPONSE"], (
+                f"{message['name']} to {place}"
+            )
+            assert (found[0].dest, found[0].source) == (oracle.HOST, place.address)
+
+    def test_channels_and_addresses_that_are_not_there(self, name: str) -> None:
+        bench = Bench(name)
+        there = {place.address for place in places(bench.unit)}
+        for place, message, layout, given, _ in cases(name, "lowest"):
+            if CHANNEL in given and place.kind != "motherboard":
+                for channel in {0, 1, 2, BOTH, 4} - {0 if c == 0 else c for c in place.channels}:
+                    if channel != BOTH or len(place.channels) == 1:
+                        wrong = {**given, CHANNEL: channel}
+                        assert bench.send(message["name"], layout["form"], wrong, place) == []
+        for address in {0x00, 0x01, 0x11, 0x21, 0x24, 0x2A, 0x50, 0x51, 0x7F} - there:
+            for message in MESSAGES.values():
+                for layout in forms(message):
+                    elsewhere = Place(address, "nowhere", ())
+                    given = oracle.values(layout, "lowest", 1)
+                    assert bench.send(message["name"], layout["form"], given, elsewhere) == []
+        assert bench.wait(A_WHILE) == []
+
+
+# What a unit refuses: one step outside of every range, and of every list that is complete.
+RANGED = sorted({
+    (message["name"], field["name"])
+    for message in MESSAGES.values() if message["set"] and message["set"]["role"] == "set"
+    for layout in forms(message)
+    for field in oracle.fields(layout) if field["name"] != CHANNEL and field["kind"] == "integer"
+    for bits in [8 * field["size"]]
+    if field["maximum"] not in ((1 << bits) - 1, (1 << bits - 1) - 1, None)
+    and MESSAGES[message["name"]]["set"]["name"] in oracle.APT["sets"]
+})  # fmt: skip
+
+
+@pytest.mark.parametrize(("message", "field"), RANGED)
+def test_a_value_out_of_range_changes_nothing(message: str, field: str) -> None:
+    members = oracle.APT["sets"][MESSAGES[message]["set"]["name"]]
+    name = next(n for n, unit in sorted(UNITS.items()) if message in unit["messages"])
+    bench = Bench(name)
+    place = next(p for p in places(bench.unit) if takes(bench.unit, p, MESSAGES[message]))
+    (layout,) = forms(MESSAGES[message])
+    (facts,) = (f for f in oracle.fields(layout) if f["name"] == field)
+    given = {**oracle.values(layout, "lowest", 1), field: facts["maximum"] + 1}
+
+    def asked() -> list[Reply]:
+        if "req" not in members:
+            return []
+        (asking,) = forms(MESSAGES[members["req"]])
+        return bench.send(members["req"], asking["form"], oracle.values(asking, "lowest", 1), place)
+
+    before = asked()
+    assert bench.send(message, layout["form"], given, place) == []
+    assert asked() == before

@@ -1,0 +1,454 @@
+"""Faults at work: each does what its text says, when it says so, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stagewire_apt import messages as m
+from stagewire_virtual.clock import SECOND, SteppedClock
+from stagewire_virtual.faults import Fault, FaultError, FaultyLine, Happened
+from stagewire_virtual.faults.way import MOST_HELD
+from stagewire_virtual.instrument import Instrument, Row
+from stagewire_virtual.making import make_instrument
+from stagewire_virtual.options import Options
+from stagewire_virtual.units import find_unit
+
+HOMED = m.MotMoveHomed(chan_ident=1).pack(dest=0x01, source=0x50)
+VELPARAMS = m.MotGetVelParams(chan_ident=1, min_velocity=0, acceleration=1, max_velocity=2).pack(
+    dest=0x01, source=0x50
+)
+HOME = m.MotMoveHome(chan_ident=1).pack(dest=0x50, source=0x01)
+ASK = m.MotReqVelParams(chan_ident=1).pack(dest=0x50, source=0x01)
+
+
+class Recorder(Instrument):
+    """A controller that notes what it is told, and says what the test wants it to."""
+
+    def __init__(self, unit: str = "TDC001") -> None:
+        super().__init__(find_unit(unit), SteppedClock())
+        self.heard: list[bytes] = []
+        self.stuck: list[tuple[int, str, bool]] = []
+        self.answers: dict[bytes, bytes] = {}
+
+    def receive(self, data: bytes) -> None:
+        self.heard.append(data)
+        if data in self.answers:
+            self.on_send(self.answers[data])
+
+    def power_cycle(self) -> None: ...
+
+    def rows(self) -> Sequence[Row]:
+        return []
+
+    def stick(self, part: str, stuck: bool) -> None:
+        if part not in ("channel 1", "bay 0, channel 1", "axis X"):
+            raise FaultError(f"there is no {part}")
+        self.stuck.append((self.clock.now, part, stuck))
+
+
+class Bench:
+    """A recorder behind a line with faults, and what the host at its end sees."""
+
+    def __init__(self, *faults: str | Fault, seed: int = 0, unit: str = "TDC001") -> None:
+        self.recorder = Recorder(unit)
+        self.clock: Any = self.recorder.clock
+        self.line = FaultyLine(self.recorder, faults, seed)
+        self.came: list[tuple[int, bytes]] = []
+        self.cuts: list[int] = []
+        self.line.on_send = lambda data: self.came.append((self.clock.now, data))
+        self.line.on_disconnect = lambda: self.cuts.append(self.clock.now)
+
+    def say(self, *frames: bytes) -> list[bytes]:
+        """Let the controller say frames; return what arrives at once."""
+        before = len(self.came)
+        for frame in frames:
+            self.recorder.on_send(frame)
+        return [data for _, data in self.came[before:]]
+
+    def hear(self, *chunks: bytes) -> list[bytes]:
+        """Let the host send chunks; return what the controller hears at once."""
+        before = len(self.recorder.heard)
+        for chunk in chunks:
+            self.line.receive(chunk)
+        return self.recorder.heard[before:]
+
+    @property
+    def what(self) -> list[str]:
+        return [happened.what for happened in self.line.happened]
+
+
+def frames(count: int) -> list[bytes]:
+    return [bytes((0x44, 0x04, number, 0, 0x01, 0x50)) for number in range(1, count + 1)]
+
+
+def test_without_faults_nothing_is_added() -> None:
+    bench = Bench()
+    assert bench.hear(HOME[:3], HOME[3:] + b"\xff") == [HOME[:3], HOME[3:] + b"\xff"]
+    assert bench.say(HOMED, b"\x01") == [HOMED, b"\x01"]
+    assert not bench.line.happened
+    assert bench.clock.next_due is None
+
+
+@pytest.mark.parametrize(
+    ("rule", "hit"),
+    [
+        ("every=3", {3, 6, 9}),
+        ("at=4", {4}),
+        ("at=11", set()),
+        ("", set(range(1, 11))),
+        ("p=0", set()),
+        ("p=1", set(range(1, 11))),
+    ],
+)
+def test_the_rule_chooses_frames_in_either_direction(rule: str, hit: set[int]) -> None:
+    said = frames(10)
+    left = [frame for number, frame in enumerate(said, 1) if number not in hit]
+    assert Bench(f"to_host drop frame {rule}").say(*said) == left
+    asked = [bytes((0x43, 0x04, number, 0, 0x50, 0x01)) for number in range(1, 11)]
+    left = [frame for number, frame in enumerate(asked, 1) if number not in hit]
+    bench = Bench(f"to_controller drop frame {rule}")
+    assert bench.hear(b"".join(asked)[:7], b"".join(asked)[7:]) == left
+    assert [what.split(":")[0] for what in bench.what] == [f"frame {n}" for n in sorted(hit)]
+
+
+@pytest.mark.parametrize("direction", ["to_host", "to_controller"])
+@pytest.mark.parametrize(
+    ("fault", "becomes"),
+    [
+        ("drop byte at=2", ["aacc"]),
+        ("drop byte", []),
+        ("drop byte every=2", ["aacc"]),
+        ("insert byte at=2 hex=0102", ["aa0102bbcc"]),
+        ("flip byte at=2 bit=0", ["aabacc"]),
+        ("flip byte at=2 bit=7", ["aa3bcc"]),
+        ("flip byte at=2 bit=8", ["aabacc"]),
+        ("duplicate byte at=3", ["aabbcccc"]),
+        ("duplicate byte at=1 count=2", ["aaaaaabbcc"]),
+        ("disconnect at=2", ["aabb"]),
+        ("disconnect byte at=3", ["aabbcc"]),
+    ],
+)
+def test_bytes(direction: str, fault: str, becomes: list[str]) -> None:
+    bench = Bench(f"{direction} {fault}")
+    pass_on = bench.say if direction == "to_host" else bench.hear
+    assert [data.hex() for data in pass_on(bytes.fromhex("aabbcc"))] == becomes
+    assert len(bench.cuts) == ("disconnect" in fault)
+
+
+@pytest.mark.parametrize("direction", ["to_host", "to_controller"])
+@pytest.mark.parametrize(
+    ("fault", "becomes"),
+    [
+        ("insert frame hex=0102", ["0102", "430401005001"]),
+        ("flip frame bit=0", ["420401005001"]),
+        ("flip frame bit=16", ["430400005001"]),
+        ("duplicate frame count=2", ["430401005001"] * 3),
+        ("disconnect frame", ["430401"]),
+    ],
+)
+def test_frames(direction: str, fault: str, becomes: list[str]) -> None:
+    bench = Bench(f"{direction} {fault}")
+    pass_on = bench.say if direction == "to_host" else bench.hear
+    assert [data.hex() for data in pass_on(HOME)] == becomes
+    assert len(bench.cuts) == ("disconnect" in fault)
+
+
+def test_bytes_are_counted_across_frames_and_chunks() -> None:
+    bench = Bench("to_host drop byte every=4")
+    assert bench.say(b"abc", b"defgh", b"i") == [b"abc", b"efg", b"i"]
+    assert bench.what == ["byte 4: 64", "byte 8: 68"]
+
+
+def test_only_frames_of_a_message_are_counted() -> None:
+    bench = Bench("to_host drop frame message=MOT_GET_VELPARAMS at=2")
+    assert bench.say(VELPARAMS, HOMED, HOMED, VELPARAMS, VELPARAMS) == [
+        VELPARAMS, HOMED, HOMED, VELPARAMS
+    ]  # fmt: skip
+    bench = Bench("to_controller flip byte message=MOT_MOVE_HOME at=7 bit=0")
+    assert bench.hear(ASK + HOME, HOME) == [ASK, HOME, bytes((HOME[0] ^ 1,)) + HOME[1:]]
+
+
+def test_a_reply_of_a_protocol_of_commands_is_named_by_what_it_answers() -> None:
+    bench = Bench("to_host drop message=READ_STATUS", unit="MS2000")
+    status, position = bytes.fromhex("183f3a"), bytes.fromhex("1861033a")
+    bench.recorder.answers = {status: b"B", position: b"\x01\x02\x03"}
+    bench.line.receive(status + position + status)
+    assert [data for _, data in bench.came] == [b"\x01\x02\x03"]
+
+
+def test_garbage_is_no_frame_and_passes() -> None:
+    bench = Bench("to_controller drop frame every=2")
+    assert bench.hear(b"\xff" * 8 + HOME + HOME) == [b"\xff" * 8, HOME]
+
+
+def test_a_late_frame_holds_up_what_follows() -> None:
+    bench = Bench("to_host delay frame message=MOT_GET_VELPARAMS by=2")
+    bench.say(VELPARAMS)
+    bench.clock.advance(0.5)
+    bench.say(HOMED)
+    bench.clock.advance(0.5)
+    assert not bench.came
+    bench.clock.advance(1.0)
+    assert bench.came == [(2 * SECOND, VELPARAMS), (2 * SECOND, HOMED)]
+    assert bench.say(HOMED) == [HOMED]
+
+
+def test_a_late_frame_may_be_overtaken() -> None:
+    bench = Bench("to_host delay frame message=MOT_GET_VELPARAMS by=2 overtaken=yes")
+    assert bench.say(VELPARAMS, HOMED) == [HOMED]
+    bench.clock.advance(3)
+    assert bench.came == [(0, HOMED), (2 * SECOND, VELPARAMS)]
+
+
+def test_late_bytes_arrive_in_their_order() -> None:
+    bench = Bench("to_host delay byte at=2 by=1", "to_host delay byte at=5 by=0.5")
+    bench.say(b"abc", b"defg")
+    bench.clock.advance(2)
+    assert b"".join(data for _, data in bench.came) == b"abcdefg"
+    assert bench.came[0] == (0, b"a")
+    assert {when for when, _ in bench.came[1:]} == {SECOND}
+
+
+def test_late_requests() -> None:
+    bench = Bench("to_controller delay frame by=0.25")
+    assert bench.hear(HOME, ASK) == []
+    bench.clock.advance(0.25)
+    assert bench.recorder.heard == [HOME, ASK]
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 3), st.binary(min_size=1, max_size=4)), min_size=1, max_size=20
+    )
+)
+def test_a_serial_line_never_reorders(said: list[tuple[int, bytes]]) -> None:
+    bench = Bench("to_host delay frame every=3 by=1", "to_host delay byte every=5 by=2.5")
+    for seconds, data in said:
+        bench.clock.advance(seconds)
+        bench.say(data)
+    bench.clock.advance(10)
+    assert b"".join(data for _, data in bench.came) == b"".join(data for _, data in said)
+
+
+def test_what_is_held_back_is_bounded() -> None:
+    bench = Bench("to_host delay frame by=10")
+    bench.say(*[bytes(1000)] * 200)
+    assert bench.what[-1] == f"lost 1000 bytes: over {MOST_HELD} are held back"
+    bench.clock.advance(10)
+    assert sum(len(data) for _, data in bench.came) == MOST_HELD // 1000 * 1000
+    assert len(bench.say(bytes(10))) == 0  # late again, and there is room
+    bench.clock.advance(10)
+    assert bench.came[-1] == (20 * SECOND, bytes(10))
+
+
+def test_what_is_remembered_is_bounded() -> None:
+    bench = Bench("to_host drop byte")
+    bench.say(bytes(5000))
+    assert len(bench.line.happened) == 1000
+    assert bench.what[-1] == "byte 5000: 00"
+
+
+def test_a_cut_loses_what_is_on_its_way() -> None:
+    bench = Bench("to_host delay frame at=1 by=1", "to_controller disconnect frame at=2")
+    bench.say(HOMED)
+    assert bench.hear(ASK + HOME + ASK) == [ASK, HOME[:3]]
+    assert bench.cuts == [0]
+    bench.clock.advance(2)
+    assert not bench.came
+    assert bench.hear(ASK) == [ASK]  # connected again
+    assert bench.say(HOMED) == [HOMED]
+
+
+def test_a_late_cut_comes_behind_what_is_late() -> None:
+    bench = Bench("to_host disconnect byte at=3", "to_host delay frame by=1")
+    bench.say(b"abcd", b"efgh")
+    bench.clock.advance(5)
+    assert bench.came == [(SECOND, b"abc")]
+    assert bench.cuts == [SECOND]
+
+
+def test_a_cut_at_an_instant() -> None:
+    bench = Bench("to_host disconnect after=1.5")
+    bench.clock.advance(3)
+    assert bench.cuts == [3 * SECOND // 2]
+    assert bench.say(HOMED) == [HOMED]
+
+
+def test_a_flood_from_the_beginning_is_of_status_messages() -> None:
+    bench = Bench("to_host flood count=3 period=0.5")
+    bench.clock.advance(5)
+    status = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
+    expected = status.pack(dest=0x01, source=0x50)
+    assert bench.came == [(at * SECOND // 2, expected) for at in range(3)]
+
+
+def test_a_flood_behind_a_frame_keeps_the_line_in_order() -> None:
+    bench = Bench("to_host flood frame at=2 hex=ff count=2 period=0.1")
+    bench.say(HOMED, VELPARAMS)
+    bench.clock.advance(0.05)
+    bench.say(HOMED)
+    bench.clock.advance(1)
+    assert [data for _, data in bench.came] == [HOMED, VELPARAMS, b"\xff", HOMED, b"\xff"]
+    assert [when for when, _ in bench.came] == [0, 0, 0, SECOND // 20, SECOND // 10]
+
+
+def test_a_flood_that_runs_is_not_begun_again() -> None:
+    bench = Bench("to_host flood frame every=1 hex=ff count=5 period=1")
+    bench.say(HOMED, HOMED)
+    bench.clock.advance(2)
+    bench.say(HOMED)
+    bench.clock.advance(10)
+    assert [data for _, data in bench.came].count(b"\xff") == 5
+    bench.say(HOMED)
+    bench.clock.advance(10)
+    assert [data for _, data in bench.came].count(b"\xff") == 10
+
+
+def test_a_flood_to_the_controller() -> None:
+    bench = Bench(f"to_controller flood hex={ASK.hex()} count=3 period=0 after=1")
+    bench.clock.advance(1)
+    assert bench.recorder.heard == [ASK] * 3
+
+
+def test_an_axis_sticks_for_a_while() -> None:
+    bench = Bench("stick channel=1 after=1 for=2", "stick bay=0 channel=1", "stick axis=X after=9")
+    assert bench.recorder.stuck == [
+        (0, "channel 1", False),
+        (0, "bay 0, channel 1", False),
+        (0, "bay 0, channel 1", True),
+        (0, "axis X", False),
+    ]
+    bench.clock.advance(5)
+    assert bench.recorder.stuck[4:] == [
+        (SECOND, "channel 1", True),
+        (3 * SECOND, "channel 1", False),
+    ]
+    assert [str(happened) for happened in bench.line.happened] == [
+        "0.000000 stick channel=1 bay=0: bay 0, channel 1 is stuck",
+        "1.000000 stick after=1.0 for=2.0 channel=1: channel 1 is stuck",
+        "3.000000 stick after=1.0 for=2.0 channel=1: channel 1 is free",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("unit", "fault", "said"),
+    [
+        ("TDC001", "stick channel=2", "stick channel=2: there is no channel 2"),
+        (
+            "TDC001",
+            "to_host drop message=MOT_GET_VELPARAM",
+            "the TDC001 has no message 'MOT_GET_VELPARAM'; did you mean MOT_GET_VELPARAMS",
+        ),
+        ("TDC001", "to_host drop message=MOT_MOVE_HOME", "goes to_controller and never the other"),
+        ("TDC001", "to_controller drop message=MOT_MOVE_HOMED", "goes to_host and never the other"),
+        ("TDC001", "to_controller flood", "a flood to the controller needs hex=BYTES"),
+        (
+            "MS2000",
+            "to_host flood",
+            "the MS2000 has no status message that is known; give hex=BYTES",
+        ),
+        ("TDC001", "to_host dropp", "there is no action 'dropp'"),
+    ],
+)
+def test_a_fault_that_a_unit_cannot_have(unit: str, fault: str, said: str) -> None:
+    with pytest.raises(FaultError, match=said.replace(".", r"\.")):
+        Bench(fault, unit=unit)
+
+
+def test_what_happened_is_told_at_once() -> None:
+    bench = Bench("to_host drop frame at=1")
+    told: list[Happened] = []
+    bench.line.on_fault = told.append
+    bench.clock.advance(1.25)
+    bench.say(VELPARAMS)
+    assert [str(happened) for happened in told] == [
+        "1.250000 to_host drop frame at=1: frame 1: 15 04 0e 00 81 50 01 00 00 00 00 00 01 00 00 00 …"
+    ]
+
+
+def hits(seed: int, *faults: str, number: int = 0) -> list[bytes]:
+    bench = Bench(*faults, seed=seed)
+    return bench.say(*frames(200))
+
+
+def test_chance_is_that_of_the_seed_and_of_the_fault_alone() -> None:
+    drop = "to_host drop frame p=0.5"
+    assert hits(1, drop) == hits(1, drop)
+    assert hits(1, drop) != hits(2, drop)
+    assert 50 < len(hits(1, drop)) < 150
+    # other faults, or the other direction, do not shift it
+    assert hits(1, drop) == hits(1, drop, "to_controller drop byte p=0.5", "to_host flip byte p=0")
+    # two of the same are not the same
+    assert len(hits(1, drop, drop)) < 0.8 * len(hits(1, drop))
+    # with a seed of its own it is the same on every line, and not that of the other direction
+    own = f"{drop} seed=3"
+    assert hits(1, own) == hits(2, own) == hits(3, "to_host drop frame at=999", own)
+    there = Bench("to_controller drop frame p=0.5 seed=3")
+    heard = there.hear(*[bytes((0x43, 4, n, 0, 0x50, 1)) for n in range(200)])
+    assert [frame[2] for frame in heard] != [frame[2] for frame in hits(1, own)]
+
+
+KINDS = [
+    "drop {}", "insert {} hex=8000", "flip {}", "delay {} by=0.3", "delay {} by=0.2 overtaken=yes",
+    "duplicate {} count=3", "disconnect {}", "flood {} count=3 hex=00",
+]  # fmt: skip
+FAULTS = [
+    f"{direction} {kind.format(piece)} p=0.2"
+    for direction in ("to_host", "to_controller")
+    for piece in ("byte", "frame")
+    for kind in KINDS
+]
+
+
+@settings(deadline=None)
+@given(
+    st.lists(st.sampled_from(FAULTS), max_size=4),
+    st.lists(st.binary(max_size=12) | st.sampled_from([HOME, ASK]), max_size=10),
+    st.integers(0, 3),
+)
+def test_any_faults_on_a_real_controller_are_the_same_again(
+    faults: list[str], chunks: list[bytes], seed: int
+) -> None:
+    def run() -> tuple[list[tuple[int, bytes]], list[str]]:
+        clock = SteppedClock()
+        line = FaultyLine(make_instrument(find_unit("TDC001"), clock, Options()), faults, seed)
+        came: list[tuple[int, bytes]] = []
+        line.on_send = lambda data: came.append((clock.now, data))
+        for chunk in chunks:
+            line.receive(chunk)
+            clock.advance(0.1)
+        return came, [str(happened) for happened in line.happened]
+
+    assert run() == run()
+
+
+def test_a_valid_request_is_answered_once_faults_have_passed() -> None:
+    clock = SteppedClock()
+    line = FaultyLine(
+        make_instrument(find_unit("TDC001"), clock, Options()), ["to_controller flip byte at=1"]
+    )
+    came: list[bytes] = []
+    line.on_send = came.append
+    for _ in range(3):
+        line.receive(ASK)
+        clock.advance(2)
+    assert [frame[:2] for frame in came] == [VELPARAMS[:2]] * len(came)
+    assert len(came) >= 1
+
+
+def test_a_stuck_motor_does_not_arrive() -> None:
+    clock = SteppedClock()
+    line = FaultyLine(
+        make_instrument(find_unit("TDC001"), clock, Options()), ["stick channel=1 for=60"]
+    )
+    came: list[bytes] = []
+    line.on_send = came.append
+    move = m.MotMoveAbsolute(chan_ident=1, absolute_distance=1000)
+    line.receive(move.pack(dest=0x50, source=0x01))
+    clock.advance(59)
+    assert not came

@@ -1,0 +1,239 @@
+"""A controller in memory: bytes in, bytes out, time by the step."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from virtual_parrot import TICK, Notebook, Parrot
+
+import stagewire_virtual as virtual
+from stagewire.commands import ReplyReceived
+from stagewire.errors import BadValueError, StagewireError
+from stagewire.framing import Garbage, Received
+from stagewire_apt import messages as apt
+from stagewire_apt import stages
+from stagewire_ms2000 import messages as ms
+from stagewire_virtual.clock import SECOND, SteppedClock
+from stagewire_virtual.controller import VirtualController
+from stagewire_virtual.errors import UnpluggedError, VirtualError
+from stagewire_virtual.serving.memory import MemoryLink
+
+REQ_INFO = bytes.fromhex("05 00 00 00 50 01")
+START_UPDATES = bytes.fromhex("11 00 00 00 50 01")
+HOME = bytes.fromhex("43 04 01 00 50 01")
+
+
+def parrot(clock: SteppedClock | None = None) -> VirtualController:
+    return VirtualController(Parrot, clock, "parrot")
+
+
+def test_what_is_written_is_answered_at_once_and_read_once() -> None:
+    with parrot() as link:
+        assert link.write(b"hello") == 5
+        assert (link.link.received, link.link.sent) == (5, 1)
+        assert link.read(2) == b"he"
+        assert link.read() == b"llo"
+        assert link.read() == b""
+        assert link.clock.now == 0
+
+
+@pytest.mark.parametrize("data", [bytearray(b"abc"), memoryview(b"abc")])
+def test_whatever_is_bytes_can_be_written(data: bytes) -> None:
+    with parrot() as link:
+        link.write(data)
+        assert link.read() == b"abc"
+
+
+def test_text_is_no_bytes() -> None:
+    with parrot() as link, pytest.raises(BadValueError, match="bytes, not str"):
+        link.write("abc")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("size", "timeout", "read", "passed"),
+    [
+        (None, 0, b"", 0),
+        (None, 0.009, b"", 0.009),
+        (None, 1, TICK, 0.01),  # no more time passes than is needed
+        (5, 1, TICK, 0.01),
+        (6, 1, TICK + TICK[:1], 0.02),
+        (11, 0.025, 2 * TICK, 0.025),  # what there is by then
+        (0, 1, b"", 0),
+    ],
+)
+def test_a_read_lets_time_pass_until_there_is_enough(
+    size: int | None, timeout: float, read: bytes, passed: float
+) -> None:
+    with parrot() as link:
+        link.write(b"t")
+        assert link.read(size, timeout) == read
+        assert link.clock.now == pytest.approx(passed * SECOND)
+
+
+@pytest.mark.parametrize(("size", "timeout"), [(-1, 0), (1, -1), (1, float("nan"))])
+def test_a_read_of_less_than_nothing_is_refused(size: int, timeout: float) -> None:
+    with parrot() as link, pytest.raises(BadValueError, match="0 or more"):
+        link.read(size, timeout)
+
+
+def test_controllers_on_one_clock_see_the_same_time() -> None:
+    clock = SteppedClock()
+    with parrot(clock) as one, parrot(clock) as other:
+        one.write(b"t")
+        clock.advance(0.005)
+        other.write(b"t")
+        one.advance(0.01)
+        assert (one.read(), other.read()) == (TICK, TICK)
+        assert one.clock.now == other.clock.now == clock.now == 0.015 * SECOND
+
+
+def test_in_memory_time_is_stepped() -> None:
+    with pytest.raises(VirtualError, match=r"SteppedClock, not RealClock; tcp\(\) and pty\(\)"):
+        VirtualController(Parrot, virtual.RealClock())  # type: ignore[arg-type]
+
+
+def test_unplugged_it_gives_what_came_before_and_then_raises() -> None:
+    with parrot() as link:
+        link.write(b"before")
+        link.unplug()
+        assert link.read() == b"before"
+        with pytest.raises(UnpluggedError, match="nothing will come"):
+            link.read(timeout=1)
+        with pytest.raises(UnpluggedError, match=r"plug_in\(\)"):
+            link.write(b"x")
+        link.plug_in()
+        link.write(b"after")
+        assert link.read() == b"after"
+
+
+def test_what_is_said_while_it_is_unplugged_is_lost() -> None:
+    with parrot() as link:
+        link.write(b"t")
+        link.unplug()
+        link.advance(1)
+        link.plug_in()
+        assert link.read() == b""
+        assert link.read(timeout=1) == TICK
+
+
+def test_memory_is_bounded_and_only_whole_frames_are_dropped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(MemoryLink, "limit", 12)
+    book = Notebook()
+    link = MemoryLink(Parrot(SteppedClock()), observer=book)
+    for chunk in (b"12345", b"abcde", b"ABCDE", b"12"):
+        link.write(chunk)
+    assert link.dropped == 1
+    assert len(book.notes) == 1
+    assert "does not read" in book.notes[0]
+    assert link.read() == b"12345abcde12"
+
+
+def test_an_observer_hears_bytes_and_times() -> None:
+    book = Notebook()
+    clock = SteppedClock()
+    link = MemoryLink(Parrot(clock), label="p", observer=book)
+    clock.advance(0.5)
+    link.write(b"x")
+    link.write(b"t")
+    clock.advance(0.015)
+    half = SECOND // 2
+    ticked = half + SECOND // 100
+    assert book.lines == [
+        (">", half, b"x"),
+        ("<", half, b"x"),
+        (">", half, b"t"),
+        ("<", ticked, TICK),
+    ]
+
+
+def test_a_power_cycle_keeps_the_line() -> None:
+    with virtual.TDC001() as tdc:
+        tdc.write(START_UPDATES)
+        tdc.advance(0.25)
+        assert len(tdc.read_frames()) == 2
+        tdc.power_cycle()
+        assert tdc.read_frames(timeout=1) == []
+        tdc.write(REQ_INFO)
+        assert tdc.read_frames()[0].frame.message.layout.message == "HW_GET_INFO"
+
+
+def test_frames_are_decoded_with_the_status_of_the_unit() -> None:
+    with virtual.TDC001(stage=stages.Z8, position=34304) as tdc:
+        tdc.write(HOME)
+        tdc.write(apt.MotMoveRelative(1, 3430).encode(dest=0x50, source=1))
+        (*_, completed) = tdc.read_frames(timeout=120) + tdc.read_frames(timeout=120)
+        assert isinstance(completed, Received)
+        tdc.write(bytes.fromhex("65 04 01 01 50 01"))
+
+
+def test_a_frame_in_two_readings_is_one_event() -> None:
+    with virtual.TDC001() as tdc:
+        tdc.write(REQ_INFO)
+        beginning = tdc.read(10)
+        assert tdc.read_frames() != []  # the rest alone is something else
+        tdc.write(REQ_INFO)
+        (event,) = tdc.read_frames()
+        assert event.raw[:10] == beginning
+
+
+def test_replies_of_commands_are_told_by_the_commands() -> None:
+    with virtual.MS2000() as controller:
+        position = ms.ReadMotorPosition().encode(axis=24)
+        controller.write(position[:2])
+        controller.write(position[2:] + ms.ReadIdentification().encode(axis=24))
+        first, second = controller.read_frames()
+        assert isinstance(first, ReplyReceived)
+        assert isinstance(second, ReplyReceived)
+        assert first.reply == ms.ReadMotorPositionReply(0)
+        assert second.request.message == ms.ReadIdentification()
+
+
+def test_a_command_without_an_answer_is_given_up_with_the_next() -> None:
+    with virtual.MS2000() as controller:
+        lost = ms.ReadIdentification().encode(axis=99)  # no such axis
+        controller.write(lost)
+        assert controller.read_frames() == []
+        controller.write(ms.ReadMotorPosition().encode(axis=24))
+        (event,) = controller.read_frames()
+        assert isinstance(event, ReplyReceived)
+        assert event.reply == ms.ReadMotorPositionReply(0)
+
+
+def test_a_mid_frame_disconnect_leaves_half_a_frame() -> None:
+    with virtual.TDC001(faults=["to_host disconnect byte at=7"]) as tdc:
+        tdc.write(REQ_INFO)
+        assert len(tdc.read()) < 90
+        with pytest.raises(UnpluggedError):
+            tdc.read()
+
+
+@given(st.lists(st.binary(max_size=40), max_size=8), st.floats(0, 2))
+def test_the_same_bytes_at_the_same_times_give_the_same_bytes(
+    chunks: list[bytes], step: float
+) -> None:
+    def session() -> bytes:
+        with virtual.TDC001(seed=3, stage=stages.Z8) as tdc:
+            said = b""
+            for chunk in chunks:
+                tdc.write(chunk)
+                said += tdc.read(timeout=step)
+            return said
+
+    assert session() == session()
+
+
+def test_closing_is_harmless_when_done_twice() -> None:
+    link = parrot()
+    link.close()
+    link.close()
+    with pytest.raises(StagewireError):
+        link.write(b"x")
+
+
+def test_garbage_of_a_parrot_is_an_event_too() -> None:
+    with parrot() as link:
+        link.write(b"\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff")
+        assert all(isinstance(event, Garbage) or event.raw for event in link.read_frames())

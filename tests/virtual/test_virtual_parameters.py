@@ -1,0 +1,140 @@
+"""Parameter sets: every one of every unit is stored by channel and told again."""
+
+from __future__ import annotations
+
+import pytest
+from virtual_apt_host import BAY, USB, host_of
+
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+from stagewire_virtual.units import units_of
+
+UNITS = units_of(PROTOCOL)
+
+
+def address_of(unit):
+    return USB if UNITS[unit].facts["address"] == "generic_usb" else BAY
+
+
+def plain_sets(unit):
+    """Return (SET, REQ, GET) of the sets that a unit stores and tells."""
+    registry = PROTOCOL.registry()["sets"]
+    return [
+        tuple(PROTOCOL.message_class(names[role]) for role in ("set", "req", "get"))
+        for names in registry.values()
+        if {"set", "req", "get"} <= names.keys()
+        and {names["set"], names["req"], names["get"]} <= UNITS[unit].messages
+        and not names["set"].startswith("RACK_")
+    ]
+
+
+LIVING = {"MOT_SET_SOL_STATE", "PZ_SET_OUTPUTVOLTS", "PZ_SET_OUTPUTPOS", "PZ_SET_OUTPUTMAXVOLTS"}
+"""Sets that act: what is told is what has become of it, as the tests of the behaviours show."""
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_what_is_set_is_told_again_for_its_own_channel_only(unit):
+    far = host_of(unit)
+    channels = UNITS[unit].facts["channels"]
+    tried = 0
+    for set_, req, get in plain_sets(unit):
+        if set_.layout.message in LIVING:
+            continue
+        names_channel = "chan_ident" in set_.layout.fields
+        idents = range(1, channels + 1) if names_channel else [None]
+        for ident in idents:
+            channel = {} if ident is None else {"chan_ident": ident}
+            before = {
+                other: far.ask(req(chan_ident=other), address_of(unit))
+                for other in idents
+                if other not in (None, ident)
+            }
+            values = wanted_values(set_, ident or 1)
+            far.say(set_(**channel, **values), address_of(unit))
+            assert far.ask(req(**channel), address_of(unit)) == [get(**channel, **values)]
+            for other, said in before.items():
+                assert far.ask(req(chan_ident=other), address_of(unit)) == said
+            tried += 1
+    assert tried >= channels
+    assert far.refusals == []
+
+
+def wanted_values(set_, seed):
+    """Return a value for each field that may be set, different by channel where it can be."""
+    entry = next(e for e in PROTOCOL.registry()["messages"] if e["name"] == set_.layout.message)
+    values = {}
+    [layout] = entry["layouts"]
+    for field in [layout["param1"], layout["param2"], *layout["fields"]]:
+        if field is None or field["role"] != "value" or field["name"] == "chan_ident":
+            continue
+        if field["kind"] == "text":
+            values[field["name"]] = f"PART{seed}"
+        elif "enum" in field:
+            values[field["name"]] = sorted(field["enum"].values())[-seed]
+        else:
+            values[field["name"]] = min(field["maximum"], field["minimum"] + 40 + seed)
+    return values
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_new_unit_tells_every_set_within_the_ranges_of_the_document(unit):
+    far = host_of(unit)
+    for _, req, get in plain_sets(unit):
+        channel = {"chan_ident": 1} if "chan_ident" in req.layout.fields else {}
+        [told] = far.ask(req(**channel), address_of(unit))
+        assert get(**told.values()) == told  # the constructor checks what the decoder does not
+
+
+def test_both_channels_are_set_and_told_in_order():
+    far = host_of("BSC002")
+    far.say(m.MotSetHomeParams(3, 1, 4, 5, 6))
+    assert far.ask(m.MotReqHomeParams(3)) == [
+        m.MotGetHomeParams(1, 1, 4, 5, 6),
+        m.MotGetHomeParams(2, 1, 4, 5, 6),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("unit", "refused", "request_"),
+    [
+        ("TDC001", m.MotSetVelParams(2, 0, 5, 5), m.MotReqVelParams(1)),
+        ("TDC001", m.MotSetJogParams.unpack(
+            bytes.fromhex("16 04 16 00 d0 01 01 00 03 00") + bytes(18)), m.MotReqJogParams(1)),
+        ("TDC001", m.MotSetDcPidParams.unpack(
+            bytes.fromhex("a0 04 14 00 d0 01 01 00 00 80 00 00") + bytes(14)),
+         m.MotReqDcPidParams(1)),
+    ],
+    ids=["no such channel", "not in its table", "out of its range"],
+)  # fmt: skip
+def test_a_set_that_the_document_does_not_allow_changes_nothing(unit, refused, request_):
+    far = host_of(unit)
+    before = far.ask(request_)
+    assert far.ask(refused) == []
+    assert len(far.refusals) == 1
+    assert far.ask(request_) == before
+
+
+def test_a_table_that_the_registry_calls_open_takes_other_values():
+    far = host_of("BSC001")
+    far.say(m.MotSetLimSwitchParams(1, 9, 9, 1, 1, 9))
+    assert far.ask(m.MotReqLimSwitchParams(1)) == [m.MotGetLimSwitchParams(1, 9, 9, 1, 1, 9)]
+    assert far.refusals == []
+
+
+def test_a_channel_is_enabled_until_it_is_disabled():
+    far = host_of("BSC002")
+    assert far.ask(m.ModReqChanEnableState(3)) == [
+        m.ModGetChanEnableState(1, 1),
+        m.ModGetChanEnableState(2, 1),
+    ]
+    far.say(m.ModSetChanEnableState(2, 2))
+    assert [channel.enabled for channel in far.instrument.channels] == [True, False]
+    assert far.ask(m.ModReqChanEnableState(2)) == [m.ModGetChanEnableState(2, 2)]
+    far.say(m.ModSetChanEnableState(2, 1))
+    assert far.instrument.channel(2).enabled
+
+
+def test_what_a_set_announces_is_sent_unasked():
+    far = host_of("BPC301")
+    announced = far.ask(m.PzSetOutputMaxVolts(1, 1000, 0))
+    assert [type(message) for message in announced] == [m.PzGetOutputMaxVolts, m.PzGetMaxTravel]

@@ -1,0 +1,186 @@
+"""Controllers on pseudo-terminals, as a program meets them through pyserial."""
+
+from __future__ import annotations
+
+import builtins
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import serial
+from virtual_parrot import TICK, Notebook, Parrot
+
+import stagewire_virtual as virtual
+from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.controller import VirtualController
+from stagewire_virtual.errors import ServingError
+from stagewire_virtual.serving.link import BACKLOG
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+
+PATIENCE = 20.0
+EVERY_BYTE = bytes(range(256))
+
+
+def parrot(clock: SteppedClock | None = None) -> VirtualController:
+    return VirtualController(Parrot, clock, "parrot")
+
+
+def port(url: str) -> serial.Serial:
+    return serial.Serial(url, 115200, timeout=PATIENCE)
+
+
+def until(condition: Callable[[], bool]) -> None:
+    """Wait for a condition, at most PATIENCE seconds."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        threading.Event().wait(0.002)
+
+
+def test_a_program_takes_it_for_a_serial_port_and_every_byte_passes() -> None:
+    with parrot().pty() as served, port(served.url) as line:
+        line.write(EVERY_BYTE)
+        assert line.read(256) == EVERY_BYTE
+
+
+def test_raw_from_the_first_byte() -> None:
+    """Without pyserial, which makes a port raw by itself: no echo, no translation, no signals."""
+    with parrot(SteppedClock()).pty() as served:
+        line = os.open(served.url, os.O_RDWR | os.O_NOCTTY)
+        try:
+            os.write(line, b"\x03\x04\r\n\x11\x13")
+            said = b""
+            while len(said) < 6:
+                said += os.read(line, 10)
+            assert said == b"\x03\x04\r\n\x11\x13"
+            assert served.link.received == 6
+        finally:
+            os.close(line)
+
+
+def test_a_program_that_closes_may_come_again() -> None:
+    with parrot().pty() as served:
+        for number in range(5):
+            with port(served.url) as line:
+                line.write(b"%d" % number)
+                assert line.read(1) == b"%d" % number
+
+
+def test_it_speaks_in_real_time() -> None:
+    with parrot().pty() as served, port(served.url) as line:
+        line.write(b"t")
+        assert line.read(15) == 3 * TICK
+
+
+def test_hanging_up_is_an_error_to_the_program_and_there_is_another_one() -> None:
+    with parrot().pty() as served:
+        book = served.link.observer = Notebook()
+        first = served.url
+        with port(first) as line:
+            served.unplug()
+            with pytest.raises((serial.SerialException, OSError)):
+                line.read(1)
+            assert served.url != first
+            assert book.notes == [f"hung up; from now on at {served.url}"]
+            with port(served.url) as again:
+                again.write(b"again")
+                assert again.read(5) == b"again"
+
+
+def test_a_symbolic_link_is_there_for_as_long(tmp_path: Path) -> None:
+    name = tmp_path / "x-stage"
+    with parrot().pty(name) as served:
+        assert served.url == str(name)
+        device = os.readlink(name)
+        with port(str(name)) as line:
+            line.write(b"hello")
+            assert line.read(5) == b"hello"
+            served.unplug()
+            assert os.readlink(name) != device
+        with port(str(name)) as line:
+            line.write(b"again")
+            assert line.read(5) == b"again"
+    assert not name.is_symlink()
+
+
+def test_what_an_earlier_server_left_behind_is_replaced(tmp_path: Path) -> None:
+    name = tmp_path / "x-stage"
+    with parrot().pty(tmp_path / "other"):
+        name.symlink_to(os.readlink(tmp_path / "other"))
+        with parrot().pty(name), port(str(name)) as line:
+            line.write(b"hello")
+            assert line.read(5) == b"hello"
+
+
+@pytest.mark.parametrize("kind", ["file", "folder", "link to a file"])
+def test_nothing_else_is_overwritten(tmp_path: Path, kind: str) -> None:
+    name = tmp_path / "taken"
+    if kind == "folder":
+        name.mkdir()
+    else:
+        name.write_text("precious")
+    if kind == "link to a file":
+        name = tmp_path / "link"
+        name.symlink_to(tmp_path / "taken")
+    with pytest.raises(ServingError, match=r"(?s)symbolic link .*: File exists; choose a name"):
+        parrot().pty(name)
+    assert kind == "folder" or (tmp_path / "taken").read_text() == "precious"
+    assert name.exists()
+
+
+def test_a_link_that_somebody_else_has_taken_over_is_left_alone(tmp_path: Path) -> None:
+    name = tmp_path / "x-stage"
+    with parrot().pty(name):
+        name.unlink()
+        name.symlink_to("elsewhere")
+    assert os.readlink(name) == "elsewhere"
+
+
+def test_a_folder_that_is_not_there_is_an_error_for_people(tmp_path: Path) -> None:
+    with pytest.raises(ServingError, match="a folder that you may write to"):
+        parrot().pty(tmp_path / "no" / "x-stage")
+
+
+def test_a_program_that_does_not_read_costs_bounded_memory() -> None:
+    frame = 1000
+    with parrot().pty() as served, port(served.url) as line:
+
+        def flood() -> int:
+            for number in range(100):
+                served.link.far_end.on_send(bytes([number]) * frame)
+            return served.link._backlog()
+
+        while not served.link.dropped:
+            assert served.call(flood) <= BACKLOG
+        sent = served.link.sent
+        said = line.read(sent * frame)
+        assert len(said) == sent * frame
+        assert all(len(set(said[at : at + frame])) == 1 for at in range(0, len(said), frame))
+        until(lambda: served.call(served.link._backlog) == 0)
+        line.write(b"alive")
+        assert line.read(5) == b"alive"
+
+
+def test_a_system_without_pseudo_terminals_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    imported = builtins.__import__
+
+    def without(name: str, *rest: Any) -> Any:
+        if name in ("pty", "tty"):
+            raise ImportError(name)
+        return imported(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(ServingError, match="no pseudo-terminals; serve it by TCP"):
+        parrot().pty()
+
+
+def test_a_real_unit_answers() -> None:
+    with virtual.TDC001().pty() as served, port(served.url) as line:
+        line.write(bytes.fromhex("05 00 00 00 50 01"))
+        assert line.read(90)[:2] == b"\x06\x00"

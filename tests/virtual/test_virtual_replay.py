@@ -1,0 +1,302 @@
+"""A recorded session played back: what followed a request follows it again, and what differs is noted."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stagewire.capture import Capture, CaptureReader, CaptureWriter, Heading
+from stagewire.direction import Direction
+from stagewire.errors import CaptureError, UnknownProtocolError
+from stagewire_virtual.clock import SECOND, SteppedClock
+from stagewire_virtual.errors import ReplayError
+from stagewire_virtual.faults import FaultError, FaultyLine
+from stagewire_virtual.making import make_instrument
+from stagewire_virtual.options import Options
+from stagewire_virtual.replay import Replay, load_replay
+from stagewire_virtual.units import find_unit
+
+HEADING = "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001\n"
+SESSION = f"""{HEADING}# 0.000000 connected
+10.000000 < 44 04 01 00 01 50  # MOT_MOVE_HOMED, of a session before
+10.500000 > 23 02 00 00 50 01  # MOD_IDENTIFY
+11.000000 > 14 04 01 00 50 01  # MOT_REQ_VELPARAMS
+11.010000 < 15 04 0e 00 81 50 01 00 00 00 00 00 01 00 00 00 02 00 00 00
+11.500000 > 92 04 00 00 50 01  # MOT_ACK_DCSTATUSUPDATE
+12.000000 > 43 04 01
+12.100000 > 00 50 01 14 04 01  # the rest of MOT_MOVE_HOME
+12.100000 > 00 50 01  # and MOT_REQ_VELPARAMS again
+12.200000 < 15 04 0e 00 81 50
+12.200000 < 01 00 00 00 00 00 01 00 00 00 02 00 00 00
+14.100000 < 44 04 01 00 01 50  # MOT_MOVE_HOMED
+"""
+IDENTIFY, ASK, HOME, ACK = (
+    bytes.fromhex(text) for text in ("230200005001", "140401005001", "430401005001", "920400005001")
+)
+HOMED = bytes.fromhex("440401000150")
+VELPARAMS = bytes.fromhex("15040e00815001000000000001000000") + bytes.fromhex("02000000")
+
+
+class Host:
+    """What is at the other end of a replay."""
+
+    def __init__(self, text: str = SESSION, *, lenient: bool = False) -> None:
+        reader = CaptureReader()
+        recorded = [*reader.feed(text), *reader.finish()]
+        assert reader.heading is not None
+        self.clock = SteppedClock()
+        capture = Capture(reader.heading, tuple(recorded))
+        self.replay = Replay(capture, self.clock, lenient=lenient)
+        self.came: list[tuple[float, bytes]] = []
+        self.replay.on_send = lambda data: self.came.append((self.clock.now / SECOND, data))
+
+    def send(self, *requests: bytes) -> list[tuple[float, bytes]]:
+        """Send requests; return what came since this was asked last, with the time since now."""
+        for request in requests:
+            self.replay.receive(request)
+        found, self.came = self.came, []
+        return found
+
+    def wait(self, seconds: float) -> list[tuple[float, bytes]]:
+        self.clock.advance(seconds)
+        return self.send()
+
+
+def test_what_followed_a_request_follows_it_after_the_same_time() -> None:
+    host = Host()
+    host.replay.connected()
+    assert host.send() == [(0.0, HOMED)]
+    host.clock.advance(100)
+    assert host.send(IDENTIFY) == []
+    assert host.wait(1) == []
+    assert host.send(ASK) == []
+    assert host.wait(1) == [(101.01, VELPARAMS)]
+    assert host.send(HOME + ASK) == []
+    assert host.wait(10) == [
+        (102.1, VELPARAMS[:6]),
+        (102.1, VELPARAMS[6:]),
+        (104.0, HOMED),
+    ]
+    assert host.replay.ok
+    host.replay.check()
+    assert host.replay.summary == "4 of 4 requests came as they were recorded"
+    assert not host.replay.missing
+    (row,) = host.replay.rows()
+    assert (row.position, row.state) == ("4 of 4 requests", "at its end")
+
+
+@given(st.lists(st.integers(1, 7), max_size=12), st.sets(st.integers(0, 30), max_size=5))
+def test_chunks_and_acknowledgements_make_no_difference(sizes: list[int], acks: set[int]) -> None:
+    """Acknowledgements come whenever they come, and between any two frames."""
+    frames = [IDENTIFY, ASK, HOME, ASK]
+    for place in sorted(acks, reverse=True):
+        frames.insert(place % 5, ACK)
+    data = b"".join(frames)
+    host = Host()
+    for size in [*sizes, len(data)]:
+        host.send(data[:size])
+        data = data[size:]
+    assert host.replay.ok
+    host.clock.advance(60)
+    assert not host.replay.mismatches
+
+
+def test_without_a_connection_the_beginning_is_said_at_the_first_request() -> None:
+    host = Host()
+    assert host.send(IDENTIFY) == [(0.0, HOMED)]
+    host.replay.connected()  # too late
+    assert host.send() == []
+
+
+def test_what_is_said_keeps_the_order_of_the_recording() -> None:
+    text = f"""{HEADING}0 > {ASK.hex()}
+1 < 01
+1 > {HOME.hex()}
+1.1 < 02
+"""
+    host = Host(text)
+    host.send(ASK)
+    host.send(HOME)  # sooner than in the recording
+    assert host.wait(5) == [(1.0, b"\x01"), (1.0, b"\x02")]
+    host.replay.power_cycle()
+    host.send(ASK)
+    host.clock.advance(0.95)
+    host.send(HOME)
+    assert host.wait(5) == [(6.0, b"\x01"), (6.05, b"\x02")]
+
+
+def test_a_strict_replay_waits_for_what_was_recorded() -> None:
+    host = Host()
+    assert host.send(HOME) == [(0.0, HOMED)]  # the beginning, and no answer
+    assert host.wait(10) == []
+    assert not host.replay.ok
+    assert [str(mismatch) for mismatch in host.replay.mismatches] == [
+        "line 4: expected MOD_IDENTIFY (23 02 00 00 50 01), got MOT_MOVE_HOME (43 04 01 00 50 01)"
+    ]
+    (row,) = host.replay.rows()
+    assert (row.position, row.state) == ("0 of 4 requests", "waits for line 4")
+    host.send(IDENTIFY, ASK)
+    assert host.wait(1) == [(10.01, VELPARAMS)]
+    assert host.replay.missing == [
+        "line 9: MOT_MOVE_HOME (43 04 01 00 50 01)",
+        "line 10: MOT_REQ_VELPARAMS (14 04 01 00 50 01)",
+    ]
+    with pytest.raises(ReplayError) as caught:
+        host.replay.check()
+    assert str(caught.value).splitlines() == [
+        "2 of 4 requests came as they were recorded",
+        "1 not due:",
+        "  line 4: expected MOD_IDENTIFY (23 02 00 00 50 01), got MOT_MOVE_HOME (43 04 01 00 50 01)",
+        "2 missing:",
+        "  line 9: MOT_MOVE_HOME (43 04 01 00 50 01)",
+        "  line 10: MOT_REQ_VELPARAMS (14 04 01 00 50 01)",
+    ]
+
+
+def test_a_lenient_replay_goes_on_from_the_next_equal_request() -> None:
+    host = Host(lenient=True)
+    host.send(HOME)  # IDENTIFY and ASK were left out
+    assert [mismatch.line for mismatch in host.replay.mismatches] == [4]
+    host.send(IDENTIFY)  # not in what is left
+    host.send(ASK)
+    assert [data for _, data in host.wait(5)] == [VELPARAMS[:6], VELPARAMS[6:], HOMED]
+    assert not host.replay.ok
+    assert [mismatch.line for mismatch in host.replay.mismatches] == [4, 10]
+    assert host.replay.missing == [
+        "line 4: MOD_IDENTIFY (23 02 00 00 50 01)",
+        "line 5: MOT_REQ_VELPARAMS (14 04 01 00 50 01)",
+    ]
+    assert (host.replay.seen, host.replay.requests) == (2, 4)
+
+
+def test_behind_the_end() -> None:
+    host = Host(f"{HEADING}0 > {ASK.hex()}\n")
+    host.send(ASK, bytes.fromhex("ffff00005001"))
+    assert [str(mismatch) for mismatch in host.replay.mismatches] == [
+        "behind the end of the recording: got unknown (ff ff 00 00 50 01)"
+    ]
+    assert not host.replay.ok
+
+
+def test_differences_are_bounded_and_counted() -> None:
+    host = Host()
+    for _ in range(3):
+        host.send(HOME * 1000)
+    assert len(host.replay.mismatches) == 1000
+    assert "3000 not due:" in host.replay.summary
+    assert len(host.replay.summary.splitlines()) < 30
+
+
+@pytest.mark.parametrize("text", [HEADING, f"{HEADING}3 < 00\n"])
+def test_a_recording_without_requests(text: str) -> None:
+    host = Host(text)
+    assert host.replay.ok
+    host.replay.connected()
+    assert [data.hex() for _, data in host.wait(0)] == (["00"] if "<" in text else [])
+    assert [row.state for row in host.replay.rows()] == ["at its end"]
+    host.send(ASK)
+    assert not host.replay.ok
+
+
+def test_garbage_is_no_request() -> None:
+    host = Host(f"{HEADING}0 > ff ff ff ff ff ff ff {ASK.hex()}\n0.1 < 01\n")
+    host.send(ASK)
+    assert host.wait(1) == [(0.1, b"\x01")]
+    assert host.replay.ok
+
+
+def test_a_recording_of_an_ms2000() -> None:
+    text = """# stagewire capture 1 protocol=asi_ms2000 unit=MS2000
+0.0 > 18 61 03 3a 18 3f 3a
+0.1 < 01 02 03 42
+0.2 > ff 52
+"""
+    host = Host(text)
+    host.send(bytes.fromhex("1861033a18"))
+    host.send(bytes.fromhex("3f3a"))
+    assert [data.hex() for _, data in host.wait(1)] == ["01020342"]
+    host.send(bytes.fromhex("3a"))  # a stray terminator
+    host.send(bytes.fromhex("ff52"))
+    assert host.replay.ok
+
+
+def test_a_unit_that_the_registry_has_not() -> None:
+    host = Host("# stagewire capture 1 protocol=thorlabs_apt unit=KDC101\n0 > 140401005001\n")
+    assert host.replay.unit.name == "KDC101"
+    host.send(ASK)
+    assert host.replay.ok
+    nameless = Host("# stagewire capture 1 protocol=thorlabs_apt\n")
+    assert nameless.replay.unit.name == "recorded"
+
+
+def test_faults_on_the_line_of_a_replay() -> None:
+    host = Host()
+    line = FaultyLine(host.replay, ["to_host drop frame message=MOT_GET_VELPARAMS"])
+    came: list[bytes] = []
+    line.on_send = came.append
+    for request in (IDENTIFY, ASK, HOME, ASK):
+        line.receive(request)
+        host.clock.advance(1)
+    host.clock.advance(5)
+    assert came == [HOMED, VELPARAMS[:6], VELPARAMS[6:], HOMED]
+    with pytest.raises(FaultError, match="channel 1: a recording has no axis that could stick"):
+        FaultyLine(host.replay, ["stick channel=1"])
+    with pytest.raises(FaultError, match="give hex=BYTES"):
+        FaultyLine(Host("# stagewire capture 1 protocol=thorlabs_apt\n").replay, ["to_host flood"])
+
+
+def test_files(tmp_path: Path) -> None:
+    path = tmp_path / "session.txt"
+    path.write_text(SESSION, encoding="utf-8")
+    assert load_replay(path, SteppedClock()).requests == 4
+    path.write_text(SESSION.replace("14.1", "x"), encoding="utf-8")
+    with pytest.raises(CaptureError, match=r"session\.txt, line 13: 'x00000' is no time"):
+        load_replay(path, SteppedClock())
+    path.write_text("# stagewire capture 1 protocol=nothing\n", encoding="utf-8")
+    with pytest.raises(UnknownProtocolError, match="no protocol nothing is installed"):
+        load_replay(path, SteppedClock())
+
+
+START, STOP = bytes.fromhex("110000005001"), bytes.fromhex("120000005001")
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from([ASK, START, STOP, IDENTIFY, ACK, bytes.fromhex("050000005001")]),
+            st.integers(0, 400),
+        ),
+        max_size=8,
+    )
+)
+def test_a_recorded_virtual_controller_is_played_back_to_the_nanosecond(
+    session: list[tuple[bytes, int]],
+) -> None:
+    clock = SteppedClock()
+    instrument = make_instrument(find_unit("TDC001"), clock, Options())
+    text = io.StringIO()
+    writer = CaptureWriter(text, Heading("thorlabs_apt", "TDC001"))
+    said: list[tuple[float, bytes]] = []
+
+    def on_send(data: bytes) -> None:
+        writer.write(clock.now, Direction.TO_HOST, data)
+        said.append((clock.now / SECOND, data))
+
+    instrument.on_send = on_send
+    for request, milliseconds in session:
+        writer.write(clock.now, Direction.TO_CONTROLLER, request)
+        instrument.receive(request)
+        clock.advance(milliseconds / 1000)
+
+    host = Host(text.getvalue())
+    came: list[tuple[float, bytes]] = []
+    for request, milliseconds in session:
+        came += host.send(request)
+        came += host.wait(milliseconds / 1000)
+    assert came == said
+    assert host.replay.ok

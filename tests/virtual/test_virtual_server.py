@@ -1,0 +1,194 @@
+"""The server: awake when something is due or comes, and one instant at a time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import pytest
+from virtual_parrot import TICK, Notebook, Parrot
+
+from stagewire_virtual.clock import SECOND, RealClock, SteppedClock
+from stagewire_virtual.errors import ServingError
+from stagewire_virtual.serving.link import at_this_instant
+from stagewire_virtual.serving.places import TcpPlace, parse_tcp
+from stagewire_virtual.serving.server import Server
+from stagewire_virtual.serving.tcp import TcpLink
+
+PATIENCE = 20  # seconds after which a test that waits in real time has failed
+
+
+def run(test: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    asyncio.run(asyncio.wait_for(test(), PATIENCE))
+
+
+async def connect(link: TcpLink) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    return await asyncio.open_connection(link.host, link.port)
+
+
+async def hear(reader: asyncio.StreamReader, data: bytes) -> None:
+    assert await reader.readexactly(len(data)) == data
+
+
+def test_timers_run_at_their_own_instants() -> None:
+    async def test() -> None:
+        book = Notebook()
+        async with Server() as server:
+            link = TcpLink(Parrot(server.clock, period=0.02), "127.0.0.1", 0, observer=book)
+            await server.open(link)
+            reader, writer = await connect(link)
+            writer.write(b"t")
+            for _ in range(5):
+                await hear(reader, TICK)
+            writer.close()
+        ((_, began, _),) = (line for line in book.lines if line[0] == ">")
+        ticks = [when - began for kind, when, _ in book.lines if kind == "<"]
+        assert ticks == [SECOND // 50 * number for number in range(1, len(ticks) + 1)]
+
+    run(test)
+
+
+def test_a_server_with_nothing_due_sets_no_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It sleeps: no alarm of the event loop but for the timer that is next."""
+
+    async def test() -> None:
+        alarms: list[float] = []
+        loop = asyncio.get_running_loop()
+        call_later = loop.call_later
+
+        def counted(delay: float, *rest: Any) -> asyncio.TimerHandle:
+            alarms.append(delay)
+            return call_later(delay, *rest)
+
+        monkeypatch.setattr(loop, "call_later", counted)
+        async with Server() as server:
+            parrot = Parrot(server.clock, period=30)
+            await server.open(TcpLink(parrot, "127.0.0.1", 0))
+            assert alarms == []
+            server.run(lambda: parrot.receive(b"t"))
+            assert [round(delay) for delay in alarms] == [30]
+            server.run(lambda: None)
+            assert len(alarms) == 1  # nothing has become due earlier
+
+    run(test)
+
+
+def test_an_earlier_timer_wakes_earlier() -> None:
+    async def test() -> None:
+        rung = asyncio.Event()
+        async with Server() as server:
+            server.run(lambda: None)
+            server.clock.call_later(30 * SECOND, lambda: None)
+            server.clock.call_later(SECOND // 100, rung.set)  # from outside of run()
+            await rung.wait()
+
+    run(test)
+
+
+def test_after_an_error_in_a_timer_time_goes_on() -> None:
+    async def test() -> None:
+        errors: list[dict[str, Any]] = []
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: errors.append(context))
+        rung = asyncio.Event()
+        async with Server() as server:
+            server.clock.call_later(1000, lambda: 1 / 0)  # type: ignore[arg-type, return-value]
+            server.clock.call_later(2000, rung.set)
+            await rung.wait()
+        assert [type(context["exception"]) for context in errors] == [ZeroDivisionError]
+
+    run(test)
+
+
+def test_what_is_due_comes_before_what_is_received() -> None:
+    clock = SteppedClock()
+    order: list[str] = []
+    clock.call_later(0, lambda: order.append("due"))
+    at_this_instant(clock, lambda: order.append("received"))
+    assert order == ["due", "received"]
+
+
+def test_real_time_stands_still_while_something_is_received() -> None:
+    clock = RealClock()
+    times: set[int] = set()
+
+    def receive() -> None:
+        times.update(clock.now for _ in range(100))
+
+    at_this_instant(clock, receive)
+    assert len(times) == 1
+
+
+def test_a_stepped_clock_is_served_too_and_goes_by_no_alarm() -> None:
+    async def test() -> None:
+        clock = SteppedClock()
+        async with Server(clock) as server:
+            link = TcpLink(Parrot(clock, period=1), "127.0.0.1", 0)
+            await server.open(link)
+            reader, writer = await connect(link)
+            writer.write(b"tx")
+            await hear(reader, b"tx")
+            server.run(lambda: link.far_end.receive(b"t"))
+            clock.advance(3)
+            await hear(reader, 3 * TICK)
+            writer.close()
+
+    run(test)
+
+
+def test_closing_frees_the_port_and_is_harmless_when_done_twice() -> None:
+    async def test() -> None:
+        server = Server()
+        link = TcpLink(Parrot(server.clock), "127.0.0.1", 0)
+        await server.open(link)
+        reader, writer = await connect(link)
+        await server.close()
+        await server.close()
+        with pytest.raises(OSError, match=r".+"):
+            await connect(link)
+        with pytest.raises((asyncio.IncompleteReadError, ConnectionError)):
+            await reader.readexactly(1)
+        writer.close()
+        again = Server()
+        await again.open(TcpLink(Parrot(again.clock), "127.0.0.1", link.port))
+        await again.close()
+
+    run(test)
+
+
+@pytest.mark.parametrize(
+    ("text", "bind", "place"),
+    [
+        ("4001", None, TcpPlace(4001)),
+        (":4001", None, TcpPlace(4001)),
+        ("127.0.0.1:0", None, TcpPlace(0)),
+        ("127.0.0.9:1", None, TcpPlace(1, "127.0.0.9")),
+        ("localhost:1", None, TcpPlace(1)),
+        ("[::1]:1", None, TcpPlace(1, "::1")),
+        ("65535", "0.0.0.0", TcpPlace(65535, "0.0.0.0")),
+        ("192.168.0.5:1", "192.168.0.5", TcpPlace(1, "192.168.0.5")),
+        ("127.0.0.1:1", "0.0.0.0", TcpPlace(1)),
+    ],
+)
+def test_where_a_text_means(text: str, bind: str | None, place: TcpPlace) -> None:
+    assert parse_tcp(text, bind) == place
+
+
+@pytest.mark.parametrize(
+    ("text", "bind", "why"),
+    [
+        ("", None, "no place for TCP"),
+        ("x", None, "no place for TCP"),
+        ("127.0.0.1", None, "no place for TCP"),
+        ("65536", None, "no place for TCP"),
+        ("-1", None, "no place for TCP"),
+        ("٣", None, "no place for TCP"),
+        ("0.0.0.0:4001", None, "--bind 0.0.0.0"),
+        ("[::]:4001", None, "--bind ::"),
+        ("example.org:4001", None, "--bind example.org"),
+        ("10.0.0.1:4001", "10.0.0.2", "--bind 10.0.0.1"),
+    ],
+)
+def test_what_is_no_place_is_refused(text: str, bind: str | None, why: str) -> None:
+    with pytest.raises(ServingError, match=why):
+        parse_tcp(text, bind)

@@ -1,0 +1,253 @@
+"""Controllers by TCP, as a program meets them: plain sockets, and pyserial's socket://."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+import serial
+from virtual_parrot import TICK, Notebook, Parrot
+
+import stagewire_virtual as virtual
+from stagewire_virtual.clock import Clock, SteppedClock
+from stagewire_virtual.controller import VirtualController
+from stagewire_virtual.errors import ServingError, VirtualError
+from stagewire_virtual.served import ServedController
+from stagewire_virtual.serving.link import BACKLOG
+
+PATIENCE = 20.0
+REQ_INFO = bytes.fromhex("05 00 00 00 50 01")
+START_UPDATES = bytes.fromhex("11 00 00 00 50 01")
+
+
+def parrot(clock: SteppedClock | None = None) -> VirtualController:
+    return VirtualController(Parrot, clock, "parrot")
+
+
+@contextmanager
+def host(served: ServedController) -> Iterator[socket.socket]:
+    address, _, port = served.url.removeprefix("socket://").rpartition(":")
+    with socket.create_connection((address.strip("[]"), int(port)), timeout=PATIENCE) as line:
+        yield line
+
+
+def read(line: socket.socket, size: int) -> bytes:
+    data = b""
+    while len(data) < size and (more := line.recv(size - len(data))):
+        data += more
+    return data
+
+
+def until(condition: Callable[[], bool]) -> None:
+    """Wait for a condition, at most PATIENCE seconds."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        threading.Event().wait(0.002)
+
+
+def test_a_program_talks_to_a_controller_through_pyserial() -> None:
+    with (
+        virtual.TDC001(seed=1).tcp() as served,
+        serial.serial_for_url(served.url, timeout=PATIENCE) as port,
+    ):
+        assert served.url.startswith("socket://127.0.0.1:")
+        port.write(REQ_INFO)
+        said = port.read(90)
+    with virtual.TDC001(seed=1) as in_memory:
+        in_memory.write(REQ_INFO)
+        assert said == in_memory.read()
+
+
+def test_updates_come_by_themselves() -> None:
+    with virtual.TDC001().tcp() as served, host(served) as line:
+        line.sendall(START_UPDATES)
+        began = time.monotonic()
+        assert read(line, 40)[:2] == read(line, 20)[:2] == b"\x91\x04"
+        assert time.monotonic() - began > 0.25  # three of them, 100 ms apart; the first after 100 ms
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:0", "[::1]:0"])
+def test_addresses_of_this_machine(address: str) -> None:
+    with parrot().tcp(address) as served, host(served) as line:
+        line.sendall(b"hello")
+        assert read(line, 5) == b"hello"
+
+
+def test_a_second_host_is_turned_away_with_a_note() -> None:
+    with parrot().tcp() as served:
+        book = served.link.observer = Notebook()
+        with host(served) as first:
+            first.sendall(b"first")
+            assert read(first, 5) == b"first"
+            with host(served) as second:
+                assert second.recv(1) == b""
+            first.sendall(b"still")
+            assert read(first, 5) == b"still"
+        assert any("turned away" in note for note in book.notes)
+
+
+def test_one_host_after_another() -> None:
+    with parrot().tcp() as served:
+        for number in range(20):
+            with host(served) as line:
+                line.sendall(b"%02d" % number)
+                assert read(line, 2) == b"%02d" % number
+
+
+def test_what_is_said_to_nobody_is_lost() -> None:
+    with parrot(SteppedClock()).tcp() as served:
+        with host(served) as line:
+            line.sendall(b"t")
+            served.advance(0.01)
+            assert read(line, 5) == TICK
+        until(lambda: not served.link.connected)
+        served.advance(10)
+        assert served.link.sent == 1
+        with host(served) as line:
+            line.sendall(b"s")
+            served.advance(10)
+            line.sendall(b"hello")
+            assert read(line, 5) == b"hello"
+
+
+def test_a_host_that_does_not_read_costs_bounded_memory_and_loses_whole_frames() -> None:
+    frame = 1000
+    with parrot().tcp() as served, host(served) as line:
+        until(lambda: served.link.connected)
+
+        def flood(frames: int) -> int:
+            for number in range(frames):
+                served.link.far_end.on_send(bytes([number % 251]) * frame)
+            return served.link._backlog()
+
+        while not served.link.dropped:
+            assert served.call(flood, 1000) <= BACKLOG
+        sent = served.link.sent
+        said = read(line, sent * frame)
+        frames = [said[at : at + frame] for at in range(0, len(said), frame)]
+        assert len(frames) == sent
+        assert all(len(set(each)) == 1 for each in frames)
+        line.sendall(b"alive")
+        assert read(line, 5) == b"alive"
+
+
+def test_stepped_time_goes_on_after_what_the_host_has_sent() -> None:
+    with parrot(SteppedClock()).tcp() as served:
+        for _ in range(20):
+            with host(served) as line:
+                line.sendall(b"t")
+                served.advance(0.01)
+                assert read(line, 5) == TICK
+                line.sendall(b"s")
+                served.advance(0.01)
+            until(lambda: not served.link.connected)
+
+
+def test_controllers_that_share_a_clock_go_on_together() -> None:
+    clock = SteppedClock()
+    with parrot(clock).tcp() as one, parrot(clock).tcp() as other, host(one) as a, host(other) as b:
+        a.sendall(b"t")
+        b.sendall(b"t")
+        one.advance(0.02)
+        assert read(a, 10) == read(b, 10) == 2 * TICK
+
+
+def test_real_time_cannot_be_stepped() -> None:
+    with (
+        parrot().tcp() as served,
+        pytest.raises(VirtualError, match=r"real time .* clock=SteppedClock"),
+    ):
+        served.advance(1)
+
+
+def test_unplugging_breaks_the_connection_and_the_host_may_come_again() -> None:
+    with parrot().tcp() as served:
+        with host(served) as line:
+            line.sendall(b"hello")
+            assert read(line, 5) == b"hello"
+            served.unplug()
+            assert line.recv(1) == b""
+        with host(served) as line:
+            line.sendall(b"again")
+            assert read(line, 5) == b"again"
+
+
+def test_a_fault_disconnects_in_mid_frame() -> None:
+    with (
+        virtual.TDC001(faults=["to_host disconnect byte at=7"]).tcp() as served,
+        host(served) as line,
+    ):
+        line.sendall(REQ_INFO)
+        assert 0 < len(read(line, 90)) < 90
+
+
+def test_a_port_that_is_taken_is_named() -> None:
+    with parrot().tcp() as served:
+        address = served.url.removeprefix("socket://")
+        with pytest.raises(ServingError, match=rf"cannot listen on {address}: address already in use"):
+            parrot().tcp(address)
+
+
+def test_a_network_address_wants_to_be_allowed() -> None:
+    with pytest.raises(ServingError, match="obey whoever reaches them"):
+        parrot().tcp("0.0.0.0:0")
+    with parrot().tcp(bind="0.0.0.0") as served:
+        assert served.url.startswith("socket://0.0.0.0:")
+
+
+def test_the_thread_ends_with_the_last_controller() -> None:
+    def threads() -> list[str]:
+        return [thread.name for thread in threading.enumerate()]
+
+    assert "stagewire-virtual" not in threads()
+    one, other = parrot().tcp(), parrot().tcp()
+    assert threads().count("stagewire-virtual") == 1
+    one.close()
+    one.close()
+    assert "stagewire-virtual" in threads()
+    other.close()
+    assert "stagewire-virtual" not in threads()
+    with pytest.raises(VirtualError, match="parrot is not served any more"):
+        one.power_cycle()
+
+
+def test_closing_the_controller_closes_what_was_served_from_it() -> None:
+    with parrot() as in_memory:
+        served = in_memory.tcp()
+    assert "(closed)" in repr(served)
+
+
+def test_calls_run_in_the_thread_and_raise_here() -> None:
+    with parrot().tcp() as served:
+        assert served.call(threading.current_thread).name == "stagewire-virtual"
+        assert served.call(lambda: served.call(divmod, 7, 2)) == (3, 1)
+        with pytest.raises(ZeroDivisionError):
+            served.call(divmod, 1, 0)
+        served.call(served.instrument.receive, b"t")
+        served.power_cycle()
+        assert not served.call(lambda: served.instrument.ticking)
+
+
+def test_a_controller_that_fails_is_not_passed_over_in_silence() -> None:
+    served = parrot().tcp()
+    with host(served) as line:
+        line.sendall(b"!")
+        assert line.recv(1) == b""
+    with pytest.raises(VirtualError, match="a parrot fell off its perch"):
+        served.close()
+
+
+def test_what_cannot_be_made_is_refused_before_anything_is_served() -> None:
+    def refuse(clock: Clock) -> Parrot:
+        if not isinstance(clock, SteppedClock):
+            raise VirtualError("no parrot today")
+        return Parrot(clock)
+
+    with pytest.raises(VirtualError, match="no parrot today"):
+        VirtualController(refuse).tcp()
+    assert all(thread.name != "stagewire-virtual" for thread in threading.enumerate())

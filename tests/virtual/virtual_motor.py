@@ -1,0 +1,121 @@
+"""A host of one virtual motor in tests: what it is told, what it says and when, and how its stage moves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stagewire import Frame, FramedMessage, Stage
+from stagewire_apt import PROTOCOL
+from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.making import make_instrument
+from stagewire_virtual.options import Options
+from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.thorlabs_apt.motor import Motor
+from stagewire_virtual.units import find_unit
+
+BITS = {
+    "forward_hardware_limit": 0,
+    "reverse_hardware_limit": 1,
+    "forward_software_limit": 2,
+    "reverse_software_limit": 3,
+    "moving_forward": 4,
+    "moving_reverse": 5,
+    "jogging_forward": 6,
+    "jogging_reverse": 7,
+    "motor_connected": 8,
+    "homing": 9,
+    "homed": 10,
+    "tracking": 12,
+    "settled": 13,
+    "motion_error": 14,
+    "channel_enabled": 31,
+}
+"""Bits by the tables of pages 77, 79 and 80; bit 12 of a stepper is its interlock."""
+
+
+class MotorHost:
+    """Talks to the first channel of a new unit.
+
+    :param name: of the unit.
+    :param stage: travel and position: of the stage.
+    :param options: of the unit.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        stage: Stage | None = None,
+        travel: int | None = None,
+        position: int | None = None,
+        **options: Any,
+    ) -> None:
+        unit = find_unit(name)
+        self.clock = SteppedClock()
+        settings = Settings(stage, travel, position)
+        self.instrument = make_instrument(
+            unit, self.clock, Options(channels=(settings,), **options)
+        )
+        self.address = 0x50 if unit.facts["address"] == "generic_usb" else 0x21
+        self._context = {"status": unit.facts["status"]}
+        self.said: list[tuple[int, FramedMessage]] = []
+        self.instrument.on_send = self._hear
+        self._channel = self.instrument.channel(1)
+
+    def _hear(self, raw: bytes) -> None:
+        frame = PROTOCOL.decode(raw, self._context)
+        assert (frame.dest, frame.source) == (0x01, self.address)
+        self.said.append((self.clock.now, frame.message))
+
+    def say(self, message: FramedMessage) -> None:
+        self.instrument.receive(Frame(message, self.address, 0x01).encode())
+
+    def ask(self, message: FramedMessage) -> Any:
+        """The one message that is answered at once; what was said before is forgotten."""
+        self.said.clear()
+        self.say(message)
+        [(when, answer)] = self.said
+        assert when == self.now
+        self.said.clear()
+        return answer
+
+    def wait(self, seconds: float) -> None:
+        self.clock.advance(seconds)
+
+    @property
+    def now(self) -> int:
+        return self.clock.now
+
+    @property
+    def kinds(self) -> list[str]:
+        """The names of what was said, in order."""
+        return [message.layout.message for _, message in self.said]
+
+    @property
+    def position(self) -> int:
+        """The position counter of this instant, not asked for over the wire."""
+        return self._motor.position()["position"]
+
+    @property
+    def velocity(self) -> float:
+        """The velocity of this instant in counts/s."""
+        return self._motor._axis.velocity
+
+    @property
+    def bits(self) -> set[str]:
+        """The bits of the status that are set, by name, and no other bits."""
+        word = self._motor.status_bits()["status_bits"]
+        names = dict(BITS)
+        if self._context["status"] == "stepper":
+            names = {**dict(list(BITS.items())[:11]), "interlock_enabled": 12}
+        named = {name for name, bit in names.items() if word >> bit & 1}
+        assert sum(1 << names[name] for name in named) == word
+        return named
+
+    @property
+    def _motor(self) -> Motor:
+        assert isinstance(self._channel.behaviour, Motor)
+        return self._channel.behaviour
+
+    def stick(self, stuck: bool) -> None:
+        self.instrument.stick(self.instrument.rows()[-1].part, stuck)

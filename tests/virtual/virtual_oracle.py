@@ -1,0 +1,166 @@
+"""What a unit must answer, from the registry's JSON, with code that virtual controllers have no part in.
+
+Frames are packed and cut from the fields of the JSON; no generated class is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stagewire.protocol import load_protocol
+
+Json = Mapping[str, Any]
+HOST = 0x01
+APT: Json = load_protocol("thorlabs_apt").registry()
+MESSAGES: dict[str, Json] = {message["name"]: message for message in APT["messages"]}
+UNITS: dict[str, Json] = {unit["name"]: unit for unit in APT["units"]}
+BY_ID = {message["id"]: message for message in APT["messages"]}
+CHANNEL = "chan_ident"
+CHOICES = ("lowest", "highest", "between")
+
+
+@dataclass(frozen=True)
+class Place:
+    """An address of a unit: what it takes there, and on which channels."""
+
+    address: int
+    kind: str  # alone, motherboard, bay
+    channels: tuple[int, ...]
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.address:#04x}"
+
+
+def places(unit: Json) -> Iterator[Place]:
+    """Yield the addresses of a unit; that of a module is the bay 0 of a rack that holds nothing else."""
+    fixed = APT["addresses"]
+    channels = tuple(range(1, unit["channels"] + 1))
+    if unit["address"] == "generic_usb":
+        also = APT["families"][unit["family"]].get("also_at", {}).get("addresses", [])
+        for address in (fixed["generic_usb"]["value"], *also):
+            yield Place(address, "alone", channels)
+        return
+    yield Place(fixed["motherboard"]["value"], "motherboard", ())
+    for bay in range(unit.get("bays", 1)):
+        yield Place(fixed["bays"]["first"] + bay, "bay", channels)
+
+
+def takes(unit: Json, place: Place, message: Json) -> bool:
+    """Whether a unit takes a message at one of its addresses.
+
+    The motherboard tells what it is and which bays are used, and has the inputs and outputs, as the bays have
+    (the examples of pages 25 and 26 have both); everything else is the bays'.
+    """
+    if message["name"] not in unit["messages"] or message["direction"] == "to_host":
+        return False
+    if place.kind == "motherboard":
+        return bool(message["name"].startswith(("RACK_", "HW_REQ_INFO")))
+    return place.kind == "alone" or message["name"] != "RACK_REQ_BAYUSED"
+
+
+def answers(unit: Json, message: Json) -> list[str]:
+    """Return the messages that answer one that a unit has, of those that the unit has."""
+    exchange = message["exchange"]
+    found = [*exchange.get("answered_by", ()), *exchange.get("announces", ())]
+    return [name for name in found if name in unit["messages"]]
+
+
+def forms(message: Json) -> Iterator[Json]:
+    """Yield the layouts of a message that the status does not decide."""
+    yield from (layout for layout in message["layouts"] if not layout["when"])
+
+
+def fields(layout: Json) -> Iterator[Json]:
+    """Yield the parameters of the header and the fields of the payload that have a value."""
+    for field in (layout["param1"], layout["param2"], *layout["fields"]):
+        if field is not None and field["role"] != "reserved":
+            yield field
+
+
+def values(layout: Json, choice: str, channel: int) -> dict[str, int | bytes]:
+    """Return one valid value for each field: ``lowest``, ``highest`` or in ``between``."""
+    found = {field["name"]: _value(field, choice) for field in fields(layout)}
+    return {**found, CHANNEL: channel} if CHANNEL in found else found
+
+
+def _value(field: Json, choice: str) -> int | bytes:
+    if field["kind"] != "integer":
+        return {"lowest": b"", "highest": b"Z" * field["size"], "between": b"AB 12"}[choice]
+    if field.get("enum"):
+        listed = sorted(field["enum"].values())
+        return int(listed[{"lowest": 0, "highest": -1, "between": len(listed) // 2}[choice]])
+    bits = 8 * field["size"]
+    low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if field["signed"] else (0, (1 << bits) - 1)
+    low = low if field["minimum"] is None else max(low, field["minimum"])
+    high = high if field["maximum"] is None else min(high, field["maximum"])
+    return {"lowest": low, "highest": high, "between": low + (high - low) // 3}[choice]
+
+
+def pack(message: Json, layout: Json, given: Mapping[str, int | bytes], address: int) -> bytes:
+    """Return the bytes of a message from the host."""
+    id = message["id"].to_bytes(2, "little")
+    length = layout["length"]
+    if not length:
+        header = [layout["param1"], layout["param2"]]
+        return (
+            id
+            + bytes(int(given.get(p["name"], 0)) if p else 0 for p in header)
+            + bytes((address, HOST))
+        )
+    payload = bytearray(length)
+    for field in fields(layout):
+        value = given[field["name"]]
+        start, size = field["offset"], field["size"]
+        if isinstance(value, bytes):
+            payload[start : start + size] = value.ljust(size, b"\0")
+        else:
+            payload[start : start + size] = value.to_bytes(size, "little", signed=field["signed"])
+    return id + length.to_bytes(2, "little") + bytes((address | 0x80, HOST)) + payload
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A frame from the controller, cut by the registry."""
+
+    name: str
+    dest: int
+    source: int
+    values: Mapping[str, int | bytes]
+    form: str
+
+
+def cut(data: bytes, status: str = "") -> list[Reply]:
+    """Return the frames in what a controller said; raise for what is no frame of the registry."""
+    found = []
+    while data:
+        message = BY_ID[int.from_bytes(data[:2], "little")]
+        long = data[4] & 0x80
+        size = 6 + (int.from_bytes(data[2:4], "little") if long else 0)
+        frame, data = data[:size], data[size:]
+        assert len(frame) == size, f"{message['name']}: {frame.hex(' ')} is cut off"
+        layout = next(
+            layout
+            for layout in message["layouts"]
+            if layout["length"] == size - 6
+            and (layout["when"] or {}).get("status") in (None, status)
+        )
+        found.append(
+            Reply(
+                message["name"],
+                frame[4] & 0x7F,
+                frame[5],
+                {field["name"]: _read(field, frame, bool(long)) for field in fields(layout)},
+                layout["form"],
+            )
+        )
+    return found
+
+
+def _read(field: Json, frame: bytes, long: bool) -> int | bytes:
+    start = field["offset"] + (6 if long else 0)
+    raw = frame[start : start + field["size"]]
+    if field["kind"] != "integer":
+        return raw.rstrip(b"\0")
+    return int.from_bytes(raw, "little", signed=field["signed"])

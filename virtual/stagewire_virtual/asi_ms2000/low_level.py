@@ -1,0 +1,113 @@
+"""The low-level commands: what each does to an axis, and what it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from stagewire.commands import Command, Reply
+from stagewire_ms2000 import messages as m
+from stagewire_ms2000.enumerations import Busy
+from stagewire_virtual.asi_ms2000.servo_axis import ServoAxis
+from stagewire_virtual.units import Unit
+
+__all__ = ["LowLevel"]
+
+IDENTIFICATION: Final = "EMOT :"
+"""What X, Y and Z answer (section 7); the F axis, of which the document says nothing, answers the same."""
+
+_READ: Final[Mapping[type[Command], Callable[[ServoAxis], Reply]]] = {
+    m.ReadStatus: lambda axis: m.ReadStatusReply(Busy.BUSY if axis.busy else Busy.NOT_BUSY),
+    m.ReadMotorPosition: lambda axis: m.ReadMotorPositionReply(_low_bytes(axis.position, 3)),
+    m.ReadIncrementValue: lambda axis: m.ReadIncrementValueReply(axis.increment),
+    m.ReadIdentification: lambda axis: m.ReadIdentificationReply(IDENTIFICATION),
+    m.ReadMotorPositionAndStatus: lambda axis: m.ReadMotorPositionAndStatusReply(
+        _low_bytes(axis.position, 3), axis.status
+    ),
+    m.ReadCurrentSpeed: lambda axis: m.ReadCurrentSpeedReply(_low_bytes(axis.speed, 2)),
+    m.ReadRampTime: lambda axis: m.ReadRampTimeReply(axis.ramp_time),
+    m.ReadStartSpeed: lambda axis: m.ReadStartSpeedReply(0),  # a dummy answers, but with nothing
+    m.ReadMaximumSpeed: lambda axis: m.ReadMaximumSpeedReply(axis.top_speed),
+    m.ReadTargetPosition: lambda axis: m.ReadTargetPositionReply(_low_bytes(axis.target, 3)),
+    m.ReadStatusByte: lambda axis: m.ReadStatusByteReply(axis.status),
+}
+"""Commands that are answered."""
+
+
+class LowLevel:
+    """Carries out commands of the low-level format; whatever has an error is ignored (section 2).
+
+    :param unit: what the registry says of the controller.
+    :param axes: the axes that are fitted, by their identifiers.
+    :param readings: the reading of every strategy.
+    :param refuse: is told why a command is ignored.
+    """
+
+    def __init__(
+        self,
+        unit: Unit,
+        axes: Mapping[int, ServoAxis],
+        readings: Mapping[str, str],
+        refuse: Callable[[str], None],
+    ) -> None:
+        self._refuse = refuse
+        self._messages = unit.messages
+        self._axes = axes
+        self._needs_size = readings["missing_size"] == "ignored"
+        self._signed = readings["vector_speed"] == "signed"
+
+    def carry_out(self, axis: int, command: Command, sized: bool) -> bytes:
+        """Do what a command says and return its reply; empty where there is none.
+
+        :param axis: the identifier that the command is addressed to.
+        :param sized: whether the size was there.
+        """
+        name = command.layout.message
+        addressed = self._axes.get(axis)
+        if name not in self._messages:
+            self._refuse(f"{name} is not a command of this controller")
+        elif addressed is None:
+            self._refuse(f"{name}: no axis {axis:#04x} is fitted")
+        elif self._needs_size and not sized and command.layout.size:
+            self._refuse(f"{name} came without its size")
+        elif read := _READ.get(type(command)):
+            return read(addressed).pack()
+        else:
+            self._write(addressed, command)
+        return b""
+
+    def _write(self, axis: ServoAxis, command: Command) -> None:
+        """Do what a command says that has no reply. WRITE_START_SPEED, a dummy, does nothing."""
+        match command:
+            case m.StartMotor():
+                axis.start()
+            case m.StopMotor():
+                axis.stop()
+            case m.WriteMotorPosition(position=position):
+                axis.set_position(position)
+            case m.WriteTargetPosition(target_position=position):
+                axis.move_to(position)
+            case m.IncrementMoveUp():
+                axis.move_by(axis.increment)
+            case m.IncrementMoveDown():
+                axis.move_by(-axis.increment)
+            case m.WriteIncrementValue(increment=increment):
+                axis.increment = increment
+            case m.WriteRampingTime(ramp_time=0):
+                self._refuse("WRITE_RAMPING_TIME: 0 would divide the top speed by nothing")
+            case m.WriteRampingTime(ramp_time=time):
+                axis.ramp_time = time
+            case m.WriteTopSpeed(top_speed=speed):
+                axis.top_speed = speed
+            case m.WriteVectorSpeed(vector_speed=speed):
+                axis.run(_low_bytes(speed, 2) if self._signed else speed)
+            case m.JoystickEnable():
+                axis.joystick_enabled = True
+            case m.JoystickDisable():
+                axis.joystick_enabled = False
+
+
+def _low_bytes(value: int, size: int) -> int:
+    """Return the number that the ``size`` lowest bytes of a number say, as section 2 breaks numbers down."""
+    half = 1 << (8 * size - 1)
+    return (value + half) % (2 * half) - half

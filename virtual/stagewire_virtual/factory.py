@@ -1,0 +1,137 @@
+"""What ``stagewire_virtual.TDC001`` is: a unit by name, to be called with what is to be told of it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stagewire_virtual.blueprint import Blueprint, parse_line
+from stagewire_virtual.controller import VirtualController
+from stagewire_virtual.errors import BadOptionError
+from stagewire_virtual.faults import Fault, parse_fault
+from stagewire_virtual.options import Line, Options
+from stagewire_virtual.replay import load_replay
+from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.thorlabs_apt.rack import RACK
+from stagewire_virtual.units import Unit, all_units, find_unit
+
+if TYPE_CHECKING:
+    from stagewire import Stage
+    from stagewire_virtual.clock import SteppedClock
+
+__all__ = ["Factory", "factory_of", "rack", "replay_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Factory:
+    """Makes virtual controllers of one unit."""
+
+    unit: Unit
+
+    def __call__(
+        self,
+        *,
+        stage: Stage | None = None,
+        travel: int | None = None,
+        position: int | None = None,
+        channels: Sequence[Settings] = (),
+        seed: int = 0,
+        serial_number: int | None = None,
+        line: Line | str = Line.USB,
+        quirks: Iterable[str] = (),
+        answer_unsupported: bool = False,
+        empty_bays: Iterable[int] = (),
+        strategies: Mapping[str, str] | None = None,
+        clock: SteppedClock | None = None,
+        faults: Iterable[Fault | str] = (),
+    ) -> VirtualController:
+        """Make a virtual controller, in memory.
+
+        :param stage: the stage on every channel; ``travel`` and ``position`` belong to it. See
+            :class:`~stagewire_virtual.thorlabs_apt.channel.Settings`.
+        :param channels: where channels differ, the settings of each.
+        :param clock: time that is stepped by the test; by default one of its own.
+        :param faults: what goes wrong on the line; see :func:`~stagewire_virtual.faults.parse_fault`.
+
+        All others: see :class:`~stagewire_virtual.options.Options`. Raises
+        :class:`~stagewire_virtual.errors.VirtualError` for what the unit cannot have.
+        """
+        settings = Settings(stage=stage, travel=travel, position=position)
+        if settings != Settings():
+            if channels:
+                raise BadOptionError(
+                    "give stage, travel and position, which hold for every channel, or channels; not both"
+                )
+            channels = (settings,)
+        options = Options(
+            seed=seed,
+            serial_number=serial_number,
+            line=parse_line(line),
+            quirks=frozenset(quirks),
+            answer_unsupported=answer_unsupported,
+            channels=tuple(channels),
+            empty_bays=frozenset(empty_bays),
+            strategies=dict(strategies or {}),
+        )
+        blueprint = Blueprint(unit=self.unit, options=options, faults=_faults(faults))
+        return VirtualController(blueprint.make, clock, self.unit.name)
+
+
+def factory_of(name: str) -> Factory:
+    """Return the factory of a unit, by its name as it is printed; what an attribute of a module looks up.
+
+    Raises :class:`AttributeError` when there is none.
+    """
+    units = all_units()
+    if name not in units:
+        close = difflib.get_close_matches(name.upper()[:40], units, n=3)
+        hint = f"; did you mean {' or '.join(close)}?" if close else ""
+        raise AttributeError(
+            f"there is no unit {name}{hint} (there are: {', '.join(sorted(units))})", name=name
+        )
+    return Factory(units[name])
+
+
+def rack(
+    *bays: str | None,
+    channels: Sequence[Settings] = (),
+    seed: int = 0,
+    quirks: Iterable[str] = (),
+    clock: SteppedClock | None = None,
+    faults: Iterable[Fault | str] = (),
+) -> VirtualController:
+    """Make a rack of modules, in memory: ``rack("MST601", None, "MPZ601")``.
+
+    :param bays: the module in each bay, by name; None is an empty one.
+    :param channels: the settings of all their channels, bay by bay; the last one stands for those that
+        follow.
+
+    All others: see :class:`Factory`. Raises :class:`~stagewire_virtual.errors.VirtualError` for a unit
+    that is no module, and for what the rack cannot have.
+    """
+    modules = tuple(find_unit(name) if name else None for name in bays)
+    options = Options(seed=seed, quirks=frozenset(quirks), channels=tuple(channels))
+    blueprint = Blueprint(unit=None, bays=modules, options=options, faults=_faults(faults))
+    return VirtualController(blueprint.make, clock, RACK)
+
+
+def replay_of(
+    capture: str | Path, *, lenient: bool = False, clock: SteppedClock | None = None
+) -> VirtualController:
+    """Play the controller's side of a recorded session, in memory; see :mod:`stagewire_virtual.replay`.
+
+    :param lenient: after a request that was not recorded next, go on with the next one like it.
+
+    Raises :class:`~stagewire.errors.StagewireError` for a file that is no capture.
+    """
+    path = Path(capture)
+    return VirtualController(
+        lambda time: load_replay(path, time, lenient=lenient), clock, path.name
+    )
+
+
+def _faults(faults: Iterable[Fault | str]) -> tuple[Fault, ...]:
+    return tuple(parse_fault(fault) if isinstance(fault, str) else fault for fault in faults)

@@ -1,0 +1,243 @@
+"""A line on which things go wrong: it stands between a link and a controller and looks like the latter."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from random import Random
+from typing import TYPE_CHECKING, Final
+
+from stagewire.commands import CommandProtocol
+from stagewire.direction import Direction
+from stagewire.framing import Garbage
+from stagewire.protocol import Protocol
+from stagewire_virtual.clock import SECOND, nanoseconds
+from stagewire_virtual.cutting import cutter_of, message_name
+from stagewire_virtual.errors import FaultError, VirtualError
+from stagewire_virtual.faults.fault import DIRECTIONS, Action, Fault, Piece, one_of
+from stagewire_virtual.faults.flood import Flood, status_frame
+from stagewire_virtual.faults.parcel import Parcel
+from stagewire_virtual.faults.stage import Stage
+from stagewire_virtual.faults.text import parse_fault
+from stagewire_virtual.faults.way import MOST_HELD, Way
+
+if TYPE_CHECKING:
+    from stagewire_virtual.instrument import Instrument
+    from stagewire_virtual.replay import Replay
+    from stagewire_virtual.units import Unit
+
+__all__ = ["FaultyLine", "Happened"]
+
+_REMEMBERED: Final = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """What a fault did.
+
+    :param time: when, in nanoseconds of the clock.
+    :param fault: which one; None where the line itself had no room.
+    :param what: to what: ``frame 10: 64 04 01 00 01 50``.
+    """
+
+    time: int
+    fault: Fault | None
+    what: str
+
+    def __str__(self) -> str:
+        seconds, rest = divmod(self.time, SECOND)
+        return f"{seconds}.{rest // 1000:06d} {self.fault or 'line'}: {self.what}"
+
+
+class FaultyLine:
+    """Takes what the host sends and gives what the controller says, with faults; without any it adds nothing.
+
+    The faults of one direction come in the order in which they are given, each of them over what the others
+    before it left. In each direction 64 KiB may be late at a time; what is beyond that is lost.
+
+    Frames are what the controller says at once, and what the protocol cuts the bytes of the host into.
+    Where a fault counts those, bytes of the host pass on as soon as their frame is whole; the text of a
+    terminal, which is no frame, perhaps never.
+
+    :param instrument: the controller.
+    :param faults: what goes wrong, as text or as :class:`Fault`.
+    :param seed: of what is left to chance; each fault has a stream of chance of its own.
+
+    Raises :class:`~stagewire_virtual.errors.FaultError` for a fault that the unit cannot have.
+    """
+
+    def __init__(
+        self, instrument: Instrument | Replay, faults: Iterable[Fault | str] = (), seed: int = 0
+    ) -> None:
+        self.instrument = instrument
+        self.on_send: Callable[[bytes], None] = _nobody_listens
+        """Called with what arrives at the host."""
+        self.on_disconnect: Callable[[], None] = _nobody_asks
+        """Called when the line is cut; who serves it closes the connection."""
+        self.on_fault: Callable[[Happened], None] = _nobody_wonders
+        """Called with what a fault did, when it did."""
+        self.happened: deque[Happened] = deque(maxlen=_REMEMBERED)
+        """What faults did last."""
+        self._clock = instrument.clock
+        self._asked: str | None = None  # the command that the controller is about to answer
+        self._cuts = 0
+        made = [parse_fault(fault) if isinstance(fault, str) else fault for fault in faults]
+        for fault in made:
+            _check(fault, instrument.unit)
+        self._named = any(fault.message for fault in made)
+        self._cutter = (
+            cutter_of(instrument.unit.protocol) if _need_frames(made, self._protocol) else None
+        )
+        self._ways = {
+            Direction.TO_HOST: Way(self._clock, self._to_host, self._lost),
+            Direction.TO_CONTROLLER: Way(self._clock, self._to_controller, self._lost),
+        }
+        for number, fault in enumerate(made):
+            self._install(fault, seed, number)
+        instrument.on_send = self._said
+
+    def receive(self, data: bytes) -> None:
+        """Take what the host sends, cut at any byte."""
+        way, cuts = self._ways[Direction.TO_CONTROLLER], self._cuts
+        if self._cutter is None:
+            way.take(Parcel(data))
+            return
+        for event in self._cutter.feed(data):
+            if self._cuts != cuts:
+                return  # the rest was still on its way when the line was cut
+            is_frame = not isinstance(event, Garbage)
+            name = message_name(self._protocol, event.raw) if self._named and is_frame else None
+            way.take(Parcel(event.raw, is_frame, name))
+
+    def _said(self, data: bytes) -> None:
+        """Take a frame of the controller."""
+        name = None
+        if self._named:
+            of_commands = isinstance(self._protocol, CommandProtocol)
+            name = self._asked if of_commands else message_name(self._protocol, data)
+        self._ways[Direction.TO_HOST].take(Parcel(data, is_frame=True, message=name))
+
+    def _to_host(self, parcel: Parcel) -> None:
+        if parcel.data:
+            self.on_send(parcel.data)
+        if parcel.cut:
+            self._cut()
+
+    def _to_controller(self, parcel: Parcel) -> None:
+        self._asked = parcel.message
+        if parcel.data:
+            self.instrument.receive(parcel.data)
+        if parcel.cut:
+            self._cut()
+
+    def _cut(self) -> None:
+        """Cut the line: what is on its way is lost."""
+        self._cuts += 1
+        for way in self._ways.values():
+            way.clear()
+        self.on_disconnect()
+
+    @property
+    def _protocol(self) -> Protocol:
+        return self.instrument.unit.protocol
+
+    # Faults
+
+    def _install(self, fault: Fault, seed: int, number: int) -> None:
+        """Put a fault in its place: on its way, or on the clock."""
+        if fault.direction is None:
+            self._stick(fault)
+            return
+        way = self._ways[fault.direction]
+        begin = self._begin_flood(fault, way) if fault.action is Action.FLOOD else self._cut
+        if fault.is_timed:
+            self._at(fault.after or 0, fault, "begins", begin)
+            return
+        origin = f"{seed}/{number}" if fault.seed is None else f"{fault.seed}"
+        chance = Random(f"{origin}/faults/{fault.direction.name}")
+        way.stages = (*way.stages, Stage(fault, chance, self._report, begin))
+
+    def _begin_flood(self, fault: Fault, way: Way) -> Callable[[], None]:
+        def send(data: bytes) -> None:
+            way.send(Parcel(data, is_frame=True))
+
+        if fault.data is None and fault.direction is not Direction.TO_HOST:
+            raise FaultError(f"{fault}: a flood to the controller needs hex=BYTES")
+        data = status_frame(self.instrument.unit) if fault.data is None else fault.data
+        return Flood(self._clock, send, data, fault.count, fault.period).begin
+
+    def _stick(self, fault: Fault) -> None:
+        bay = "" if fault.bay is None else f"bay {fault.bay}, "
+        part = f"axis {fault.axis}" if fault.axis else f"{bay}channel {fault.channel}"
+        stick = self.instrument.stick
+        try:
+            stick(part, False)
+        except VirtualError as error:  # a part that is not there
+            raise FaultError(f"{fault}: {error}") from None
+        begin = fault.after or 0
+        self._at(begin, fault, f"{part} is stuck", partial(stick, part, True))
+        if fault.lasting is not None:
+            self._at(begin + fault.lasting, fault, f"{part} is free", partial(stick, part, False))
+
+    def _at(self, seconds: float, fault: Fault, what: str, act: Callable[[], None]) -> None:
+        """Let a fault do something after so many seconds; at once for none."""
+
+        def now() -> None:
+            self._report(fault, what)
+            act()
+
+        if seconds:
+            self._clock.call_later(nanoseconds(seconds), now)
+        else:
+            now()
+
+    def _lost(self, parcel: Parcel) -> None:
+        """Note bytes for which there is no room."""
+        self._report(None, f"lost {len(parcel.data)} bytes: over {MOST_HELD} are held back")
+
+    def _report(self, fault: Fault | None, what: str) -> None:
+        happened = Happened(self._clock.now, fault, what)
+        self.happened.append(happened)
+        self.on_fault(happened)
+
+
+def _check(fault: Fault, unit: Unit) -> None:
+    """Raise for a message that never passes there."""
+    if fault.message is None:
+        return
+    if fault.message not in unit.messages:
+        known = sorted(unit.messages)
+        raise FaultError(f"{fault}: the {unit.name} has no message {one_of(fault.message, known)}")
+    entry = unit.message(fault.message)
+    goes = entry["direction"]
+    # a reply of a protocol of commands is named by the command, which goes the other way
+    if entry["kind"] == "message" and goes != "both" and DIRECTIONS[goes] is not fault.direction:
+        raise FaultError(f"{fault}: {fault.message} goes {goes} and never the other way")
+
+
+def _need_frames(faults: Iterable[Fault], protocol: Protocol) -> bool:
+    """Say whether what the host sends has to be cut into frames."""
+    commands = isinstance(protocol, CommandProtocol)
+    return any(
+        (fault.message and commands)
+        or (
+            fault.direction is Direction.TO_CONTROLLER
+            and not fault.is_timed
+            and (fault.message or fault.piece is Piece.FRAME)
+        )
+        for fault in faults
+    )
+
+
+def _nobody_listens(data: bytes) -> None:
+    """Take what arrives while no line is connected."""
+
+
+def _nobody_asks() -> None:
+    """Take the news of a cut while no line is connected."""
+
+
+def _nobody_wonders(happened: Happened) -> None:
+    """Take a report that nobody wants."""

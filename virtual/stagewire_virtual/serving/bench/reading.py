@@ -1,0 +1,248 @@
+"""From tables, of a file or of a command line, to a bench; all mistakes are reported at once."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import importlib
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from stagewire import Stage
+from stagewire.errors import StagewireError
+from stagewire_virtual.blueprint import Blueprint, parse_line
+from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.errors import BadOptionError, BenchError
+from stagewire_virtual.faults import Fault, parse_fault
+from stagewire_virtual.options import Line, Options
+from stagewire_virtual.serving.bench.bench import Bench, BenchUnit
+from stagewire_virtual.serving.bench.tables import (
+    Convert,
+    Table,
+    any_table,
+    flag,
+    integer,
+    list_of,
+    table_of,
+    text,
+)
+from stagewire_virtual.serving.places import Place, PtyPlace, TcpPlace, parse_tcp
+from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.thorlabs_apt.rack import RACK
+from stagewire_virtual.units import Unit, find_unit
+
+__all__ = ["load_bench", "make_bench"]
+
+
+def load_bench(path: str | Path, bind: str | None = None) -> Bench:
+    """Read a bench from a TOML file.
+
+    :param bind: the address of the network that its TCP ports may be on; see
+        :func:`~stagewire_virtual.serving.places.parse_tcp`.
+
+    Raises :class:`~stagewire_virtual.errors.BenchError` with everything that is wrong with it.
+    """
+    try:
+        contents = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BenchError([f"{path}: cannot be read: {error.strerror or error}"]) from error
+    except RecursionError as error:
+        raise BenchError([f"{path}: is nested too deeply"]) from error
+    except ValueError as error:  # of TOML or of UTF-8
+        raise BenchError([f"{path}: is no TOML file: {error}"]) from error
+    problems: list[str] = []
+    top = Table(contents, str(path), problems)
+    tables = top.take("unit", list_of(any_table), ())
+    top.refuse_others()
+    if not tables and not problems:
+        top.wrong("unit", "there is no unit; each begins with a line [[unit]]")
+    return _bench(tables, str(path), bind, problems)
+
+
+def make_bench(
+    tables: Sequence[Mapping[str, Any]], source: str = "the command line", bind: str | None = None
+) -> Bench:
+    """Make a bench of tables with the keys of a TOML file: ``[{"name": "TDC001", "tcp": "4001"}]``.
+
+    :param source: where they come from; begins each line of an error.
+
+    Raises :class:`~stagewire_virtual.errors.BenchError` with everything that is wrong with it.
+    """
+    return _bench(tables, source, bind, [])
+
+
+def _bench(
+    tables: Sequence[Mapping[str, Any]], source: str, bind: str | None, problems: list[str]
+) -> Bench:
+    units: list[BenchUnit] = []
+    taken: dict[str, str] = {}
+    for number, values in enumerate(tables, 1):
+        name = values.get("name")
+        shown = f" ({name})" if isinstance(name, str) else ""
+        table = Table(values, f"{source}: unit {number}{shown}", problems)
+        unit = _unit(table, number - 1, bind)
+        if unit is not None:
+            _check_place(table, unit.place, taken)
+            units.append(unit)
+    if problems:
+        raise BenchError(problems)
+    return Bench(tuple(units))
+
+
+def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
+    """Return the unit that a table describes; None where it cannot be told what it is."""
+    name = table.take("name", text, "")
+    if "name" not in table:
+        table.wrong("name", f"missing; it is a unit such as TDC001, or {RACK} for modules in bays")
+    is_rack = name.upper() == RACK
+    unit = None if is_rack else table.take("name", find_unit, None) if name else None
+    bays = table.take("bays", list_of(_module), ()) if is_rack else ()
+    channels = _channels(table, unit or next(filter(None, bays), None))
+    label = table.take("label", text, "") or name
+    place = _place(table, bind)
+    faults = table.take("faults", list_of(_fault), ())
+    options = Options(
+        channels=channels,
+        seed=table.take("seed", integer, index),
+        serial_number=table.take("serial_number", integer, None),
+        line=table.take("line", _line, Line.USB),
+        quirks=frozenset(table.take("quirks", list_of(text), ())),
+        answer_unsupported=table.take("answer_unsupported", flag, False),
+        empty_bays=frozenset(table.take("empty_bays", list_of(integer), ())),
+        strategies=table.take("strategies", table_of(text), {}),
+    )
+    table.refuse_others()
+    if unit is None and not is_rack:
+        return None
+    blueprint = Blueprint(unit=unit, bays=bays, options=options, faults=faults)
+    _try(table, blueprint)
+    return BenchUnit(blueprint, place, label)
+
+
+_KEYS: Final = {
+    "channels": "channel",
+    "serial_number": "serial_number",
+    "quirks": "quirks",
+    "empty_bays": "empty_bays",
+    "strategies": "strategies",
+}
+"""Options that a unit may refuse, and the keys that they come from."""
+
+
+def _try(table: Table, blueprint: Blueprint) -> None:
+    """Note what the unit refuses: each option by itself, so that none hides another, then each fault."""
+
+    def refused(key: str, attempt: Blueprint) -> bool:
+        try:
+            attempt.make(SteppedClock())
+        except StagewireError as error:
+            table.wrong(key, str(error))
+            return True
+        return False
+
+    bare = replace(blueprint, options=Options(), faults=())
+    if refused("name" if blueprint.unit else "bays", bare):
+        return
+    alone = (
+        (key, Options(**{option: getattr(blueprint.options, option)}))
+        for option, key in _KEYS.items()
+    )
+    if sum(refused(key, replace(bare, options=options)) for key, options in alone):
+        return
+    for fault in blueprint.faults:
+        refused("faults", replace(blueprint, faults=(fault,)))
+
+
+def _channels(table: Table, unit: Unit | None) -> tuple[Settings, ...]:
+    """Return the settings of the channels, of the short form or one by one."""
+    stage = functools.partial(_stage, unit)
+    short = _settings(table, stage)
+    channels = tuple(
+        _channel(table.inner(values, f"channel {number}"), stage)
+        for number, values in enumerate(table.take("channel", list_of(any_table), ()), 1)
+    )
+    if short != Settings() and channels:
+        table.wrong(
+            "channel", "give stage, travel and position of the unit, or of each channel; not both"
+        )
+    return channels or (() if short == Settings() else (short,))
+
+
+def _channel(table: Table, stage: Convert[Stage | None]) -> Settings:
+    settings = _settings(table, stage)
+    table.refuse_others()
+    return settings
+
+
+def _settings(table: Table, stage: Convert[Stage | None]) -> Settings:
+    return Settings(
+        stage=table.take("stage", stage, None),
+        travel=table.take("travel", integer, None),
+        position=table.take("position", integer, None),
+    )
+
+
+def _stage(unit: Unit | None, value: Any) -> Stage | None:
+    """Return a stage of the protocol of ``unit``, by name; None where the unit is not known."""
+    name = text(value)
+    if unit is None:
+        return None
+    known = {stage["name"] for stage in unit.registry["stages"]}
+    if name not in known:
+        close = difflib.get_close_matches(name.upper()[:40], known, n=1)
+        hint = (
+            f"did you mean {close[0]}?"
+            if close
+            else f"there are: {', '.join(sorted(known)) or 'none'}"
+        )
+        raise BadOptionError(f"{unit.protocol.title} has no stage {name}; {hint}")
+    stages = importlib.import_module(f"{unit.protocol.package}.stages")
+    found: Stage = getattr(stages, name)
+    return found
+
+
+def _place(table: Table, bind: str | None) -> Place:
+    tcp = table.take("tcp", lambda value: parse_tcp(text(value), bind), None)
+    pty = table.take("pty", _pty, None)
+    if tcp is not None and pty is not None:
+        table.wrong("pty", "give tcp or pty, not both")
+    return pty or tcp or parse_tcp("0", bind)
+
+
+def _pty(value: Any) -> PtyPlace | None:
+    if isinstance(value, bool):
+        return PtyPlace() if value else None
+    if not isinstance(value, str) or not value:
+        raise BadOptionError("expected true, or the name of a symbolic link to be made")
+    return PtyPlace(Path(value))
+
+
+def _check_place(table: Table, place: Place, taken: dict[str, str]) -> None:
+    """Note a port or a symbolic link that another unit has."""
+    match place:
+        case TcpPlace(port=port) if port:
+            key, spot = "tcp", f"port {port}"
+        case PtyPlace(symlink=Path() as symlink):
+            key, spot = "pty", str(symlink)
+        case _:
+            return
+    first = taken.setdefault(spot, table.where)
+    if first != table.where:
+        table.wrong(key, f"{spot} is already taken; see {first}")
+
+
+def _module(value: Any) -> Unit | None:
+    """Return the module in a bay; an empty name is an empty bay."""
+    name = text(value)
+    return find_unit(name) if name else None
+
+
+def _line(value: Any) -> Line:
+    return parse_line(text(value))
+
+
+def _fault(value: Any) -> Fault:
+    return parse_fault(text(value))

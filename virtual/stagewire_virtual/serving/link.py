@@ -1,0 +1,167 @@
+"""What joins a host and a far end: the counting, the watching and the bounds that all kinds of line share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar, Final, TypeAlias
+
+from stagewire_virtual.clock import Clock
+from stagewire_virtual.faults import FaultyLine, Happened
+from stagewire_virtual.instrument import Instrument
+from stagewire_virtual.replay import Replay
+
+__all__ = ["BACKLOG", "FarEnd", "Link", "Maker", "Observer", "Run", "ServedLink", "at_this_instant"]
+
+BACKLOG: Final = 64 * 1024
+"""Bytes that are kept for a host that does not read; frames beyond them are dropped whole."""
+
+FarEnd: TypeAlias = Instrument | Replay | FaultyLine
+"""What a host talks to: an instrument or a replay, by itself or behind faults."""
+
+Maker: TypeAlias = Callable[[Clock], FarEnd]
+"""Makes a far end on a clock."""
+
+Run: TypeAlias = Callable[[Callable[[], None]], None]
+"""Does something at the present instant of a clock; see :func:`at_this_instant`."""
+
+
+class Observer:
+    """Hears what goes over links; does nothing of its own. Times are nanoseconds of the link's clock."""
+
+    def received(self, link: Link, when: int, data: bytes) -> None:
+        """Hear of bytes of the host, as they came."""
+
+    def sent(self, link: Link, when: int, data: bytes) -> None:
+        """Hear of what goes to the host: one frame, unless a fault made something else of it."""
+
+    def noted(self, link: Link, when: int, text: str) -> None:
+        """Hear of what a person would want to know, such as that a second host was turned away."""
+
+
+class Link:
+    """One end of a line, with the far end behind it; the base of all kinds.
+
+    :param far_end: what speaks and listens here.
+    :param label: for people.
+    :param observer: hears of all that goes over it.
+    """
+
+    limit: ClassVar = BACKLOG
+
+    def __init__(
+        self, far_end: FarEnd, *, label: str = "", observer: Observer | None = None
+    ) -> None:
+        self.far_end = far_end
+        self.instrument: Instrument | Replay
+        """What is at the end of the line, behind the faults if there are some."""
+        if isinstance(far_end, FaultyLine):
+            self.instrument = far_end.instrument
+            far_end.on_disconnect = self.disconnect
+            far_end.on_fault = self._note_fault
+        else:
+            self.instrument = far_end
+        if isinstance(self.instrument, Instrument):
+            self.instrument.on_refusal = self.note
+        far_end.on_send = self._say
+        self.label = label
+        self.observer = observer or Observer()
+        self.received = 0
+        """Bytes of the host."""
+        self.sent = 0
+        """Frames to the host; what is said while no host is connected is lost and not counted."""
+        self.dropped = 0
+        """Frames that were dropped because the host did not read."""
+        self._dropping = False
+        self._run: Run = lambda callback: at_this_instant(self.clock, callback)
+
+    @property
+    def clock(self) -> Clock:
+        """The clock of the far end."""
+        return self.instrument.clock
+
+    # What each kind of line does in its own way
+
+    @property
+    def connected(self) -> bool:
+        """Whether what is said reaches a host."""
+        raise NotImplementedError
+
+    def disconnect(self) -> None:
+        """Pull the plug."""
+        raise NotImplementedError
+
+    def _backlog(self) -> int:
+        """Return how many bytes wait for the host to read."""
+        raise NotImplementedError
+
+    def _put(self, data: bytes) -> None:
+        """Send bytes to the host."""
+        raise NotImplementedError
+
+    # What all have in common
+
+    def note(self, text: str) -> None:
+        """Tell the observer something for people."""
+        self.observer.noted(self, self.clock.now, text)
+
+    def _note_fault(self, happened: Happened) -> None:
+        self.note(f"{happened.fault}: {happened.what}")
+
+    def _greet(self) -> None:
+        """Let the far end know that a host has come."""
+        if isinstance(self.instrument, Replay):
+            self._run(self.instrument.connected)
+
+    def _take(self, data: bytes) -> None:
+        """Take bytes of the host."""
+        self.received += len(data)
+        self._run(lambda: self._pass_on(data))
+
+    def _pass_on(self, data: bytes) -> None:
+        self.observer.received(self, self.clock.now, data)
+        self.far_end.receive(data)
+
+    def _say(self, data: bytes) -> None:
+        """Take what the far end says."""
+        if not self.connected:
+            return
+        if self._backlog() + len(data) > self.limit:
+            self.dropped += 1
+            if not self._dropping:
+                self.note(f"the host does not read: {self.limit // 1024} KiB wait, more is dropped")
+            self._dropping = True
+            return
+        self._dropping = False
+        self.sent += 1
+        self.observer.sent(self, self.clock.now, data)
+        self._put(data)
+
+
+class ServedLink(Link):
+    """A link that programs open from outside, on an event loop."""
+
+    @property
+    def url(self) -> str:
+        """What a host opens; pyserial's ``serial_for_url`` understands it."""
+        raise NotImplementedError
+
+    async def open(self, run: Run) -> None:
+        """Let hosts come; what they send is taken within ``run``.
+
+        Raises :class:`~stagewire_virtual.errors.ServingError` where that cannot be.
+        """
+        raise NotImplementedError
+
+    async def close(self) -> None:
+        """Let no more hosts come and leave nothing behind; harmless when done twice."""
+        raise NotImplementedError
+
+
+def at_this_instant(clock: Clock, callback: Callable[[], None]) -> None:
+    """Run ``callback`` as a timer of ``clock`` that is due now, after whatever else is due.
+
+    Thus time stands still while a far end takes what came, also on a real clock, and nothing that should
+    have happened before is still to come.
+    """
+    clock.call_at(clock.now, callback)
+    clock.run_until(clock.now)

@@ -1,0 +1,133 @@
+"""A virtual controller on a TCP port."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from typing import cast
+
+from stagewire_virtual.errors import ServingError
+from stagewire_virtual.serving.link import FarEnd, Observer, Run, ServedLink
+
+__all__ = ["TcpLink"]
+
+
+class TcpLink(ServedLink):
+    """A far end that listens on a TCP port, as if behind a serial-to-network adapter.
+
+    A serial line has one host: who connects while another one is there is turned away at once, with a
+    note. A host that comes later finds the controller as the one before has left it.
+
+    :param host: the address to listen on, by number or name.
+    :param port: 0 for one that the system chooses; :attr:`url` says which.
+    """
+
+    def __init__(
+        self,
+        far_end: FarEnd,
+        host: str,
+        port: int,
+        *,
+        label: str = "",
+        observer: Observer | None = None,
+    ) -> None:
+        super().__init__(far_end, label=label, observer=observer)
+        self.host = host
+        self.port = port
+        self._server: asyncio.Server | None = None
+        self._connection: _Connection | None = None
+
+    @property
+    def url(self) -> str:
+        """The port, such as ``socket://127.0.0.1:4001``."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"socket://{host}:{self.port}"
+
+    @property
+    def connected(self) -> bool:
+        """Whether a host is there."""
+        return self._connection is not None
+
+    async def open(self, run: Run) -> None:
+        """Listen; see :meth:`ServedLink.open`."""
+        self._run = run
+        loop = asyncio.get_running_loop()
+        try:
+            # Asyncio sets TCP_NODELAY by itself: each frame goes out at its own instant.
+            self._server = await loop.create_server(lambda: _Connection(self), self.host, self.port)
+        except (OSError, OverflowError) as error:
+            raise ServingError(
+                f"cannot listen on {self.host}:{self.port}: {_why(error)}; "
+                "choose another port, or 0 for one that is free"
+            ) from error
+        self.port = self._server.sockets[0].getsockname()[1]
+
+    async def close(self) -> None:
+        """Close the port and the connection."""
+        if self._server is not None:
+            self._server.close()
+            self._server = None
+        self.disconnect()
+
+    def disconnect(self) -> None:
+        """Break the connection off; the host may come again.
+
+        What the system has taken still arrives, what waits for a host that does not read is lost.
+        """
+        if self._connection is not None:
+            self._connection.transport.abort()
+            self._connection = None
+
+    def _backlog(self) -> int:
+        return self._connection.transport.get_write_buffer_size() if self._connection else 0
+
+    def _put(self, data: bytes) -> None:
+        if self._connection is not None:
+            self._connection.transport.write(data)
+
+
+class _Connection(asyncio.Protocol):
+    """A host that has come."""
+
+    transport: asyncio.Transport
+
+    def __init__(self, link: TcpLink) -> None:
+        self._link = link
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self.transport = cast(asyncio.Transport, transport)
+        if self._link.connected:
+            self._link.note(
+                f"{self._peer()} turned away: a line has one host, and one is connected"
+            )
+            self.transport.abort()
+            return
+        self._link._connection = self
+        self._link.note(f"{self._peer()} connected")
+        self._link._greet()
+
+    def data_received(self, data: bytes) -> None:
+        if self._link._connection is self:
+            self._link._take(data)
+
+    def eof_received(self) -> None:
+        self._leave()
+
+    def connection_lost(self, error: Exception | None) -> None:
+        self._leave()
+
+    def _leave(self) -> None:
+        if self._link._connection is self:
+            self._link._connection = None
+            self._link.note(f"{self._peer()} left")
+
+    def _peer(self) -> str:
+        peer = self.transport.get_extra_info("peername")
+        return f"{peer[0]}:{peer[1]}" if peer else "a host"
+
+
+def _why(error: OSError | OverflowError) -> str:
+    """Return what the system has against it, without the number and the address, which it repeats."""
+    if isinstance(error, OSError) and error.errno is not None and error.errno > 0:
+        return os.strerror(error.errno).lower()
+    return str(error)

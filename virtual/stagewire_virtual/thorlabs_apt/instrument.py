@@ -1,0 +1,248 @@
+"""A controller of Thorlabs APT, or a rack of them, at the far end of one line."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
+
+from stagewire import FramedProtocol
+from stagewire.framing import BadLength, Event, Received, Undocumented, Unknown
+from stagewire_apt import PROTOCOL
+from stagewire_apt.messages import HwGetInfo
+from stagewire_virtual.clock import Clock
+from stagewire_virtual.errors import BadOptionError, UnknownPartError
+from stagewire_virtual.instrument import Instrument, Row
+from stagewire_virtual.options import Options, known_only
+from stagewire_virtual.thorlabs_apt import identity
+from stagewire_virtual.thorlabs_apt.behaviours import behaviour_of
+from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.controller import Controller
+from stagewire_virtual.thorlabs_apt.listening import Listener
+from stagewire_virtual.thorlabs_apt.parameters import new_parameters
+from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
+from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, Panel, UserIo, modular_rack
+from stagewire_virtual.units import Unit
+
+__all__ = ["AptInstrument", "rack_of"]
+
+_DEFAULT: Final = Options()
+
+
+class AptInstrument(Instrument):
+    """A unit with one address, or the motherboard and the bays of a rack, behind one line.
+
+    A module of a rack comes with a rack of one bay. Frames to an address where nothing is get no answer, and
+    neither does what is no frame.
+
+    :param unit: what the registry says of it.
+    :param clock: its time; several may share one.
+    :param options: what the user tells of it.
+    :param modules: what is in the bays of a rack of modules; None for a unit that is not :data:`RACK`.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it cannot have.
+    """
+
+    def __init__(
+        self,
+        unit: Unit,
+        clock: Clock,
+        options: Options = _DEFAULT,
+        modules: Sequence[Unit | None] | None = None,
+    ) -> None:
+        super().__init__(unit, clock)
+        known_only("quirk", options.quirks, QUIRKS, unit.name)
+        known_only("strategy", options.strategies, (), unit.name)
+        self._options = options
+        assert isinstance(unit.protocol, FramedProtocol)
+        self._listener = Listener(unit.protocol, clock, self._take)
+        self._connected = True  # until the host disconnects
+        self._channels: dict[str, Channel] = {}  # by what they are called in rows
+        self._controllers: dict[str, Controller] = {}  # by what stands before their channels there
+        self._user_io: dict[int | None, UserIo] = {}  # by bay, None for what is in no bay
+        self._by_address: dict[int, Controller] = {}
+        if modules is None and unit.facts["address"] == "generic_usb":
+            _check_bays(options.empty_bays, 0, unit)
+            self._build_stand_alone()
+        else:
+            bays = [unit] * unit.facts.get("bays", 1) if modules is None else list(modules)
+            _check_bays(options.empty_bays, len(bays), unit)
+            self._build_rack(
+                {bay: module for bay, module in enumerate(bays)
+                 if module is not None and bay not in options.empty_bays}
+            )  # fmt: skip
+        if len(options.channels) > len(self._channels):
+            raise BadOptionError(
+                f"{unit.name} has {len(self._channels)} channels, and settings for "
+                f"{len(options.channels)} were given"
+            )
+
+    # Building
+
+    def _build_stand_alone(self) -> None:
+        addresses = self.unit.registry["addresses"]
+        also_at = self.unit.family.get("also_at", {}).get("addresses", ())
+        io = self._user_io[None] = UserIo()
+        information = identity.stand_alone(self.unit, self._options)
+        controller = self._build(
+            self.unit, "", information, [io, Bays([0])], self.unit.facts["channels"]
+        )
+        for address in (addresses["generic_usb"]["value"], *also_at):
+            self._by_address[address] = controller
+
+    def _build_rack(self, modules: Mapping[int, Unit]) -> None:
+        addresses = self.unit.registry["addresses"]
+        board = self.unit
+        if board.facts["address"] != "rack":  # a module, which comes with its rack
+            board = modular_rack(board.protocol, board.registry, 1)
+        io = self._user_io[None] = UserIo()
+        information = identity.motherboard(board, self._options, len(modules))
+        motherboard = self._build(board, "motherboard", information, [io, Bays(modules)], 0)
+        self._by_address[addresses["motherboard"]["value"]] = motherboard
+        for bay, unit in modules.items():
+            # A module has a connector of its own, a card shows that of its motherboard (pages 25 and 26).
+            self._user_io[bay] = UserIo() if board.name == RACK else io
+            information = identity.card(unit, self._options, bay)
+            channels = unit.facts["channels"]
+            controller = self._build(
+                unit, f"bay {bay}, ", information, [self._user_io[bay]], channels
+            )
+            self._by_address[addresses["bays"]["first"] + bay] = controller
+
+    def _build(
+        self, unit: Unit, where: str, information: HwGetInfo, panels: Sequence[Panel], channels: int
+    ) -> Controller:
+        """Build a controller with its channels; ``where`` stands before their names."""
+        fitted = [self._build_channel(unit, where, ident) for ident in range(1, channels + 1)]
+        controller = Controller(
+            unit,
+            self.clock,
+            self._options,
+            information=information,
+            channels=fitted,
+            panels=panels,
+            transmit=self._transmit,
+            disconnect=self._disconnect,
+            refused=lambda why: self.on_refusal(why),
+        )
+        self._controllers[where] = controller
+        return controller
+
+    def _build_channel(self, unit: Unit, where: str, ident: int) -> Channel:
+        name = f"{where}channel {ident}"
+        settings = self._options.settings(len(self._channels))
+        chance = random.Random(f"{self._options.seed}/{name}")
+        channel = Channel(ident, unit, self.clock, settings, chance)
+        behaviour = behaviour_of(unit)
+        channel.begin_with(new_parameters(channel, behaviour))
+        channel.behaviour = behaviour(channel)
+        self._channels[name] = channel
+        return channel
+
+    # The line
+
+    def receive(self, data: bytes) -> None:
+        """Take what the host sends, cut at any byte."""
+        self._listener.hear(data)
+
+    def _take(self, event: Event) -> None:
+        if not isinstance(event, (Received, Undocumented, Unknown, BadLength)):
+            return  # garbage
+        controller = self._by_address.get(event.dest)
+        if controller is None:
+            return
+        self._connected = True
+        if isinstance(event, Received):
+            controller.receive(event.frame)
+        else:
+            why = f"{event.id:#06x} is no message, or too short"
+            controller.refuse_from(event.source, event.dest, why)
+
+    def _transmit(self, frame: bytes) -> None:
+        if self._connected:
+            self.on_send(frame)
+
+    def _disconnect(self) -> None:
+        """Say nothing until the host speaks again, and no updates until it starts them (page 19)."""
+        self._connected = False
+        for controller in self._controllers.values():
+            controller.stop_updates()
+
+    # As a thing on the bench
+
+    def power_cycle(self) -> None:
+        """Switch it off and on: all is forgotten but what is in its EEPROM and where its stages stand."""
+        self._listener.begin_anew()
+        self._connected = True
+        for io in self._user_io.values():
+            io.outputs = 0
+        for controller in self._controllers.values():
+            controller.power_cycle()
+
+    def rows(self) -> Sequence[Row]:
+        """Return a line for each channel, and one for the motherboard of a rack."""
+        return [
+            row for where, controller in self._controllers.items() for row in controller.rows(where)
+        ]
+
+    def stick(self, part: str, stuck: bool) -> None:
+        """Let an axis stick, or free it; ``part`` is named as in :class:`~stagewire_virtual.instrument.Row`.
+
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that it has not.
+        """
+        self._channel(part).stuck = stuck
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """All channels, of a rack bay by bay."""
+        return tuple(self._channels.values())
+
+    def channel(self, ident: int, bay: int = 0) -> Channel:
+        """Return a channel by its ident on the wire, of a rack by the bay, too, which counts from 0.
+
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` when it is not there.
+        """
+        name = f"channel {ident}"
+        return self._channel(name if bay == 0 and name in self._channels else f"bay {bay}, {name}")
+
+    def user_io(self, bay: int | None = None) -> UserIo:
+        """Return the digital inputs and outputs of a module in a bay, or of all else.
+
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for an empty bay.
+        """
+        if bay not in self._user_io:
+            raise UnknownPartError(
+                f"bay {bay}", [f"bay {known}" for known in self._user_io if known is not None]
+            )
+        return self._user_io[bay]
+
+    def _channel(self, name: str) -> Channel:
+        if name not in self._channels:
+            raise UnknownPartError(name, list(self._channels))
+        return self._channels[name]
+
+
+def rack_of(
+    units: Sequence[Unit | None], clock: Clock, options: Options = _DEFAULT
+) -> AptInstrument:
+    """Return a rack with a module in each bay, or nothing in a bay where ``units`` has None.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for units that are no modules, for more of them
+    than a rack has addresses, and for options that the rack cannot have.
+    """
+    modules = [unit for unit in units if unit is not None]
+    for unit in modules:
+        if unit.facts.get("address") != "bay":
+            raise BadOptionError(f"{unit.name} is no module of a rack (MPZ601 and MST601 are)")
+    if len(units) > BAYS:
+        raise BadOptionError(f"a rack has at most {BAYS} bays, not {len(units)}")
+    registry = modules[0].registry if modules else PROTOCOL.registry()
+    protocol = modules[0].protocol if modules else PROTOCOL
+    return AptInstrument(modular_rack(protocol, registry, len(units)), clock, options, units)
+
+
+def _check_bays(empty: Iterable[int], bays: int, unit: Unit) -> None:
+    for bay in sorted(empty):
+        if not 0 <= bay < bays:
+            there = f"there are 0 to {bays - 1}" if bays else "it has no bays"
+            raise BadOptionError(f"{unit.name} has no bay {bay} that could be empty ({there})")

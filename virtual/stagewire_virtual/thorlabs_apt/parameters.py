@@ -1,0 +1,132 @@
+"""Parameter sets: stored by SET, told after REQ, saved in the EEPROM."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from stagewire import Frame, FramedMessage
+from stagewire_apt.enumerations import EnableState
+from stagewire_virtual.thorlabs_apt.behaviour import Behaviour
+from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.facts import CHANNEL, Message, class_of, facts_of
+from stagewire_virtual.thorlabs_apt.rack import Speaker
+from stagewire_virtual.units import Unit
+
+__all__ = ["SAVING", "Parameters", "addressed", "new_parameters", "obey_enable_state"]
+
+SAVING: Final = frozenset({"MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS"})
+"""The messages that save a parameter set (pages 60 and 113)."""
+
+_ENABLE_STATE: Final = "MOD_CHANENABLESTATE"
+"""The set that switches a channel on and off: kept as any other, and obeyed (page 17)."""
+
+_BOTH: Final = 3  # CHANBOTH: pages 27 and 93 name it, no page gives it a number
+
+
+def addressed(channels: Sequence[Channel], frame: Frame, controller: Speaker) -> Sequence[Channel]:
+    """Return the channels that a frame names, all where it names none.
+
+    A frame for a channel that is not there is refused, and none is returned.
+    """
+    ident = getattr(frame.message, CHANNEL, None)
+    if ident is None or (ident == _BOTH and len(channels) > 1):
+        return channels
+    named = [channel for channel in channels if channel.ident == ident]
+    if not named:
+        controller.refuse(frame, f"there is no channel {ident}")
+    return named
+
+
+def new_parameters(channel: Channel, behaviour: type[Behaviour]) -> Mapping[str, Mapping[str, Any]]:
+    """Return the parameters of a new controller: those of its behaviour, else what the registry has."""
+    own = behaviour.defaults(channel)
+    return {name: {**values, **own.get(name, {})} for name, values in _plain(channel.unit).items()}
+
+
+@functools.lru_cache(maxsize=128)
+def _plain(unit: Unit) -> Mapping[str, Mapping[str, Any]]:
+    """Return the sets of a unit with the defaults of the registry."""
+    return {
+        facts.set_name: {value.name: value.default for value in facts.values}
+        for facts in facts_of(unit).values()
+        if facts.role in ("set", "get") and not facts.of_the_unit and facts.name not in SAVING
+    }
+
+
+class Parameters:
+    """The parameter sets of a controller's channels.
+
+    :param unit: what the registry says of it.
+    :param channels: the channels of the controller.
+    :param controller: that answers.
+    """
+
+    def __init__(self, unit: Unit, channels: Sequence[Channel], controller: Speaker) -> None:
+        self._channels = channels
+        self._controller = controller
+        self._facts = facts_of(unit)
+        self._unit = unit
+        self._set_of_id = {
+            facts.id: facts.set_name
+            for facts in self._facts.values()
+            if facts.role == "set" and facts.set_name in _plain(unit)
+        }
+
+    def take(self, facts: Message, frame: Frame) -> None:
+        """Store what a SET brings; one with a value that the document does not allow changes nothing.
+
+        Tables that the registry calls open, and flags, are stored as they come.
+        """
+        values = {value.name: getattr(frame.message, value.name) for value in facts.values}
+        for value in facts.values:
+            if fault := value.fault(values[value.name]):
+                self._controller.refuse(frame, f"{facts.name}: {fault}")
+                return
+        for channel in addressed(self._channels, frame, self._controller):
+            channel.parameters[facts.set_name].update(values)
+            obey_enable_state(channel)
+            if stored := channel.behaviour.method("stored", facts.set_name):
+                stored(frame)
+            for name in facts.announces:
+                if name in self._facts:
+                    self._controller.send(self._message(name, channel), frame)
+
+    def tell(self, facts: Message, frame: Frame) -> None:
+        """Answer a REQ with the GET of each channel that is asked for."""
+        channels = addressed(self._channels, frame, self._controller)
+        for channel in channels if facts.names_channel else channels[:1]:
+            for name in facts.answered_by:
+                self._controller.send(self._message(name, channel), frame)
+
+    def save(self, frame: Frame) -> None:
+        """Write the set whose SET has the id that is named into the EEPROM (pages 60 and 113)."""
+        message: Any = frame.message
+        id = message.msg_id
+        set_name = self._set_of_id.get(id)
+        if set_name is None:
+            self._controller.refuse(frame, f"{id:#06x} sets no parameters that could be saved")
+            return
+        for channel in addressed(self._channels, frame, self._controller):
+            channel.save(set_name)
+
+    def _message(self, get: str, channel: Channel) -> FramedMessage:
+        """Return the GET of a set: the values that live, else those that were stored."""
+        facts = self._facts[get]
+        values = dict(channel.parameters[facts.set_name])
+        if live := channel.behaviour.method("live", facts.set_name):
+            values.update(live())
+        if facts.names_channel:
+            values[CHANNEL] = channel.ident
+        return class_of(self._unit, get)(**values)
+
+
+def obey_enable_state(channel: Channel) -> None:
+    """Switch a channel on or off as its parameters say, and tell its behaviour if that changed it."""
+    enabled = channel.parameter(_ENABLE_STATE, "enable_state", EnableState.ENABLE) == (
+        EnableState.ENABLE
+    )
+    if enabled != channel.enabled:
+        channel.enabled = enabled
+        channel.behaviour.enabled_changed()

@@ -1,0 +1,176 @@
+"""What a piezo channel puts out, and what the strain gauge of its actuator reads."""
+
+from __future__ import annotations
+
+import math
+
+from stagewire_apt.enumerations import PositionControlMode
+from stagewire_apt.flags import InputVoltsSource
+from stagewire_virtual.clock import SECOND, Timer
+from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.piezo.defaults import (
+    AMPLIFIER_TIME,
+    FULL_SCALE,
+    READING_TIME,
+    SLEW_DIVISOR,
+    SMOOTH_TIME,
+)
+from stagewire_virtual.thorlabs_apt.piezo.generator import WaveformGenerator
+from stagewire_virtual.thorlabs_apt.piezo.slew import Approach
+from stagewire_virtual.thorlabs_apt.piezo.waveform import MILLISECOND
+
+__all__ = ["CLOSED_LOOP_MODES", "Drive"]
+
+CLOSED_LOOP_MODES = (PositionControlMode.CLOSED_LOOP, PositionControlMode.CLOSED_LOOP_SMOOTH)
+_SMOOTH_MODES = (PositionControlMode.OPEN_LOOP_SMOOTH, PositionControlMode.CLOSED_LOOP_SMOOTH)
+_LOWEST = -FULL_SCALE - 1
+
+
+class Drive:
+    """An amplifier, and an actuator that extends by the share of travel that the voltage is of its maximum.
+
+    All values are counts, 32767 for the maximum voltage or the whole travel. What is asked of it stands in
+    the parameters of the channel; who changes them calls :meth:`follow`.
+
+    :param channel: parameters, clock and whether it is enabled.
+    :param offset: what the strain gauge reads at zero volts before it has been zeroed; None without a
+    strain gauge.
+    """
+
+    def __init__(self, channel: Channel, offset: float | None) -> None:
+        self._channel = channel
+        self._offset = offset
+        self._stuck_at: float | None = None
+        self.zeroing = False
+        """Whether the channel is being zeroed."""
+        self._timer: Timer | None = None
+        self.external_signal = 0.0
+        self.potentiometer = 0.0
+        self.generator = WaveformGenerator(channel.unit, channel.clock, self._waveform_over)
+        self.reset()
+
+    def reset(self) -> None:
+        """Be as after a power cycle: zero volts, not zeroed, no waveform loaded or put out."""
+        self._end_zeroing()
+        self.generator.stop()
+        self.generator.clear()
+        self.zeroed = False
+        self._zero = 0.0  # the reading that counts as position 0
+        self._approach = Approach(0.0, 0.0)
+
+    @property
+    def has_strain_gauge(self) -> bool:
+        """Whether the position is known, and a loop can be closed."""
+        return self._offset is not None
+
+    @property
+    def closed_loop(self) -> bool:
+        """Whether the mode that is set employs the feedback."""
+        return self._channel.parameter("PZ_POSCONTROLMODE", "mode") in CLOSED_LOOP_MODES
+
+    @property
+    def output(self) -> float:
+        """The output voltage at this instant."""
+        sample = self.generator.sample
+        if sample is not None:
+            return self._output_for(sample)
+        return self._approach.at(self._channel.clock.now)
+
+    @property
+    def position(self) -> float:
+        """What the strain gauge reads at this instant, from its zero; 0 without one."""
+        return 0.0 if self._offset is None else self._reading - self._zero
+
+    def follow(self, *, smooth: bool = False) -> None:
+        """Set out from where the output is to what is asked of it now.
+
+        :param smooth: the loop was opened or closed, which the smooth modes do slowly.
+        """
+        self._set_out(self.output, smooth)
+
+    def stop_waveform(self) -> None:
+        """End or disarm the waveform, and go back to what was set."""
+        start = self.output
+        self.generator.stop()
+        self._set_out(start)
+
+    def enabled_changed(self) -> None:
+        """Go to zero volts because the channel was disabled, or to what is set because it was enabled."""
+        self._end_zeroing()
+        self.stop_waveform()
+
+    def stuck_changed(self) -> None:
+        """Hold the actuator where it is, or let it go; the voltage goes on in any case."""
+        self._stuck_at = self.output if self._channel.stuck else None
+
+    def zero(self) -> None:
+        """Put zero volts out, read the position, and take it as zero from then on (page 117)."""
+        self.zeroed = False
+        self.zeroing = True
+        self.stop_waveform()
+        self._timer = self._channel.clock.call_later(
+            self._approach.ramp + READING_TIME, self._take_zero
+        )
+
+    def _take_zero(self) -> None:
+        self._end_zeroing()
+        self.zeroed = True
+        self._zero = self._reading
+        self.follow()
+
+    def _end_zeroing(self) -> None:
+        self.zeroing = False
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _waveform_over(self, last_sample: int) -> None:
+        self._set_out(self._output_for(last_sample))
+
+    def _set_out(self, start: float, smooth: bool = False) -> None:
+        """Go from ``start`` to what is asked, at the slew rate and with the loop that are in force."""
+        ask = self._channel.parameter
+        off = self.zeroing or not self._channel.enabled
+        closed = self.closed_loop and not off
+        slew = ask("PZ_TPZ_SLEWRATES", "slew_closed" if closed else "slew_open")
+        crossing = max(AMPLIFIER_TIME, MILLISECOND * SLEW_DIVISOR / slew if slew else 0)
+        if smooth and ask("PZ_POSCONTROLMODE", "mode") in _SMOOTH_MODES:
+            crossing = max(crossing, SMOOTH_TIME)
+        self._approach = Approach(
+            start,
+            0.0 if off else self._output_for(self._asked),
+            self._channel.clock.now,
+            crossing / FULL_SCALE,
+            self._settling if closed else 0.0,
+        )
+
+    @property
+    def _asked(self) -> int:
+        """The voltage or the position that was set, by the loop in force."""
+        if self.closed_loop:
+            return self._channel.parameter("PZ_OUTPUTPOS", "position_sw")
+        return self._channel.parameter("PZ_OUTPUTVOLTS", "voltage")
+
+    @property
+    def _settling(self) -> float:
+        """The time constant of the loop in nanoseconds; for ever if both constants are 0 (page 100)."""
+        ask = self._channel.parameter
+        gain = ask("PZ_PICONSTS", "prop_const") + ask("PZ_PICONSTS", "int_const")
+        return SECOND / gain if gain else math.inf
+
+    @property
+    def _reading(self) -> float:
+        extension = self.output if self._stuck_at is None else self._stuck_at
+        return extension + (self._offset or 0.0)
+
+    def _output_for(self, asked: int) -> float:
+        """Return the voltage for what was set, a position in closed loop, with what the inputs add to it."""
+        source = InputVoltsSource(self._channel.parameter("PZ_INPUTVOLTSSRC", "volt_src"))
+        output = float(asked)
+        if source.external_signal:
+            output += self.external_signal * FULL_SCALE
+        if source.potentiometer:
+            output += self.potentiometer * FULL_SCALE
+        if self.closed_loop:
+            output += self._zero - (self._offset or 0.0)
+        return min(max(output, _LOWEST), FULL_SCALE)

@@ -1,0 +1,249 @@
+"""A channel of a piezo controller: what the messages of pages 94 to 126 do, and what the status says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from stagewire import Frame
+from stagewire_apt import messages as m
+from stagewire_apt.quantities import MAXIMUM_VOLTS, TRAVEL
+from stagewire_virtual.instrument import Row
+from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live, stored
+from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.piezo.defaults import DEFAULT_TRAVEL, DEFAULTS, FULL_SCALE
+from stagewire_virtual.thorlabs_apt.piezo.drive import Drive
+from stagewire_virtual.thorlabs_apt.piezo.refusals import refusal
+from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
+from stagewire_virtual.thorlabs_apt.piezo.volts import LIMITS, maximum_volts
+
+__all__ = ["Piezo"]
+
+_HARDWARE_BITS = {750: "hardware_75v", 1000: "hardware_100v", 1500: "hardware_150v"}
+_BPC30X = "benchtop_piezo_2011"  # page 102: the bits 13 to 15 are theirs alone
+
+
+class Piezo(Behaviour):
+    """One channel of a piezo controller, with an actuator whose extension follows the voltage exactly.
+
+    The document says what is set, and hardly anything of how the output follows. Here
+
+    * the voltage changes at the slew rate of the loop in force (page 123), and never faster than from zero
+      to its maximum in 5 ms. In closed loop it also settles exponentially, with a time constant of 1 s /
+      (proportional + integral constant): 8.7 ms with 100 and 15. With both zero the loop stands still;
+    * the smooth modes take 1 s for the whole range when they open or close the loop (page 94);
+    * a waveform is put out as it is, without slew limit and settling; then what was set is put out again;
+    * the analogue inputs are added to the voltage in open loop and to the position in closed loop;
+    * a disabled channel has zero volts. It takes settings, and puts them out when it is enabled;
+    * a stuck actuator stays where it is, and the voltage does not know it.
+
+    ``settings.travel`` of 0 is an actuator without strain gauge: it has no closed loop, no position and no
+    zero. ``settings.position`` is what the strain gauge reads at zero volts before it has been zeroed, in
+    steps of 100 nm.
+
+    :param channel: its parameters, its clock, and the way to the host.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        super().__init__(channel)
+        settings = channel.settings
+        self.travel = DEFAULT_TRAVEL if settings.travel is None else settings.travel
+        """Of the actuator, in steps of 100 nm; 0 without a strain gauge."""
+        self.digital_inputs = 0
+        """Levels of the digital inputs, bit 0 for input 1; the status bits of BPC units show them."""
+        offset = (settings.position or 0) * FULL_SCALE / self.travel if self.travel else None
+        self._drive = Drive(channel, offset)
+        self._bits = StatusBits(channel.unit)
+        self._lut_type = DEFAULTS["PZ_LUTVALUETYPE"]["lut_type"]
+
+    @classmethod
+    def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
+        """Return the values that parameter sets have in a new controller."""
+        return DEFAULTS
+
+    # What the user of a virtual controller sets and sees
+
+    @property
+    def external_signal(self) -> float:
+        """Signal at EXT IN as a share of the maximum, -1 to 1; counts if ``PZ_SET_INPUTVOLTSSRC`` adds it."""
+        return self._drive.external_signal
+
+    @external_signal.setter
+    def external_signal(self, share: float) -> None:
+        self._drive.external_signal = share
+        self._drive.follow()
+
+    @property
+    def potentiometer(self) -> float:
+        """Position of the potentiometer, 0 to 1; counts if ``PZ_SET_INPUTVOLTSSRC`` adds it."""
+        return self._drive.potentiometer
+
+    @potentiometer.setter
+    def potentiometer(self, share: float) -> None:
+        self._drive.potentiometer = share
+        self._drive.follow()
+
+    @property
+    def trigger_input(self) -> bool:
+        """Level of the trigger input, True for high; low in a new controller."""
+        return self._drive.generator.trigger_input
+
+    @trigger_input.setter
+    def trigger_input(self, level: bool) -> None:
+        self._drive.generator.trigger_input = level
+
+    def trigger(self) -> None:
+        """Give the trigger input one edge of the sense that is set: an armed waveform begins."""
+        self._drive.generator.pulse_input()
+
+    @property
+    def trigger_output(self) -> bool:
+        """Level of the trigger output at this instant, True for high."""
+        return self._drive.generator.trigger_output
+
+    @property
+    def volts(self) -> float:
+        """Output voltage at this instant, in volts."""
+        maximum = MAXIMUM_VOLTS.from_counts(maximum_volts(self.channel))
+        return self._drive.output / FULL_SCALE * float(maximum)
+
+    @property
+    def position(self) -> float:
+        """Position at this instant, in µm from the zero of the strain gauge."""
+        return self._drive.position / FULL_SCALE * float(TRAVEL.from_counts(self.travel))
+
+    # What the controller asks
+
+    def power_on(self) -> None:
+        """Begin anew: zero volts, not zeroed, no waveform; and then what is set."""
+        self._drive.reset()
+        self._drive.follow()
+
+    def enabled_changed(self) -> None:
+        """Switch the output off, or put out again what is set."""
+        self._drive.enabled_changed()
+
+    def stuck_changed(self) -> None:
+        """Hold the actuator where it is, or let it go."""
+        self._drive.stuck_changed()
+
+    def refusal(self, frame: Frame) -> str | None:
+        """Return why a set is not taken at this instant, or None."""
+        return refusal(frame.message, self._drive)
+
+    def status(self) -> Mapping[str, int]:
+        """Return output voltage, position and status bits of this instant (page 103)."""
+        return {
+            "op_voltage": round(self._drive.output),
+            # the document has no negative position, although the format has
+            "position": min(max(round(self._drive.position), 0), FULL_SCALE),
+            **self.status_bits(),
+        }
+
+    def row(self) -> Row:
+        """Return voltage, position and what the channel does."""
+        measured = f"{self.volts:.2f} V"
+        if self._drive.has_strain_gauge:
+            measured += f", {self.position:.3f} µm"
+        return Row(f"channel {self.channel.ident}", measured, self._doing())
+
+    @live("PZ_PZSTATUSBITS")
+    def status_bits(self) -> dict[str, int]:
+        """Return the status bits of this instant (pages 101 and 102)."""
+        drive = self._drive
+        names = {
+            # any actuator is connected; "active" is said of the unit, not of the channel
+            "actuator_connected": True,
+            "zeroed": drive.zeroed,
+            "zeroing": drive.zeroing,
+            "strain_gauge_connected": drive.has_strain_gauge,
+            "closed_loop": drive.closed_loop,
+            "active": True,
+            "channel_enabled": self.channel.enabled,
+        }
+        if self.channel.unit.facts.get("family") == _BPC30X:
+            names[_HARDWARE_BITS[maximum_volts(self.channel)]] = True
+        for number in range(8):
+            names[f"digital_input_{number + 1}"] = bool(self.digital_inputs >> number & 1)
+        return {"status_bits": self._bits.value(names)}
+
+    @live("PZ_MAXTRAVEL")
+    def max_travel(self) -> dict[str, int]:
+        """Return the travel of the actuator, whatever the maximum voltage is (page 118)."""
+        return {"travel": self.travel}
+
+    @live("PZ_OUTPUTMAXVOLTS")
+    def output_max_volts(self) -> dict[str, int]:
+        """Return the maximum voltage in force and its flag (page 122)."""
+        maximum = maximum_volts(self.channel)
+        return {"voltage": maximum, "flags": LIMITS[maximum]}
+
+    @stored("PZ_OUTPUTVOLTS", "PZ_OUTPUTPOS", "PZ_INPUTVOLTSSRC", "PZ_PICONSTS", "PZ_TPZ_SLEWRATES")
+    def set_point_was_set(self, frame: Frame) -> None:
+        """Follow what was set."""
+        self._drive.follow()
+
+    @stored("PZ_POSCONTROLMODE")
+    def mode_was_set(self, frame: Frame) -> None:
+        """Open or close the loop. A waveform ends: its samples would mean something else (page 106)."""
+        self._drive.stop_waveform()
+        self._drive.follow(smooth=True)
+
+    @stored("PZ_OUTPUTLUT")
+    def sample_was_set(self, frame: Frame) -> None:
+        """Load a sample of the waveform table."""
+        assert isinstance(frame.message, m.PzSetOutputLut)
+        self._drive.generator.table[frame.message.index] = frame.message.output
+
+    @stored("PZ_LUTVALUETYPE")
+    def lut_value_type_was_set(self, frame: Frame) -> None:
+        """Forget the samples if they were of another type: they must be loaded again (page 126)."""
+        lut_type = self.channel.parameter("PZ_LUTVALUETYPE", "lut_type")
+        if lut_type != self._lut_type:
+            self._lut_type = lut_type
+            self._drive.generator.clear()
+
+    @handles("PZ_START_LUTOUTPUT")
+    def start_waveform(self, frame: Frame) -> None:
+        """Put the waveform out, or arm it (page 112)."""
+        if not self.channel.enabled:
+            fault: str | None = "the channel is disabled"
+        elif self._drive.zeroing:
+            fault = "the channel is being zeroed"
+        else:
+            fault = self._drive.generator.start(self.channel.parameters["PZ_OUTPUTLUTPARAMS"])
+        if fault:
+            self.channel.report_fault(frame, fault)
+
+    @handles("PZ_STOP_LUTOUTPUT")
+    def stop_waveform(self, frame: Frame) -> None:
+        """End or disarm the waveform (page 112)."""
+        self._drive.stop_waveform()
+
+    @handles("PZ_SET_ZERO")
+    def zero(self, frame: Frame) -> None:
+        """Put zero volts out and take what the strain gauge reads as zero (page 117)."""
+        if not self.channel.enabled:
+            self.channel.report_fault(frame, "the channel is disabled")
+        elif not self._drive.has_strain_gauge:
+            self.channel.report_fault(frame, "the actuator has no strain gauge that could be read")
+        else:
+            for name, field in (("PZ_OUTPUTVOLTS", "voltage"), ("PZ_OUTPUTPOS", "position_sw")):
+                self.channel.parameters[name][field] = 0
+            self._drive.zero()
+
+    @handles("MOT_SET_PZSTAGEPARAMDEFAULTS")
+    def restore_defaults(self, frame: Frame) -> None:
+        """Set all parameters back to those of the EEPROM (page 125)."""
+        self.channel.restore()
+        self._drive.stop_waveform()
+
+    def _doing(self) -> str:
+        drive = self._drive
+        states = {
+            "disabled": not self.channel.enabled,
+            "zeroing": drive.zeroing,
+            "waveform": drive.generator.sample is not None,
+            "waveform armed": drive.generator.armed,
+            "closed loop": drive.closed_loop,
+        }
+        return next((state for state, holds in states.items() if holds), "open loop")

@@ -1,0 +1,88 @@
+"""What real controllers do otherwise than the document says, by name; off unless asked for.
+
+A quirk changes a frame on its way out, whatever has made it: neither the behaviours nor the controller
+know of it. All are facts from public drivers, captures and later issues of the document.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from stagewire import Frame
+from stagewire_apt import messages as m
+from stagewire_virtual.units import Unit
+
+__all__ = ["QUIRKS", "Quirk"]
+
+Quirk = Callable[[Frame, Unit], Frame]
+"""Makes of the frame that a unit by the document would send the one that it does send."""
+
+_FAULT_CODE: Final = 1
+_PREFIX: Final = 1_000_000  # a serial number is a prefix of two digits and six more (page 7)
+
+
+def _header_only_completion(frame: Frame, unit: Unit) -> Frame:
+    """Send completions without status: six bytes instead of twenty."""
+    match frame.message:
+        case m.MotMoveCompletedDc() | m.MotMoveCompletedStepper() as completed:
+            header: m.MotMoveCompletedHeader | m.MotMoveStoppedHeader = m.MotMoveCompletedHeader(
+                completed.chan_ident
+            )
+        case m.MotMoveStoppedDc() | m.MotMoveStoppedStepper() as stopped:
+            header = m.MotMoveStoppedHeader(stopped.chan_ident)
+        case _:
+            return frame
+    return Frame(header, frame.dest, frame.source)
+
+
+def _long_status(frame: Frame, unit: Unit) -> Frame:
+    """Send 28 bytes in the status of motors: a second channel ident and three reserved words follow."""
+    match frame.message:
+        case m.MotGetStatusUpdate(chan_ident) | m.MotGetDcStatusUpdate(chan_ident):
+            extra = chan_ident.to_bytes(2, "little") + bytes(12)
+            return Frame(frame.message, frame.dest, frame.source, extra)
+    return frame
+
+
+def _serial_number_of_another_model(frame: Frame, unit: Unit) -> Frame:
+    """Begin the serial number with the prefix of another unit: the next of those in the registry."""
+    if not isinstance(frame.message, m.HwGetInfo):
+        return frame
+    own, rest = divmod(frame.message.serial_number, _PREFIX)
+    others = [prefix for prefix in _prefixes(unit.registry["units"]) if prefix != own]
+    other = min(others, key=lambda prefix: (prefix < own, prefix))
+    message = frame.message.replace(serial_number=other * _PREFIX + rest)
+    return Frame(message, frame.dest, frame.source)
+
+
+def _fault_codes_in_response(frame: Frame, unit: Unit) -> Frame:
+    """Put a fault code into the parameter bytes of HW_RESPONSE, which page 19 has as zero."""
+    if not isinstance(frame.message, m.HwResponse):
+        return frame
+    return Frame(m.HwResponse(param1=_FAULT_CODE), frame.dest, frame.source)
+
+
+def _unswapped_addresses(frame: Frame, unit: Unit) -> Frame:
+    """Send back the addresses of the request as they came."""
+    return Frame(frame.message, frame.source, frame.dest, frame.extra)
+
+
+def _zero_addresses(frame: Frame, unit: Unit) -> Frame:
+    """Send no addresses."""
+    return Frame(frame.message, 0, 0, frame.extra)
+
+
+def _prefixes(units: list[Mapping[str, int]]) -> list[int]:
+    return sorted({unit["usb_prefix"] for unit in units if "usb_prefix" in unit})
+
+
+QUIRKS: Final[Mapping[str, Quirk]] = {
+    "header_only_completion": _header_only_completion,  # steppers; captures of both forms exist
+    "long_status": _long_status,  # controllers of later issues of the document
+    "serial_number_of_another_model": _serial_number_of_another_model,  # cards, repaired units
+    "fault_codes_in_response": _fault_codes_in_response,
+    "unswapped_addresses": _unswapped_addresses,
+    "zero_addresses": _zero_addresses,
+}
+"""Quirks by name, in the order in which they are applied."""

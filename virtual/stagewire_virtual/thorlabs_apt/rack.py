@@ -1,0 +1,118 @@
+"""Racks: which bays are used, and the inputs and outputs of the USER IO connector (pages 23 to 26)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, Final, Protocol
+
+import stagewire
+from stagewire import Frame, FramedMessage
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import BayState
+from stagewire_virtual.units import Unit
+
+__all__ = ["BAYS", "RACK", "Bays", "Handler", "Panel", "Speaker", "UserIo", "modular_rack"]
+
+RACK: Final = "RACK"
+"""The name of a rack of modules; the document has no unit of that kind, only its modules."""
+
+BAYS: Final = 10
+"""Bays that can be asked for, counted from 0 on the wire (page 23)."""
+
+_ALL_OUTPUTS: Final = 0b1111
+
+Handler = Callable[[Frame], None]
+
+
+class Speaker(Protocol):
+    """What a panel needs of the controller that it is built into."""
+
+    def send(self, message: FramedMessage, cause: Frame) -> None:
+        """Say something that a frame of the host caused."""
+
+    def refuse(self, cause: Frame, why: str) -> None:
+        """Do nothing of what a frame of the host wants."""
+
+
+class Panel(Protocol):
+    """Something of a rack that answers messages, at each address that it is built into."""
+
+    def handlers(self, controller: Speaker) -> Mapping[str, Handler]:
+        """Return what takes each of its messages, answering as ``controller``."""
+
+
+class Bays:
+    """What a motherboard knows of its bays.
+
+    :param occupied: the bays that hold a card or module, counted from 0.
+    """
+
+    def __init__(self, occupied: Collection[int]) -> None:
+        self._occupied = frozenset(occupied)
+
+    def handlers(self, controller: Speaker) -> Mapping[str, Handler]:
+        """Return what takes each of its messages, answering as ``controller``."""
+
+        def is_used(frame: Frame) -> None:
+            message: Any = frame.message
+            bay = message.bay_ident
+            if bay < BAYS:
+                state = BayState.OCCUPIED if bay in self._occupied else BayState.EMPTY
+                controller.send(m.RackGetBayUsed(bay, state), frame)
+            else:
+                controller.refuse(frame, f"there is no bay {bay} (there are 0 to {BAYS - 1})")
+
+        return {"RACK_REQ_BAYUSED": is_used}
+
+
+class UserIo:
+    """The USER IO connector of a motherboard, of a module, or of a unit without bays.
+
+    Pages 25 and 26 have the tables of inputs and outputs exchanged (see the errata): the status bits are the
+    inputs.
+    """
+
+    def __init__(self) -> None:
+        self.inputs = 0
+        """The digital inputs, as bits of RACK_GET_STATUSBITS; for the user of the virtual rack to set."""
+        self.outputs = 0
+        """The four digital outputs, as bits of RACK_SET_DIGOUTPUTS; low after power-on."""
+
+    def handlers(self, controller: Speaker) -> Mapping[str, Handler]:
+        """Return what takes each of its messages, answering as ``controller``."""
+
+        def tell_inputs(frame: Frame) -> None:
+            controller.send(m.RackGetStatusBits(self.inputs), frame)
+
+        def take_outputs(frame: Frame) -> None:
+            message: Any = frame.message
+            self.outputs = message.dig_op & _ALL_OUTPUTS
+
+        def tell_outputs(frame: Frame) -> None:
+            controller.send(m.RackGetDigOutputs(self.outputs), frame)
+
+        return {
+            "RACK_REQ_STATUSBITS": tell_inputs,
+            "RACK_SET_DIGOUTPUTS": take_outputs,
+            "RACK_REQ_DIGOUTPUTS": tell_outputs,
+        }
+
+
+def modular_rack(protocol: stagewire.Protocol, registry: Mapping[str, Any], bays: int) -> Unit:
+    """Return a rack of modules as a unit: it takes what concerns racks, and has no channels of its own."""
+    messages = [
+        entry["name"]
+        for entry in registry["messages"]
+        if entry["name"].startswith(("HW_", "MOD_IDENTIFY", "RACK_"))
+    ]
+    facts = {
+        "name": RACK,
+        "title": "19 inch rack of modules",
+        "address": "rack",
+        "bays": bays,
+        "channels": 0,
+        "keep_alive": "none",
+        "messages": messages,
+        "stages": [],
+    }
+    return Unit(RACK, protocol, facts, {}, registry)

@@ -1,0 +1,187 @@
+"""The strain gauge reader: a signal, shown as a position, a voltage or a force (pages 117 and 127 to 129)."""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from stagewire import Frame
+from stagewire_apt.enumerations import DisplayMode, HubAnalogueOutput
+from stagewire_apt.quantities import FORCE_CALIBRATION, TRAVEL
+from stagewire_virtual.clock import SECOND, Timer
+from stagewire_virtual.instrument import Row
+from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live
+from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.piezo.defaults import (
+    DEFAULT_TRAVEL,
+    FULL_SCALE,
+    READING_TIME,
+)
+from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
+
+__all__ = ["SAMPLE_TIME", "SMOOTHED_SAMPLES", "StrainGauge"]
+
+SAMPLE_TIME: Final = SECOND // 500
+"""Readings are sampled at 500 Hz (page 129)."""
+
+SMOOTHED_SAMPLES: Final = 16
+"""The smoothed reading is the mean of so many samples, 32 ms; the document does not say what it is."""
+
+_FULL_SCALE_VOLTS: Final = 10  # of the voltage on display; the document has no figure (page 129)
+
+Signal = float | Callable[[float], float]
+
+
+class StrainGauge(Behaviour):
+    """The channel of a strain gauge reader, with whatever its user lets it measure.
+
+    The reading is the signal as a share of its full scale, 32767 for all of it (page 129): of the travel as
+    a position, of the force calibration as a force, of the analogue output as a voltage. Position and force
+    count from the zero that ``PZ_SET_ZERO`` takes after it has read for 1 s; the voltage is that of the
+    signal itself.
+
+    Where the document is silent: ``smoothed`` is the mean of the last 16 samples, with the sign of two's
+    complement, since a word holds no other. A disabled channel goes on reading, since it drives nothing.
+    The status message has the voltage as ``op_voltage`` and the position, not below 0, as ``position``.
+
+    ``settings.travel`` is what ``PZ_REQ_MAXTRAVEL`` is told; ``settings.position`` is the signal at the
+    beginning, in the same steps of 100 nm.
+
+    :param channel: its parameters, its clock, and the way to the host.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        super().__init__(channel)
+        settings = channel.settings
+        self.travel = DEFAULT_TRAVEL if settings.travel is None else settings.travel
+        """Of the actuator that is measured, in steps of 100 nm."""
+        self.noise = 0.0
+        """Standard deviation of the noise on each sample, as a share of full scale; made of the seed."""
+        self._noise_seed = channel.random.getrandbits(64)
+        self._bits = StatusBits(channel.unit)
+        share = (settings.position or 0) / self.travel if self.travel else 0.0
+        # Each signal with the sample from which it holds. The oldest one holds for all samples before the
+        # next, so that as many as are smoothed, and one, are enough.
+        self._signals: deque[tuple[int, Signal]] = deque([(0, share)], SMOOTHED_SAMPLES + 1)
+        self._zero = 0
+        self._zeroed = False
+        self._zeroing: Timer | None = None
+
+    @classmethod
+    def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
+        """Return the values that parameter sets have in a new reader; those not named are the registry's."""
+        return {
+            "PZ_TPZ_DISPSETTINGS": {"disp_intensity": 255},
+            "PZ_TSG_IOSETTINGS": {
+                "hub_analogue_output": HubAnalogueOutput.HUB_ANALOGUEOUT_1,
+                "display_mode": DisplayMode.DISPUNITS_POSITION,
+            },
+        }
+
+    @property
+    def signal(self) -> Signal:
+        """What the gauge measures: a share of full scale, -1 to 1, or a function of the time in seconds.
+
+        The function is called with the instants at which samples are taken.
+        """
+        return self._signals[-1][1]
+
+    @signal.setter
+    def signal(self, signal: Signal) -> None:
+        if self._signals[-1][0] == self._sample:
+            self._signals.pop()
+        self._signals.append((self._sample, signal))
+
+    def power_on(self) -> None:
+        """Begin anew: not zeroed. What is measured stays."""
+        if self._zeroing is not None:
+            self._zeroing.cancel()
+            self._zeroing = None
+        self._zero = 0
+        self._zeroed = False
+
+    def status(self) -> Mapping[str, int]:
+        """Return voltage, position and status bits of this instant (page 103)."""
+        voltage = self._at(self._sample)
+        names = {
+            "strain_gauge_connected": True,
+            "zeroed": self._zeroed,
+            "zeroing": self._zeroing is not None,
+            "active": True,
+            "channel_enabled": self.channel.enabled,
+        }
+        return {
+            "op_voltage": voltage,
+            "position": min(max(voltage - self._zero, 0), FULL_SCALE),
+            "status_bits": self._bits.value(names),
+        }
+
+    def row(self) -> Row:
+        """Return the reading in the unit of the display."""
+        share = self.reading()["reading"] / FULL_SCALE
+        match self._mode:
+            case DisplayMode.DISPUNITS_VOLTAGE:
+                shown = f"{share * _FULL_SCALE_VOLTS:.3f} V"
+            case DisplayMode.DISPUNITS_FORCE:
+                shown = f"{share * self._newtons:.3f} N"
+            case _:
+                shown = f"{share * float(TRAVEL.from_counts(self.travel)):.3f} µm"
+        return Row(
+            f"channel {self.channel.ident}", shown, "zeroing" if self._zeroing else "reading"
+        )
+
+    @live("PZ_TSG_READING")
+    def reading(self) -> dict[str, int]:
+        """Return the reading and the smoothed reading of the last sample (page 129)."""
+        last = self._sample
+        samples = range(max(0, last - SMOOTHED_SAMPLES + 1), last + 1)
+        smoothed = round(sum(self._shown(sample) for sample in samples) / len(samples))
+        return {"reading": self._shown(last), "smoothed": smoothed & 0xFFFF}
+
+    @live("PZ_MAXTRAVEL")
+    def max_travel(self) -> dict[str, int]:
+        """Return the travel of the actuator (page 118)."""
+        return {"travel": self.travel}
+
+    @handles("PZ_SET_ZERO")
+    def zero(self, frame: Frame) -> None:
+        """Take the reading at the end of 1 s as zero (page 117); there is no voltage that could be set."""
+        self.power_on()
+        self._zeroing = self.channel.clock.call_later(READING_TIME, self._take_zero)
+
+    def _take_zero(self) -> None:
+        self._zeroing = None
+        self._zeroed = True
+        self._zero = self._at(self._sample)
+
+    @property
+    def _mode(self) -> int:
+        return self.channel.parameter("PZ_TSG_IOSETTINGS", "display_mode")
+
+    @property
+    def _newtons(self) -> float:
+        calibration = self.channel.parameter("PZ_TSG_IOSETTINGS", "force_calib")
+        return float(FORCE_CALIBRATION.from_counts(calibration))
+
+    @property
+    def _sample(self) -> int:
+        """The number of the last sample, counted from the beginning of time."""
+        return self.channel.clock.now // SAMPLE_TIME
+
+    def _shown(self, sample: int) -> int:
+        """Return the reading of a sample by the display mode."""
+        zero = 0 if self._mode == DisplayMode.DISPUNITS_VOLTAGE else self._zero
+        return min(max(self._at(sample) - zero, -FULL_SCALE), FULL_SCALE)
+
+    def _at(self, sample: int) -> int:
+        """Return the signal at a sample in counts."""
+        signal = next(
+            (signal for since, signal in reversed(self._signals) if since <= sample),
+            self._signals[0][1],
+        )
+        share = signal(sample * SAMPLE_TIME / SECOND) if callable(signal) else signal
+        if self.noise:
+            share += random.Random(self._noise_seed + sample).gauss(0.0, self.noise)
+        return round(min(max(share, -1.0), 1.0) * FULL_SCALE)
