@@ -1,8 +1,9 @@
 # Two commands do everything on a fresh machine, set-up included:
-#   make demo   check the spec, regenerate every binding, run all worked examples
+#   make demo   check the spec, regenerate every binding, run all worked examples, move a virtual stage
 #   make test   formatting, types, import rules and all tests
 # What takes long or needs a quiet machine is apart:
 #   make bench  speed and memory against their bounds
+#   make soak   256 virtual controllers in one process for a minute: time, memory, one core
 #   make fuzz   thirty million executions of the codecs, and everything that a user can feed to the command
 # Each has its own virtual environment below .venv/.
 
@@ -17,7 +18,7 @@ C_EXECUTIONS := 20000000
 SECONDS := 60
 SEED := 1
 
-.PHONY: demo test tools generate format c-sizes bench fuzz clean
+.PHONY: demo test tools generate format c-sizes bench soak fuzz clean
 
 demo: .venv/demo/ready
 	@echo "== the spec: schemas, layouts, witness, errata"
@@ -26,6 +27,8 @@ demo: .venv/demo/ready
 	@.venv/demo/bin/stagewire generate --spec $(SPEC) --out $(OUT) --check
 	@echo "== every worked example of the documents, in both directions"
 	@.venv/demo/bin/stagewire conformance examples
+	@echo "== a virtual controller homes a stage and moves it, on its own clock"
+	@.venv/demo/bin/python examples/python/in_memory.py
 
 test: .venv/test/ready tools
 	.venv/test/bin/ruff check .
@@ -57,6 +60,9 @@ bench: .venv/bench/ready tools
 		.venv/bench/bin/python benchmarks/$$program.py || failed="$$failed $$program"; \
 	done; \
 	test -z "$$failed" || { echo "over a bound:$$failed"; exit 1; }
+
+soak: .venv/test/ready
+	.venv/test/bin/python benchmarks/virtual_soak.py
 
 fuzz: .venv/fuzz/ready tools
 	.venv/fuzz/bin/python tests/fuzz/atheris_codec.py --executions $(EXECUTIONS) --seed $(SEED)

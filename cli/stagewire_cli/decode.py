@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, BinaryIO
+from typing import Annotated
 
 import typer
 
+from stagewire.capture import Heading, Recorded
+from stagewire.direction import Direction as Way
 from stagewire.errors import CodecError
 from stagewire.framing import End
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats import Format, check_format, writing
-from stagewire_cli.formats.task import Task
+from stagewire_cli.formats.task import Stamp, Task
 from stagewire_cli.formats.writer import Writer
 from stagewire_cli.hextext import parse_hex
-from stagewire_cli.inputs import Source, captures, chunks, is_json, opening
+from stagewire_cli.inputs import Source, captures, chunks, heading, is_json, opening, session
 from stagewire_cli.outputs import check_output, output
 from stagewire_cli.progress import Progress, progress
 from stagewire_cli.protocols import PROTOCOL_HELP
@@ -27,6 +31,7 @@ from stagewire_cli.tally import Tally
 __all__ = ["EXAMPLE", "decode"]
 
 _NOW_AND_THEN = 1024  # frames
+_WAYS = {Way.TO_CONTROLLER: "to_controller", Way.TO_HOST: "to_host"}
 
 EXAMPLE = """\b
 Examples:
@@ -35,6 +40,7 @@ Examples:
   stagewire decode --direction command "18 54 03 A0 86 01 3A"
   stagewire decode --command READ_MOTOR_POSITION "A0 86 01"
   stagewire decode capture.bin --message MOT_GET_DCSTATUSUPDATE --format csv --output status.csv
+  stagewire decode session.txt                     # as recorded by stagewire virtual --log
 """
 
 
@@ -87,6 +93,9 @@ def decode(
     file holds hex text, raw bytes, or JSON captures ("hex" in each entry, in a list or one a line),
     each of which must be one frame. A stream may be of any size.
 
+    A file may also be a recorded session, which begins with "# stagewire capture": it says which protocol
+    it is of, and of all that passed when and which way, which is shown instead of offsets.
+
     Without --direction or --command bytes are taken for frames with a header. A command and a reply have
     none: a stream of commands can be decoded, replies only one by one, by the command that they answer.
 
@@ -98,25 +107,26 @@ def decode(
     for its message, or an end that is incomplete. An unknown message in a stream is no fault: newer
     controllers send more than is known. As the only frame, or in JSON captures, it is refused.
     """
-    task = Selection(protocol, status, direction, command, message).task()
     wanted = _format(format, as_json)
-    try:
-        check_format(wanted, task)
-    except CodecError as error:
-        raise CalledWronglyError(f"--message: {error}") from None
     if wanted is Format.PARQUET and target is None:
         raise CalledWronglyError("Parquet is no text; say where to write it by --output FILE")
     given = _given(source)
     if target is not None:
         check_output(target, given if isinstance(given, Path) else None)
     tally = Tally()
-    with (
-        output(target, binary=wanted is Format.PARQUET) as out,
-        writing(wanted, task, out) as made,
-        # What scrolls by on a terminal shows by itself how far it is.
-        progress(lines=False, quiet=target is None and sys.stdout.isatty()) as say,
-    ):
-        _Decoding(task, made, end, tally, say).of(given)
+    with _opened(given) as read:
+        task = Selection(protocol, status, direction, command, message, read.heading).task()
+        try:
+            check_format(wanted, task)
+        except CodecError as error:
+            raise CalledWronglyError(f"--message: {error}") from None
+        with (
+            output(target, binary=wanted is Format.PARQUET) as out,
+            writing(wanted, task, out) as made,
+            # What scrolls by on a terminal shows by itself how far it is.
+            progress(lines=False, quiet=target is None and sys.stdout.isatty()) as say,
+        ):
+            _Decoding(task, made, end, tally, say).of(read)
     alone = isinstance(given, bytes) and end is None
     if target or (not alone and (wanted is not Format.JSONL or task.only)):
         typer.echo(tally.summary, err=True)
@@ -167,6 +177,41 @@ def _is_hex(word: str) -> bool:
 
 
 @dataclass(frozen=True)
+class _Input:
+    """What was opened.
+
+    :param source: a file or standard input; None for bytes on the command line.
+    :param block: its first block, or those bytes.
+    :param text: that as text; None when it is none.
+    """
+
+    source: Source | None
+    block: bytes
+    text: str | None
+
+    @cached_property
+    def heading(self) -> Heading | None:
+        """What the first line says of a recorded session; None when it is none."""
+        return heading(self.text)
+
+
+@contextmanager
+def _opened(given: Path | bytes | None) -> Iterator[_Input]:
+    """Give what the arguments name, with its first block read."""
+    if isinstance(given, bytes):
+        yield _Input(None, given, None)
+        return
+    with ExitStack() as files:
+        stream = sys.stdin.buffer if given is None else files.enter_context(given.open("rb"))
+        source = Source(stream)
+        yield _Input(source, *opening(source))
+
+
+def _stamp(recorded: Recorded) -> Stamp:
+    return recorded.time / 1e9, _WAYS[recorded.direction]
+
+
+@dataclass(frozen=True)
 class _Decoding:
     """One run of the command: from what is read to what writes, and what is counted on the way."""
 
@@ -176,27 +221,25 @@ class _Decoding:
     tally: Tally
     say: Progress
 
-    def of(self, given: Path | bytes | None) -> None:
+    def of(self, read: _Input) -> None:
         """Decode what the arguments name."""
-        if given is None:
-            self._file(sys.stdin.buffer)
-        elif isinstance(given, Path):
-            with given.open("rb") as file:
-                self._file(file)
-        elif self.end is not None:
-            self._stream([given])
-        else:
-            self.tally.frame(given, self.writer.frame(0, given))
-
-    def _file(self, stream: BinaryIO) -> None:
-        source = Source(stream)
-        block, text = opening(source)
-        if not is_json(text):
+        source, block, text = read.source, read.block, read.text
+        if source is None:
+            if self.end is not None:
+                self._stream([block])
+            else:
+                self.tally.frame(block, self.writer.frame(0, block))
+        elif not is_json(text) and not read.heading:
             self._stream(chunks(source, block, text), source)
         elif self.end is not None:
-            raise CalledWronglyError(
-                "--end is for a stream; JSON captures are frames by themselves"
+            what = (
+                "a recorded session has both"
+                if read.heading
+                else "JSON captures are frames by themselves"
             )
+            raise CalledWronglyError(f"--end is for a stream; {what}")
+        elif read.heading:
+            self._session(source, block)
         else:
             self._captures(source, block)
 
@@ -205,6 +248,26 @@ class _Decoding:
             self.tally.frame(raw, self.writer.frame(self.tally.read, raw, name))
             if self.tally.counts.total() % _NOW_AND_THEN == 0:
                 self.say(f"{source.progress}, {self.tally.counts['frame']:,} frames")
+
+    def _session(self, source: Source, block: bytes) -> None:
+        readers = self.task.readers()
+        latest: dict[Way, Recorded] = {}
+        for part in session(source, block):
+            for recorded in part:
+                way = recorded.direction
+                latest[way] = recorded
+                events = readers[way].feed(recorded.data)
+                self.task.stamp = _stamp(recorded)
+                for event in events:
+                    self.writer.events(recorded.line, [event])
+                self.tally.events(events, recorded.data, way)
+            self.writer.flush()
+            self.say(f"{source.progress}, {self.tally.counts['message']:,} messages")
+        for way, recorded in latest.items():
+            if pending := bytes(readers[way].pending):
+                self.task.stamp = _stamp(recorded)
+                self.writer.pending(recorded.line, pending)
+                self.tally.end(pending)
 
     def _stream(self, parts: Iterable[bytes], source: Source | None = None) -> None:
         reader = self.task.reader(self.end)

@@ -1,4 +1,4 @@
-"""What ``stagewire decode`` reads: text of hex, captures in JSON, or raw bytes; in blocks."""
+"""What ``stagewire decode`` reads: text of hex, recorded sessions, JSON, or raw bytes; in blocks."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ import stat
 from collections.abc import Iterator
 from typing import Any, BinaryIO
 
+from stagewire.capture import CaptureReader, Heading, Recorded, is_capture
+from stagewire.errors import CaptureError
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.hextext import HexText, parse_hex
 
-__all__ = ["Capture", "Source", "captures", "chunks", "is_json", "opening"]
+__all__ = ["Capture", "Source", "captures", "chunks", "heading", "is_json", "opening", "session"]
 
 BLOCK = 64 * 1024
 _MAXIMUM_JSON = 64 * 1024 * 1024
@@ -74,6 +76,34 @@ def opening(source: Source) -> tuple[bytes, str | None]:
         return block, None
 
 
+def heading(text: str | None) -> Heading | None:
+    """Return what the first line of a recorded session says; None for a text that is none.
+
+    The line is there as a whole in the first block: it is short, and written at once.
+    """
+    if text is None or not is_capture(text):
+        return None
+    reader = CaptureReader()
+    _recorded(reader, text.partition("\n")[0] + "\n")
+    return reader.heading
+
+
+def session(source: Source, block: bytes) -> Iterator[list[Recorded]]:
+    """Yield what a recorded session says, block by block, beginning with the first ``block``."""
+    reader = CaptureReader()
+    for text in _texts(source, block):
+        yield _recorded(reader, text)
+    yield _recorded(reader, None)
+
+
+def _recorded(reader: CaptureReader, text: str | None) -> list[Recorded]:
+    """Let a reader take a text, or the end for None."""
+    try:
+        return reader.finish() if text is None else reader.feed(text)
+    except CaptureError as error:
+        raise CalledWronglyError(str(error)) from None
+
+
 def is_json(text: str | None) -> bool:
     """Whether text begins like a list of captures or like JSON lines."""
     return text is not None and _JSON.match(text) is not None
@@ -86,18 +116,26 @@ def chunks(source: Source, block: bytes, text: str | None) -> Iterator[bytes]:
             yield block
             block = source.block()
         return
-    decoder = codecs.getincrementaldecoder("utf-8-sig")()
     reader = HexText()
+    texts = _texts(source, block)
     try:
-        while block:
-            yield reader.feed(decoder.decode(block))
-            block = source.block()
-        decoder.decode(b"", final=True)
+        for text in texts:
+            yield reader.feed(text)
         yield reader.finish()
-    except UnicodeDecodeError:
-        raise CalledWronglyError("the input begins as text and goes on as something else") from None
     except ValueError as error:
         raise CalledWronglyError(str(error)) from None
+
+
+def _texts(source: Source, block: bytes) -> Iterator[str]:
+    """Yield a source as text, block by block, beginning with its first ``block``."""
+    decoder = codecs.getincrementaldecoder("utf-8-sig")()
+    try:
+        while block:
+            yield decoder.decode(block)
+            block = source.block()
+        decoder.decode(b"", final=True)
+    except UnicodeDecodeError:
+        raise CalledWronglyError("the input begins as text and goes on as something else") from None
 
 
 def captures(source: Source, block: bytes) -> Iterator[Capture]:

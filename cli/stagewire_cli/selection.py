@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from stagewire.capture import Heading
 from stagewire.commands import CommandProtocol
 from stagewire.errors import BadValueError, CodecError
 from stagewire.framed import FramedProtocol
@@ -31,16 +32,41 @@ class Direction(enum.Enum):
 
 @dataclass(frozen=True)
 class Selection:
-    """The options that say what is to be decoded, as they were given."""
+    """The options that say what is to be decoded, as they were given.
+
+    :param recorded: the heading of the capture that is decoded, if it is one; it says more than options do.
+    """
 
     protocol: str | None = None
     status: str | None = None
     direction: Direction | None = None
     command: str | None = None
     message: str | None = None
+    recorded: Heading | None = None
 
     def task(self) -> Task:
         """Return what is to be decoded. Raises :class:`CalledWronglyError`."""
+        if self.recorded:
+            task = self._of_capture(self.recorded)._task()
+            task.records()
+            return task
+        return self._task()
+
+    def _of_capture(self, recorded: Heading) -> Selection:
+        """Return the options that a capture makes of these; raise for one that contradicts it."""
+        for option, value in (("--direction", self.direction), ("--command", self.command)):
+            if value is not None:
+                raise CalledWronglyError(
+                    f"{option} is for bytes alone; a capture says which way they went"
+                )
+        if self.protocol not in (None, recorded.protocol):
+            raise CalledWronglyError(
+                f"--protocol {self.protocol} contradicts the capture, which is one of {recorded.protocol}"
+            )
+        status = self.status or _status(recorded)
+        return replace(self, protocol=recorded.protocol, status=status)
+
+    def _task(self) -> Task:
         protocol = self._protocol()
         for cls, task in _TASKS.items():
             if isinstance(protocol, cls):
@@ -89,7 +115,7 @@ class Selection:
         only = _class(protocol, "--message", name, form if colon else None)
         if command is not None:
             return CommandTask(protocol, command, _answer(protocol, command, only, form))
-        if form == "reply":
+        if form == "reply" and not self.recorded:
             raise CalledWronglyError(
                 f"--message: no command is {self.message}; replies are decoded by --command {name}"
             )
@@ -124,6 +150,15 @@ _TASKS: dict[type[Protocol], Callable[[Selection, Any], Task]] = {
     FramedProtocol: Selection._of_frames,
     PacketProtocol: Selection._of_packets,
 }
+
+
+def _status(recorded: Heading) -> str | None:
+    """Return the status block that the unit of a capture sends, as far as one has to be told."""
+    protocol = choose(recorded.protocol, lambda _: True)
+    known = codec_of(protocol).contexts.get("status", ())
+    units = protocol.registry()["units"]
+    found = (unit.get("status") for unit in units if unit["name"] == recorded.unit)
+    return next((status for status in found if status in known), None)
 
 
 def _class(protocol: Protocol, option: str, name: str, form: str | None) -> Any:

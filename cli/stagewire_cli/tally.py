@@ -21,27 +21,30 @@ class Tally:
         self.read = 0
         self.counts: Counter[str] = Counter()
         self._pending = 0
-        self._in_garbage = False
+        self._in_garbage: dict[object, bool] = {}
 
     def frame(self, raw: bytes, right: bool) -> None:
         """Count a frame that had to be right."""
         self.read += len(raw)
         self.counts["frame" if right else "refused"] += 1
 
-    def events(self, events: Sequence[Event], part: bytes) -> None:
-        """Count what a part of a stream gave; a run of garbage that blocks have cut counts once."""
+    def events(self, events: Sequence[Event], part: bytes, stream: object = None) -> None:
+        """Count what a part of a stream gave; a run of garbage that blocks have cut counts once.
+
+        ``stream`` tells streams apart, where there are several.
+        """
         self.read += len(part)
         if not events:
             return
         for kind, number in Counter(map(type, events)).items():
             self.counts[EVENT_NAMES[kind]] += number
-        if self._in_garbage and type(events[0]) is Garbage:
+        if self._in_garbage.get(stream) and type(events[0]) is Garbage:
             self.counts[EVENT_NAMES[Garbage]] -= 1
-        self._in_garbage = type(events[-1]) is Garbage
+        self._in_garbage[stream] = type(events[-1]) is Garbage
 
     def end(self, pending: bytes) -> None:
         """Count what is left at the end of a stream."""
-        self._pending = len(pending)
+        self._pending += len(pending)
 
     @property
     def right(self) -> bool:

@@ -11,8 +11,8 @@ from typing import TextIO, cast
 
 from stagewire.capture import CaptureWriter, Heading
 from stagewire.direction import Direction
-from stagewire_cli.conversation import Conversation, Piece
-from stagewire_conformance.codec import codec_of
+from stagewire_cli.conversation import Conversation
+from stagewire_cli.selection import Selection
 from stagewire_virtual.serving.link import Link
 
 __all__ = ["STANDARD_OUTPUT", "Log", "logs"]
@@ -51,28 +51,20 @@ class Log:
 
     def __init__(self, link: Link, out: TextIO) -> None:
         unit = link.instrument.unit
-        protocol, status = unit.protocol, unit.facts.get("status")
-        decides = status in codec_of(protocol).contexts.get("status", ())
+        heading = Heading(unit.protocol.name, unit.name)
         self._out = out
-        self._writer = CaptureWriter(out, Heading(protocol.name, unit.name))
-        self._conversation = Conversation(protocol, {"status": status} if decides else None)
+        self._writer = CaptureWriter(out, heading)
+        self._conversation = Conversation(Selection(recorded=heading).task())
 
-    def received(self, when: int, data: bytes) -> None:
-        """Record bytes of the host."""
-        self._write(when, Direction.TO_CONTROLLER, self._conversation.host(data))
-
-    def sent(self, when: int, data: bytes) -> None:
-        """Record bytes of the controller."""
-        self._write(when, Direction.TO_HOST, self._conversation.controller(data))
+    def passed(self, when: int, direction: Direction, data: bytes) -> None:
+        """Record bytes that went one way."""
+        for piece, words in self._conversation.pieces(direction, data):
+            self._writer.write(when, direction, piece, words)
+        self._out.flush()
 
     def note(self, when: int, text: str) -> None:
         """Record something for people."""
         self._writer.note(when, text)
-        self._out.flush()
-
-    def _write(self, when: int, direction: Direction, pieces: list[Piece]) -> None:
-        for data, words in pieces:
-            self._writer.write(when, direction, data, words)
         self._out.flush()
 
 

@@ -7,17 +7,21 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
 
 import typer
 
+from stagewire.direction import Direction
 from stagewire_cli.terminal import printable
 from stagewire_cli.virtual_log import STANDARD_OUTPUT, Log, logs
-from stagewire_cli.virtual_screen import Screen
-from stagewire_cli.virtual_units import Maker
+from stagewire_cli.virtual_units import LinkMaker
 from stagewire_virtual.clock import RealClock
 from stagewire_virtual.replay import Replay
-from stagewire_virtual.serving.link import Link, Observer
+from stagewire_virtual.serving.link import Link, Observer, ServedLink
 from stagewire_virtual.serving.server import Server
+
+if TYPE_CHECKING:
+    from stagewire_cli.virtual_screen import Screen
 
 __all__ = ["run_session"]
 
@@ -25,7 +29,7 @@ _REFRESH = 0.2  # seconds between two drawings of the live table
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # as far as the system has them
 
 
-def run_session(makers: Sequence[Maker], log: str | None, seconds: float | None) -> bool:
+def run_session(makers: Sequence[LinkMaker], log: str | None, seconds: float | None) -> bool:
     """Serve until a signal, until the time is over, or until the host of a replay has left.
 
     :param makers: what is served, on one clock.
@@ -60,7 +64,7 @@ class _Session(Observer):
         self._visited: set[Link] = set()
 
     async def serve(
-        self, server: Server, links: Sequence[Link], seconds: float | None, *, quiet: bool
+        self, server: Server, links: Sequence[ServedLink], seconds: float | None, *, quiet: bool
     ) -> None:
         """Serve the links until it is over; ``quiet`` leaves standard output to the log."""
         async with server:
@@ -69,8 +73,10 @@ class _Session(Observer):
                     await server.open(link)
                 for link in links:
                     typer.echo(f"{link.label} at {link.url}", err=quiet)
-                ends = [asyncio.create_task(self._over.wait())]
+                ends: list[asyncio.Task[object]] = [asyncio.create_task(self._over.wait())]
                 if sys.stdout.isatty() and not quiet:
+                    from stagewire_cli.virtual_screen import Screen
+
                     self._screen = stack.enter_context(Screen(links))
                     ends.append(asyncio.create_task(_draw(server, self._screen)))
                 done, waiting = await asyncio.wait(
@@ -83,11 +89,11 @@ class _Session(Observer):
 
     def received(self, link: Link, when: int, data: bytes) -> None:
         """Record bytes of a host."""
-        self._record(link, lambda log: log.received(when, data))
+        self._record(link, lambda log: log.passed(when, Direction.TO_CONTROLLER, data))
 
     def sent(self, link: Link, when: int, data: bytes) -> None:
         """Record what goes to a host."""
-        self._record(link, lambda log: log.sent(when, data))
+        self._record(link, lambda log: log.passed(when, Direction.TO_HOST, data))
 
     def noted(self, link: Link, when: int, text: str) -> None:
         """Show what a person wants to know; a replay is over when its host has left."""

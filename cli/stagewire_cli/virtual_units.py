@@ -12,12 +12,12 @@ from typing import Any, TypeAlias
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.terminal import console, table
 from stagewire_virtual.clock import Clock
-from stagewire_virtual.serving.link import Link, Observer
+from stagewire_virtual.serving.link import Observer, ServedLink
 from stagewire_virtual.serving.places import Place, PtyPlace, TcpPlace, parse_tcp
 
-__all__ = ["Maker", "of_bench", "of_names", "of_replay", "show_all"]
+__all__ = ["LinkMaker", "of_bench", "of_names", "of_replay", "show_all"]
 
-Maker: TypeAlias = Callable[[Clock, Observer], Link]
+LinkMaker: TypeAlias = Callable[[Clock, Observer], ServedLink]
 """Makes one virtual controller with its line, not yet open."""
 
 _ANY_PORT = "0"
@@ -29,7 +29,7 @@ def of_names(
     pty: bool,
     bind: str | None,
     options: Mapping[str, Any],
-) -> list[Maker]:
+) -> list[LinkMaker]:
     """Return units that are named on the command line.
 
     :param tcp: the port of the first one; those of the others follow. None: any that are free.
@@ -56,14 +56,14 @@ def of_names(
     return [unit.link for unit in make_bench(tables, bind=bind).units]
 
 
-def of_bench(path: Path, bind: str | None) -> list[Maker]:
+def of_bench(path: Path, bind: str | None) -> list[LinkMaker]:
     """Return the units of a bench file; raises as :func:`of_names` does."""
     from stagewire_virtual.serving.bench import load_bench
 
     return [unit.link for unit in load_bench(path, bind=bind).units]
 
 
-def of_replay(path: Path, tcp: str | None, pty: bool, bind: str | None) -> list[Maker]:
+def of_replay(path: Path, tcp: str | None, pty: bool, bind: str | None) -> list[LinkMaker]:
     """Return the controller's side of a recorded session.
 
     Raises :class:`~stagewire.errors.CaptureError` for a file that is no capture.
@@ -74,7 +74,7 @@ def of_replay(path: Path, tcp: str | None, pty: bool, bind: str | None) -> list[
     place: Place = PtyPlace() if pty else parse_tcp(tcp or _ANY_PORT, bind)
     capture = read_capture(path)
 
-    def make(clock: Clock, observer: Observer) -> Link:
+    def make(clock: Clock, observer: Observer) -> ServedLink:
         return place.link(Replay(capture, clock), label=path.name, observer=observer)
 
     return [make]

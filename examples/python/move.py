@@ -18,7 +18,9 @@ from stagewire_apt import PROTOCOL, stages
 from stagewire_apt import messages as m
 
 HOST, USB = 0x01, 0x50
-ALIVE_EVERY = 1.0  # seconds; a controller on USB that is not told falls silent after a while (page 81)
+ALIVE_EVERY = (
+    1.0  # seconds; a controller on USB that is not told falls silent after a while (page 80)
+)
 PATIENCE = 60.0
 
 POSITION = stages.Z8.scale("position", "TDC001")

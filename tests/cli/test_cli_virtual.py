@@ -135,7 +135,7 @@ def test_options_of_the_command_line_are_those_of_a_bench() -> None:
         (["TDC001", "--tcp", "here:there"], "here:there"),
         (["TDC001", "BSC103", "--tcp", "65535"], "65536"),
         (["TDC001", "--bind", "203.0.113.9"], "203.0.113.9"),
-        (["TDC001", "--stage", "MLS203"], "MLS203"),
+        (["TDC001", "--stage", "Z9"], "no stage Z9"),
         (["TDC001", "--quirk", "none"], "long_status"),
         (["TDC001", "--fault", "to_host fly"], "duplicate"),
         (["TDC001", "--line", "wire"], "rs232"),
@@ -267,11 +267,11 @@ def test_what_goes_wrong_is_told(tmp_path: Path) -> None:
     log = tmp_path / "log.txt"
     fault = "to_host drop frame at=1"
     with running("TDC001", "--fault", fault, "--log", log) as serving:
-        ask(serving.places["TDC001"], INFO, size=0)
+        ask(serving.places["TDC001"], INFO + ENABLE_STATE, size=6)
         assert serving.end(signal.SIGTERM)[0] == 0
     assert "drop" in log.read_text()
     with running("TDC001", "--fault", fault) as serving:
-        ask(serving.places["TDC001"], INFO, size=0)
+        ask(serving.places["TDC001"], INFO + ENABLE_STATE, size=6)
         _, _, err = serving.end(signal.SIGTERM)
     assert "TDC001: " in err
     assert "drop" in err
@@ -305,7 +305,7 @@ def test_a_reader_of_the_log_that_has_gone() -> None:
     with running("TDC001", "--log", "-") as serving:
         assert serving.process.stdout is not None
         serving.process.stdout.close()
-        ask(serving.places["TDC001"], INFO, size=0)
+        ask(serving.places["TDC001"], INFO)
         assert serving.process.wait(20) == 1
         assert serving.process.stderr is not None
         assert "Traceback" not in serving.process.stderr.read()

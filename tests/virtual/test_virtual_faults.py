@@ -241,9 +241,9 @@ def test_what_is_held_back_is_bounded() -> None:
     assert bench.what[-1] == f"lost 1000 bytes: over {MOST_HELD} are held back"
     bench.clock.advance(10)
     assert sum(len(data) for _, data in bench.came) == MOST_HELD // 1000 * 1000
-    assert len(bench.say(bytes(10))) == 0  # late again, and there is room
+    assert not bench.say(b"\x01" * 1000)  # late again, and there is room
     bench.clock.advance(10)
-    assert bench.came[-1] == (20 * SECOND, bytes(10))
+    assert bench.came[-1] == (20 * SECOND, b"\x01" * 1000)
 
 
 def test_what_is_remembered_is_bounded() -> None:
@@ -371,9 +371,8 @@ def test_what_happened_is_told_at_once() -> None:
     ]
 
 
-def hits(seed: int, *faults: str, number: int = 0) -> list[bytes]:
-    bench = Bench(*faults, seed=seed)
-    return bench.say(*frames(200))
+def hits(seed: int, *faults: str) -> list[bytes]:
+    return Bench(*faults, seed=seed).say(*frames(200))
 
 
 def test_chance_is_that_of_the_seed_and_of_the_fault_alone() -> None:
@@ -389,7 +388,7 @@ def test_chance_is_that_of_the_seed_and_of_the_fault_alone() -> None:
     own = f"{drop} seed=3"
     assert hits(1, own) == hits(2, own) == hits(3, "to_host drop frame at=999", own)
     there = Bench("to_controller drop frame p=0.5 seed=3")
-    heard = there.hear(*[bytes((0x43, 4, n, 0, 0x50, 1)) for n in range(200)])
+    heard = there.hear(*[bytes((0x43, 4, n, 0, 0x50, 1)) for n in range(1, 201)])
     assert [frame[2] for frame in heard] != [frame[2] for frame in hits(1, own)]
 
 

@@ -1,5 +1,6 @@
 """Both formats of the MS-2000 and the ways between them, every reading, and any bytes at all."""
 
+import tracemalloc
 from collections.abc import Mapping
 from itertools import pairwise
 
@@ -82,18 +83,24 @@ def test_the_format_after_power_on_and_reset(mode: str, answer: bytes) -> None:
     assert host.send(b"\x18?:\r") == answer
 
 
+def test_a_reset_forgets_the_digits_of_where() -> None:
+    host = Host()
+    host.send(b"\xffH\xffR\xffB")
+    host.write(84, 3, 60_000)
+    host.to(10.1)
+    assert host.send(b"\xffAW X\r") == b":A 31\r\n"
+
+
 def test_a_reset_forgets_all_but_where_the_stage_stands() -> None:
     host = Host(travel=10_000, position=1_000)
     host.write(84, 3, 20_000)
     host.to(100)
     host.instrument.power_cycle()
-    there = host.instrument.axes["X"].status
     assert host.send(b"\xffB") == b""
     assert (host.position, host.busy, host.speed) == (0, False, 0)
     host.write(84, 3, 20_000)
     host.to(5000)
     assert host.position < 9_000  # the upper end, seen from where it stood when it was reset
-    assert there == 10
 
 
 # Each reading of what the document leaves open: what is sent, and what comes of it.
@@ -252,6 +259,20 @@ def test_any_bytes_in_any_chunks_are_answered_alike(
     parts = [data[begin:end] for begin, end in pairwise(edges)]
     assert b"".join(cut.send(part) for part in parts) == answered
     assert (cut.refusals, cut.instrument.rows()) == (whole.refusals, whole.instrument.rows())
+
+
+@pytest.mark.parametrize("low_level", [True, False])
+@pytest.mark.parametrize("byte", [b"a", b"\x00", b"\xff"])
+def test_what_never_ends_takes_no_memory(low_level: bool, byte: bytes) -> None:
+    host = Host(low_level=low_level)
+    host.send(byte * 1000)
+    tracemalloc.start()
+    try:
+        for _ in range(20):
+            host.send(byte * 1000)
+        assert tracemalloc.get_traced_memory()[0] < 5_000
+    finally:
+        tracemalloc.stop()
 
 
 @settings(max_examples=150, deadline=None)

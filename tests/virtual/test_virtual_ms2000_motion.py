@@ -206,10 +206,12 @@ class TestVectorSpeed:
     def test_a_stopped_axis_does_not_run_when_it_is_started(self) -> None:
         host = Host()
         host.ask("24 66 58")
+        host.write(WRITE_TARGET, 3, 10)
         host.write(WRITE_VECTOR, 2, 3000)
+        assert host.target == 10
         host.ask("24 71 58")
         host.to(1000)
-        assert (host.position, host.busy) == (0, False)
+        assert (host.position, host.busy) == (10, False)
 
 
 class TestStop:
@@ -287,6 +289,7 @@ class TestEndsOfTravel:
     def test_it_can_run_into_an_end_and_stand_at_one_from_the_beginning(self) -> None:
         host = Host(travel=10_000, position=0)
         assert host.status == IDLE | LOWER
+        assert Host(travel=10_000, position=1).status == IDLE
         host.write(WRITE_VECTOR, 2, 6000)
         host.to(3000)
         assert (host.position, host.status, host.busy) == (10_000, IDLE | UPPER, False)
@@ -313,6 +316,7 @@ class TestStuck:
         host.write(WRITE_TARGET, 3, 30_000)
         host.to(70_000)
         assert (host.position, host.busy) == (there, True)
+        assert [row.state for row in host.instrument.rows()] == ["stuck", "idle", "idle"]
         host.instrument.stick("axis X", False)
         host.to(80_000)
         assert (host.position, host.busy) == (30_000, False)

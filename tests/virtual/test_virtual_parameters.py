@@ -28,8 +28,14 @@ def plain_sets(unit):
     ]
 
 
-LIVING = {"MOT_SET_SOL_STATE", "PZ_SET_OUTPUTVOLTS", "PZ_SET_OUTPUTPOS", "PZ_SET_OUTPUTMAXVOLTS"}
-"""Sets that act: what is told is what has become of it, as the tests of the behaviours show."""
+LIVING = {
+    "MOT_SET_SOL_STATE",
+    "PZ_SET_OUTPUTVOLTS",
+    "PZ_SET_OUTPUTPOS",
+    "PZ_SET_OUTPUTMAXVOLTS",
+    "MOT_SET_PMDSTAGEAXISPARAMS",
+}
+"""Sets that act, or tell what is there: what is told is as the tests of the behaviours show."""
 
 
 @pytest.mark.parametrize("unit", UNITS)

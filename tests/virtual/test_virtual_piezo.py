@@ -7,6 +7,7 @@ from virtual_actuator_host import ActuatorHost
 
 from stagewire_apt import messages as m
 from stagewire_apt.flags import BpcStatusBits, TpzStatusBits
+from stagewire_virtual.errors import BadOptionError
 
 UNITS = ("BPC001", "BPC002", "BPC101", "BPC201", "BPC301", "TPZ001")
 OPEN, CLOSED, OPEN_SMOOTH, CLOSED_SMOOTH = 1, 2, 3, 4
@@ -37,6 +38,14 @@ def test_a_closed_loop_goes_where_it_is_set(unit):
     host.to(1000)
     assert host.status().position == 0x2666
     assert host.behaviour.position == pytest.approx(20 * 0x2666 / FULL)
+
+
+def test_a_position_counts_from_the_zero_of_the_strain_gauge():
+    host = ActuatorHost("BPC201", travel=200, position=20)
+    host.tell(m.PzSetPosControlMode(1, CLOSED), m.PzSetOutputPos(1, position_sw=10000))
+    host.to(1000)
+    assert host.status().position == 10000
+    assert host.status().op_voltage == 10000 - round(FULL / 10)
 
 
 def test_each_loop_has_its_own_demand():
@@ -229,6 +238,8 @@ def test_a_stuck_actuator_stays_and_the_voltage_does_not():
     host.tell(m.PzSetOutputVolts(1, voltage=2000))
     host.to(200)
     assert (host.status().op_voltage, host.status().position) == (2000, 1000)
+    host.instrument.stick("channel 1", True)  # again
+    assert host.status().position == 1000
     host.instrument.stick("channel 1", False)
     assert host.status().position == 2000
 
@@ -254,7 +265,8 @@ def test_defaults_come_back_when_they_are_asked_for():
     host.tell(m.PzSetPosControlMode(1, CLOSED), m.PzSetOutputPos(1, position_sw=1000))
     host.to(10_000)
     assert [host.ask(message) for message in asked] != new
-    host.tell(m.MotSetPzStageParamDefaults(1))
+    host.tell(m.ModSetChanEnableState(1, 2), m.MotSetPzStageParamDefaults(1))
+    assert bits(host).channel_enabled
     assert [host.ask(message) for message in asked] == new
     host.to(20_000)
     assert host.status().op_voltage == 0
@@ -296,3 +308,35 @@ def test_a_row_says_what_it_does():
     assert host.instrument.rows()[0].state == "closed loop"
     host.tell(m.ModSetChanEnableState(1, 2))
     assert host.instrument.rows()[0].state == "disabled"
+
+
+@pytest.mark.parametrize("unit", ["BPC201", "TSG001"])
+@pytest.mark.parametrize(
+    ("told", "expected"),
+    [
+        ({"travel": 0x10000}, "from 0 to 65535, not 65536"),
+        ({"travel": -1}, "from 0 to 65535, not -1"),
+        ({"travel": 10, "position": 11}, "from -10 to 10, not 11"),
+    ],
+)
+def test_an_actuator_that_cannot_be_is_not_made(unit, told, expected):
+    with pytest.raises(BadOptionError, match=expected):
+        ActuatorHost(unit, **told)
+
+
+def test_an_output_that_is_armed_again_goes_back_to_what_was_set():
+    host = ActuatorHost("BPC201")
+    parameters = {
+        "cycle_length": 1, "num_cycles": 1, "delay_time": 1, "pre_cycle_rest": 0, "post_cycle_rest": 0,
+        "op_trig_start": 0, "op_trig_width": 0, "trig_repeat_cycle": 0,
+    }  # fmt: skip
+    host.tell(m.PzSetOutputLut(1, index=0, output=FULL))
+    host.tell(m.PzSetOutputLutParams(1, mode=1, **parameters), m.PzStartLutOutput(1))
+    host.to(100)
+    assert host.status().op_voltage == FULL
+    host.tell(m.PzSetOutputLutParams(1, mode=1 | 8, **parameters), m.PzStartLutOutput(1))
+    assert host.status().op_voltage == FULL
+    host.to(102.5)
+    assert host.status().op_voltage == round(FULL / 2)
+    host.to(105)
+    assert host.status().op_voltage == 0

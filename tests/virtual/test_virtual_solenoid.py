@@ -109,7 +109,7 @@ def test_parameters_take_effect_with_the_next_start():
     host.tell(m.MotSetSolState(1, ON), m.MotSetSolCycleParams(1, 400, 400, 2))
     assert changes(host, 1000) == [0, 250]
     host.tell(m.MotSetSolState(1, ON))
-    assert changes(host, 2000) == [0, 110]  # in steps of 10 ms; it is 100
+    assert changes(host, 2000) == [0, 100]
 
 
 def test_another_mode_ends_what_goes_on():

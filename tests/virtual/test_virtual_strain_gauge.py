@@ -85,6 +85,16 @@ def test_smoothing_remembers_what_was_before():
         host.clock.advance(0.002)
 
 
+def test_smoothing_remembers_a_signal_of_each_sample():
+    host = ActuatorHost("TSG001")
+    signals = [(-1) ** sample * sample / 100 for sample in range(40)]
+    for signal in signals:
+        host.clock.advance(0.002)
+        host.behaviour.signal = signal
+    counts = [round(signal * FULL) for signal in signals[-16:]]
+    assert reading(host) == (counts[-1], round(sum(counts) / 16) & 0xFFFF)
+
+
 def test_a_smoothed_reading_below_zero_is_twos_complement():
     host = ActuatorHost("TSG001")
     host.behaviour.signal = -1.0

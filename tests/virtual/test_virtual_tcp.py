@@ -68,7 +68,9 @@ def test_updates_come_by_themselves() -> None:
         line.sendall(START_UPDATES)
         began = time.monotonic()
         assert read(line, 40)[:2] == read(line, 20)[:2] == b"\x91\x04"
-        assert time.monotonic() - began > 0.25  # three of them, 100 ms apart; the first after 100 ms
+        assert (
+            time.monotonic() - began > 0.25
+        )  # three of them, 100 ms apart; the first after 100 ms
 
 
 @pytest.mark.parametrize("address", ["127.0.0.1:0", "[::1]:0"])
@@ -189,7 +191,9 @@ def test_a_fault_disconnects_in_mid_frame() -> None:
 def test_a_port_that_is_taken_is_named() -> None:
     with parrot().tcp() as served:
         address = served.url.removeprefix("socket://")
-        with pytest.raises(ServingError, match=rf"cannot listen on {address}: address already in use"):
+        with pytest.raises(
+            ServingError, match=rf"cannot listen on {address}: address already in use"
+        ):
             parrot().tcp(address)
 
 

@@ -1,11 +1,10 @@
 """Clients that nobody here wrote, against virtual controllers in real time.
 
-thorlabs-apt-device speaks through a pty, as through a USB adapter; thorlabs-apt-protocol through a TCP socket.
+thorlabs-apt-device speaks through a pty, as through a USB adapter, thorlabs-apt-protocol through TCP.
 Each connects, homes, moves, reads back, jogs, stops and closes. What it reports is held against where the
 controller stands. Distances are short and velocities high, and whatever waits, waits for what a client says.
 
-The clients log by a method that Python gives up, and on the word of an unknown message they warn: neither is
-an error here. Both open a pty as it is: pyserial itself takes it that a pty has no RTS.
+pyserial takes it that a pty has no RTS, so that none of them needs help to open one.
 """
 
 from __future__ import annotations
@@ -28,10 +27,7 @@ from thorlabs_apt_device.devices.tdc001 import TDC001
 import stagewire_virtual as virtual
 from stagewire_virtual.served import ServedController
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore:The 'warn' method is deprecated:DeprecationWarning"),
-]
-
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
 HOST, USB, BAYS = 0x01, 0x50, (0x21, 0x22, 0x23)
 # Without a stage a virtual motor takes what is on the wire for counts, counts/s and counts/s².
 FAST = {"acceleration": 5_000_000, "max_velocity": 1_000_000}
@@ -47,8 +43,9 @@ def until(is_so: Callable[[], object], what: str, seconds: float = 10.0) -> None
 
 
 def stands_at(served: ServedController) -> list[str]:
-    """Where each channel is, as the controller shows it itself."""
-    return served.call(lambda: [row.position for row in served.instrument.rows()])
+    """Where each channel is, as the controller shows it itself; a motherboard is nowhere."""
+    rows = served.call(lambda: served.instrument.rows())
+    return [row.position for row in rows if row.position]
 
 
 def is_silent(served: ServedController) -> bool:
@@ -58,8 +55,14 @@ def is_silent(served: ServedController) -> bool:
 
 @contextmanager
 def client(make: Callable[..., APTDevice_Motor], served: ServedController) -> Iterator[Any]:
-    """Give a client that has connected: it knows the parameters that it asks for at first."""
+    """Give a client that has connected, and close it.
+
+    It reads as long as something comes within 0.1 s, and says nothing meanwhile. Updates do come every
+    0.1 s: its commands and signs of life would wait until the controller, told nothing, falls silent. A
+    shorter time-out ends its reading between two updates.
+    """
     made = make(served.url, home=False)
+    made._port.timeout = 0.02
     try:
         yield made
     finally:
@@ -81,9 +84,9 @@ DEVICES = {
 }
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
+@needs_pty
 @pytest.mark.parametrize("unit", DEVICES)
-def test_thorlabs_apt_device(unit: str) -> None:
+def test_thorlabs_apt_device(unit: str, caplog: pytest.LogCaptureFixture) -> None:
     make, bays, forward = DEVICES[unit]
     with (
         getattr(virtual, unit)(travel=TRAVEL, position=START) as controller,
@@ -93,6 +96,22 @@ def test_thorlabs_apt_device(unit: str) -> None:
             for bay in range(bays):
                 drive(device, served, bay, forward)
         until(lambda: is_silent(served), "the controller falls silent when the client has gone")
+    assert not caplog.records, "the client has complained"
+
+
+@needs_pty
+def test_a_completion_without_status_ends_the_reading_of_thorlabs_apt_device(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Its parser takes twenty bytes for granted, and its reader does not survive the exception."""
+    with (
+        virtual.TDC001(quirks={"header_only_completion"}) as controller,
+        controller.pty() as served,
+        client(TDC001, served) as device,
+    ):
+        device.set_velocity_params(**FAST)
+        device.move_relative(1_000)
+        until(lambda: "struct.error" in caplog.text, "the client meets the short completion")
 
 
 def drive(device: Any, served: ServedController, bay: int, forward: int) -> None:

@@ -140,11 +140,13 @@ def test_an_armed_waveform_waits_for_its_edge(sense):
     assert set(outputs(host, 20)) == {0}
     assert host.behaviour.row().state == "waveform armed"
     host.behaviour.trigger_input = True
+    assert host.status().op_voltage == (1000 if sense else 0)
     host.behaviour.trigger_input = bool(sense)  # the falling edge, or none
     assert host.status().op_voltage == 1000
     host.to(30)
     host.behaviour.trigger()  # while it is put out: nothing
-    assert outputs(host, 36, 30) == [-2000, -2000, 3000, 3000, 4000, 4000]
+    assert outputs(host, 36, 30) == [-2000, 3000, 3000, 4000, 4000, 4000]
+    assert host.behaviour.row().state == "open loop"  # it begins at 4000 to go back to 0
     host.to(60)
     host.behaviour.trigger()  # one start, one waveform
     assert host.status().op_voltage == 0

@@ -7,6 +7,7 @@ from typing import Any
 from stagewire import Frame, FramedMessage, Stage
 from stagewire_apt import PROTOCOL
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.instrument import Row
 from stagewire_virtual.making import make_instrument
 from stagewire_virtual.options import Options
 from stagewire_virtual.thorlabs_apt.channel import Settings
@@ -117,5 +118,12 @@ class MotorHost:
         assert isinstance(self._channel.behaviour, Motor)
         return self._channel.behaviour
 
+    @property
+    def row(self) -> Row:
+        """What the live table shows of the channel."""
+        rows = self.instrument.rows()
+        return next(row for row in rows if row.part in ("channel 1", "bay 0, channel 1"))
+
     def stick(self, stuck: bool) -> None:
-        self.instrument.stick(self.instrument.rows()[-1].part, stuck)
+        self.instrument.stick(self.row.part, stuck)
+        self._motor.stuck_changed()  # XXX

@@ -50,21 +50,24 @@ def places(unit: Json) -> Iterator[Place]:
 def takes(unit: Json, place: Place, message: Json) -> bool:
     """Whether a unit takes a message at one of its addresses.
 
-    The motherboard tells what it is and which bays are used, and has the inputs and outputs, as the bays have
-    (the examples of pages 25 and 26 have both); everything else is the bays'.
+    A motherboard tells what it is, which bays are used, and has inputs and outputs, as the bays have (the examples
+    of pages 25 and 26 have both); everything else is the bays'. The motherboard of a module is that of the
+    rack, to which pages 23 to 26 give all messages of racks.
     """
-    if message["name"] not in unit["messages"] or message["direction"] == "to_host":
+    name = message["name"]
+    if message["direction"] == "to_host":
         return False
     if place.kind == "motherboard":
-        return bool(message["name"].startswith(("RACK_", "HW_REQ_INFO")))
-    return place.kind == "alone" or message["name"] != "RACK_REQ_BAYUSED"
+        of_racks = name.startswith("RACK_") or name == "HW_REQ_INFO"
+        return of_racks and (unit["address"] == "bay" or name in unit["messages"])
+    return name in unit["messages"] and (place.kind == "alone" or name != "RACK_REQ_BAYUSED")
 
 
 def answers(unit: Json, message: Json) -> list[str]:
-    """Return the messages that answer one that a unit has, of those that the unit has."""
+    """Return the messages that answer one that is taken; of what it announces, those that the unit has."""
     exchange = message["exchange"]
-    found = [*exchange.get("answered_by", ()), *exchange.get("announces", ())]
-    return [name for name in found if name in unit["messages"]]
+    announced = [name for name in exchange.get("announces", ()) if name in unit["messages"]]
+    return [*exchange.get("answered_by", ()), *announced]
 
 
 def forms(message: Json) -> Iterator[Json]:

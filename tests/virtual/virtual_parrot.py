@@ -1,4 +1,4 @@
-"""The smallest instrument: it says what it hears, and ticks when asked to; for tests of what serves instruments."""
+"""The smallest instrument, for tests of what serves instruments: it says what it hears, and ticks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TICK = b"tick!"
 
 
 class Parrot(Instrument):
-    """Says each chunk that it hears, with the time; ``t`` starts ticks of 10 ms, ``s`` ends them, ``!`` raises."""
+    """Says each chunk that it hears; ``t`` starts ticks every 10 ms, ``s`` ends them, ``!`` raises."""
 
     def __init__(self, clock: Clock, period: float = 0.01) -> None:
         super().__init__(find_unit("TDC001"), clock)

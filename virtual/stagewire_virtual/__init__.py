@@ -84,13 +84,18 @@ else:
         """Import what is asked for, or return the factory of the unit of that name."""
         from importlib import import_module
 
-        if name in _MODULES:
-            return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
         if name.startswith("_"):
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        from stagewire_virtual.factory import factory_of
+        if name in _MODULES:
+            found = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        else:
+            from stagewire_virtual.factory import factory_of
 
-        return factory_of(name)
+            found = factory_of(name)
+        globals()[name] = (
+            found  # looking a unit up takes milliseconds, and tests do it again and again
+        )
+        return found
 
 
 def __dir__() -> list[str]:

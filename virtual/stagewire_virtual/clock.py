@@ -3,7 +3,7 @@
 A clock knows the time, in whole nanoseconds since it was made, and what is due when. Nothing in this
 package asks the machine for the time or sleeps but :class:`RealClock` and who serves it.
 
-While a timer runs, :attr:`Clock.now` is the instant that it was set for, not the instant at which somebody came
+While a timer runs, :attr:`Clock.now` is the instant that it was set for, not that at which somebody came
 round to running it. A controller that is looked at late therefore has said and done the same things, with
 the same times, as one that was looked at at every instant.
 """
@@ -87,7 +87,7 @@ class Clock:
         return self._due[0][0] if self._due else None
 
     def _forget_cancelled(self) -> None:
-        """Clear the heap when most of it may be cancelled: a host may cancel what is minutes away for ever."""
+        """Clear the heap when most of it may be cancelled; a host may cancel what is minutes away, for ever."""
         self._cancelled += 1
         if self._cancelled > len(self._due) // 2 + _CANCELLED_AT_LEAST:
             self._due = [entry for entry in self._due if not entry[2].cancelled]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 
@@ -17,7 +16,6 @@ from stagewire_virtual.serving.link import Maker, at_this_instant
 from stagewire_virtual.serving.memory import MemoryLink
 from stagewire_virtual.serving.places import Place, PtyPlace, parse_tcp
 from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
-from stagewire_virtual.units import Unit
 
 __all__ = ["VirtualController"]
 
@@ -145,10 +143,7 @@ class VirtualController:
 
 def _hearing_of(instrument: Instrument | Replay) -> Hearing:
     """Return the hearing for what an instrument says."""
-    units: Mapping[int, Unit] = {}
+    units = [instrument.unit]
     if isinstance(instrument, AptInstrument):
-        units = getattr(instrument, "units_by_address", {})
-    status = {
-        address: unit.facts["status"] for address, unit in units.items() if "status" in unit.facts
-    }
-    return hearing_of(instrument.unit.protocol, status)
+        units += [channel.unit for channel in instrument.channels]  # of a rack of modules
+    return hearing_of(instrument.unit.protocol, {unit.facts.get("status") for unit in units})

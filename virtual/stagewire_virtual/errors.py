@@ -1,4 +1,4 @@
-"""What can be wrong with what is asked of virtual controllers; all are :class:`~stagewire.errors.StagewireError`."""
+"""What can be wrong with what is asked of virtual controllers; all are a ``StagewireError``."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class BenchError(VirtualError):
 
 
 class UnknownPartError(VirtualError):
-    """A controller has no part of that name, where parts are those of :class:`~stagewire_virtual.instrument.Row`."""
+    """A controller has no part of that name; its parts are those of its rows."""
 
     def __init__(self, part: str, known: Sequence[str]) -> None:
         super().__init__(f"there is no {part} (there are: {', '.join(known)})")

@@ -39,12 +39,13 @@ class JsonLinesWriter(TextWriter):
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message of a stream."""
         if not isinstance(decoded, Frame) or (fields := self._fields.of(decoded.message)) is None:
-            self._print({"offset": offset, "event": kind} | frame_answer(decoded))
+            self._print(self._place(offset) | {"event": kind} | frame_answer(decoded))
             return
         layout = decoded.message.layout
+        place = compact(self._place(offset)) if self.task.stamp else f'{{"offset":{offset}}}'
         extra = f',"extra":"{decoded.extra.hex()}"' if decoded.extra else ""
         self.out.write(
-            f'{{"offset":{offset},"event":"{kind}","message":"{layout.message}",'
+            f'{place[:-1]},"event":"{kind}","message":"{layout.message}",'
             f'"form":"{layout.form}","dest":{decoded.dest},"source":{decoded.source},'
             f'"fields":{{{fields}}}{extra}}}\n'
         )
@@ -52,9 +53,14 @@ class JsonLinesWriter(TextWriter):
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:
         """Write bytes of a stream that are no message."""
         if kind == PENDING:
-            self._print({"offset": offset, "pending": raw.hex()})
+            self._print(self._place(offset) | {"pending": raw.hex()})
         else:
-            self._print({"offset": offset, "event": kind, "hex": raw.hex()})
+            self._print(self._place(offset) | {"event": kind, "hex": raw.hex()})
+
+    def _place(self, offset: int) -> dict[str, object]:
+        """Return where an event stands: its offset in a stream, or its line, time and direction."""
+        names = (column.name for column in self.task.places)
+        return dict(zip(names, (offset, *self.task.stamp), strict=True))
 
     def _print(self, answer: Mapping[str, object]) -> None:
         self.out.write(f"{compact(answer)}\n")

@@ -27,7 +27,7 @@ _HELD: Final = 4 * 1024 * 1024
 def general_columns(task: Task) -> list[Column]:
     """Return the columns that fit everything: what JSON lines say, with the fields of a message as JSON."""
     return [
-        Column("offset", "uint64"),
+        *task.places,
         *(Column(name, "string") for name in ("event", "message", "form")),
         *task.addresses,
         *(Column(name, "string") for name in ("fields", "extra", "data", "hex", "error")),
@@ -78,7 +78,16 @@ class GeneralWriter(_RowWriter, EventWriter):
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
         """Write a frame as bytes, and why it is refused."""
-        self._add((offset, "refused", *self._nothing, raw.hex(), f"{error.code}: {error}"))
+        self._add(
+            (
+                offset,
+                *self.task.stamp,
+                "refused",
+                *self._nothing,
+                raw.hex(),
+                f"{error.code}: {error}",
+            )
+        )
 
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message."""
@@ -91,11 +100,12 @@ class GeneralWriter(_RowWriter, EventWriter):
             extra, data = answer.get("extra"), answer.get("data")
         name = message_of(decoded).layout.message
         addressed = self.task.addressed(decoded)
-        self._add((offset, kind, name, form, *addressed, shown, extra, data, None, None))
+        place = (offset, *self.task.stamp)
+        self._add((*place, kind, name, form, *addressed, shown, extra, data, None, None))
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:
         """Write bytes."""
-        self._add((offset, kind, *self._nothing, raw.hex(), None))
+        self._add((offset, *self.task.stamp, kind, *self._nothing, raw.hex(), None))
         self._held += len(raw)
         if self._held > _HELD:
             self._write()

@@ -18,6 +18,10 @@ from stagewire_conformance.hexes import spaced
 __all__ = ["TableWriter"]
 
 
+_MARKS = {"to_controller": ">", "to_host": "<"}
+"""Which way bytes of a capture went, as captures spell it."""
+
+
 class TableWriter(TextWriter):
     """Writes text; nothing in it can steer a terminal."""
 
@@ -52,12 +56,19 @@ class TableWriter(TextWriter):
             line = event_line(decoded, fields)
         else:
             line = frame_line(self.task.protocol, frame_answer(decoded))
-        self.out.write(f"{offset:>9}  {line}\n")
+        self.out.write(f"{self._place(offset)}  {line}\n")
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:
         """Write bytes in one line."""
         what = "incomplete at the end" if kind == PENDING else kind
-        self._say(f"{offset:>9}  {what}: {spaced(raw)}")
+        self._say(f"{self._place(offset)}  {what}: {spaced(raw)}")
+
+    def _place(self, offset: int) -> str:
+        """Return where an event stands: its offset in a stream, or its time and direction."""
+        if stamp := self.task.stamp:
+            time, direction = stamp
+            return f"{time:>12.6f} {_MARKS[direction]}"
+        return f"{offset:>9}"
 
     def _name(self, name: str, raw: bytes) -> None:
         if name:

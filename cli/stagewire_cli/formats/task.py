@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from stagewire.commands import CommandFrame, CommandProtocol
+from stagewire.direction import Direction
 from stagewire.errors import CodecError
 from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Event
@@ -18,11 +19,18 @@ from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.sink import Column
 from stagewire_cli.formats.typed import FrameRows, MessageRows, TypedRows, integer_type
 from stagewire_cli.hints import codecs, hints_for_frame, hints_for_packet
+from stagewire_cli.replies import Asking, Replies
 from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.codec.base import Codec, Reader
 
-__all__ = ["CommandTask", "FramedTask", "PacketTask", "Task"]
+__all__ = ["CommandTask", "FramedTask", "PacketTask", "Stamp", "Task"]
+
+Stamp = tuple[float, str]
+"""When bytes of a capture passed, in seconds, and which way."""
+
+_OFFSET = (Column("offset", "uint64"),)
+_RECORDED = (Column("line", "uint64"), Column("time", "float64"), Column("direction", "string"))
 
 
 class Task(abc.ABC):
@@ -35,6 +43,12 @@ class Task(abc.ABC):
 
     addresses: tuple[Column, ...]
     """What says whom a message is for: columns of a table, named as attributes of what is decoded."""
+
+    places: tuple[Column, ...] = _OFFSET
+    """What says where something stands: columns of a table, an offset or line and what :attr:`stamp` has."""
+
+    stamp: Stamp | tuple[()] = ()
+    """Of what is decoded next, where it comes from a capture."""
 
     def __init__(
         self, protocol: Protocol, request: Mapping[str, Any], only: type[Message] | None = None
@@ -58,6 +72,20 @@ class Task(abc.ABC):
         Raises :class:`CalledWronglyError` for an end whose stream cannot be cut.
         """
         return self.codec.reader({**self.request, "end": (end or End.NONE).value})
+
+    def records(self) -> None:
+        """Be told that what is decoded is a capture, which has lines, times and directions."""
+        self.places = _RECORDED
+
+    def readers(self) -> Mapping[Direction, Reader]:
+        """Return what cuts both directions of one line, each as the end that receives it does."""
+        return {
+            Direction.TO_CONTROLLER: self._reads(End.DEVICE),
+            Direction.TO_HOST: self._reads(End.HOST),
+        }
+
+    def _reads(self, end: End) -> Reader:
+        return self.codec.reader({**self.request, "end": end.value})
 
     def wants(self, decoded: Decoded) -> bool:
         """Whether a message is to be shown."""
@@ -107,7 +135,7 @@ class FramedTask(Task):
     def typed_rows(self) -> FrameRows:
         """Return rows through the columns of the library."""
         assert self.only is not None
-        return FrameRows(self.protocol, self.request.get("context"), self.only)
+        return FrameRows(self)
 
 
 class CommandTask(Task):
@@ -139,6 +167,12 @@ class CommandTask(Task):
                 "hex or as JSON captures, with --direction reply and --command"
             )
         return super().reader(end)
+
+    def readers(self) -> Mapping[Direction, Reader]:
+        """Return a framer of commands, and what knows by them which replies come."""
+        replies = Replies()
+        commands = Asking(self._reads(End.DEVICE), replies)
+        return {Direction.TO_CONTROLLER: commands, Direction.TO_HOST: replies}
 
     def wants(self, decoded: Decoded) -> bool:
         """Whether a message is to be shown: with and without the size slot it has the same class."""

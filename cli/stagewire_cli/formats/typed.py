@@ -6,19 +6,17 @@ Frames go through the columns of the library, which read the fields of many fram
 from __future__ import annotations
 
 import abc
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.columns import Frames, Kind, Place, Sorter, shape_of
-from stagewire.framed import FramedProtocol
 from stagewire.framing import Event
-from stagewire.message import Message
 from stagewire_cli.formats.sink import Column
 from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.registry import Json, registry_of
 
 if TYPE_CHECKING:
-    from stagewire_cli.formats.task import Task
+    from stagewire_cli.formats.task import FramedTask, Stamp, Task
 
 __all__ = ["FrameRows", "MessageRows", "TypedRows", "integer_type"]
 
@@ -57,13 +55,15 @@ class FrameRows(TypedRows):
     Raises :class:`~stagewire.errors.UnsupportedError` for a message without a documented layout.
     """
 
-    def __init__(
-        self, protocol: FramedProtocol, context: Mapping[str, str] | None, only: type[Message]
-    ) -> None:
+    def __init__(self, task: FramedTask) -> None:
+        only = task.only
+        assert only is not None
+        self._task = task
         fields = [Column(place.name, _type_of_place(place)) for place in shape_of(only).places]
-        self.columns = _columns((Column("dest", "uint8"), Column("source", "uint8")), fields)
-        self._sorter = Sorter(protocol, context, only=[only])
+        self.columns = _columns(task, fields)
+        self._sorter = Sorter(task.protocol, task.request.get("context"), only=[only])
         self._frames = self._sorter.frames.setdefault(only, Frames(only))
+        self._stamps: list[Stamp] = []  # of captures; then every frame has one
 
     def __len__(self) -> int:
         return len(self._frames)
@@ -71,6 +71,8 @@ class FrameRows(TypedRows):
     def take(self, offset: int, events: Iterable[Event]) -> None:
         """Add the frames of the message."""
         self._sorter.take(offset, events)
+        if stamp := self._task.stamp:
+            self._stamps += [stamp] * (len(self._frames) - len(self._stamps))
 
     def append(self, offset: int, raw: bytes, decoded: Decoded) -> None:
         """Add a frame."""
@@ -82,11 +84,13 @@ class FrameRows(TypedRows):
         extra: list[bytes | None] = [None] * len(frames)
         for number, following in frames.extra.items():
             extra[number] = following
-        return [frames.offsets, *frames.columns().values(), extra]
+        stamps = zip(*self._stamps, strict=True)
+        return [frames.offsets, *stamps, *frames.columns().values(), extra]
 
     def clear(self) -> None:
         """Forget the frames."""
         self._frames.clear()
+        self._stamps.clear()
 
 
 class MessageRows(TypedRows):
@@ -98,7 +102,7 @@ class MessageRows(TypedRows):
         layout = task.only.layout
         known = registry_of(task.protocol).fields(layout.message, layout.form)
         fields = [Column(name, _type_of_field(known[name])) for name in layout.fields]
-        self.columns = _columns(task.addresses, fields)
+        self.columns = _columns(task, fields)
         self._rows: list[tuple[Any, ...]] = []
 
     def __len__(self) -> int:
@@ -116,7 +120,8 @@ class MessageRows(TypedRows):
         """Add a message."""
         fields = message_of(decoded).values().values()
         extra = getattr(decoded, "extra", None) or None  # a reply has none
-        self._rows.append((offset, *self._task.addressed(decoded), *fields, extra))
+        task = self._task
+        self._rows.append((offset, *task.stamp, *task.addressed(decoded), *fields, extra))
 
     def values(self) -> list[Sequence[Any]]:
         """Return the rows, column by column."""
@@ -127,8 +132,8 @@ class MessageRows(TypedRows):
         self._rows.clear()
 
 
-def _columns(addresses: Iterable[Column], fields: Iterable[Column]) -> list[Column]:
-    return [Column("offset", "uint64"), *addresses, *fields, Column("extra", "binary")]
+def _columns(task: Task, fields: Iterable[Column]) -> list[Column]:
+    return [*task.places, *task.addresses, *fields, Column("extra", "binary")]
 
 
 def _type_of_place(place: Place) -> str:

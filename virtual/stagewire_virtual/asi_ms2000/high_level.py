@@ -40,7 +40,7 @@ class HighLevel:
     def feed(self, byte: int) -> bytes:
         """Take a byte and return the answer to the line that it ends; empty when it ends none."""
         if byte != ord("\r"):
-            if byte != ord("\n") and len(self._line) <= LONGEST:
+            if len(self._line) <= LONGEST:
                 self._line.append(byte)
             return b""
         line = bytes(self._line)

@@ -7,7 +7,7 @@ The counter of positions has an offset to them, so that another number for where
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import Enum
+from enum import StrEnum
 from typing import Final
 
 from stagewire_ms2000.flags import StatusBits
@@ -31,7 +31,7 @@ _COUNTS_PER_SPEED: Final = float(POSITION.counts_per_unit / SPEED.counts_per_uni
 _RAMP_TIMES_PER_SECOND: Final = float(1000 * TIME.counts_per_unit)
 
 
-class _State(Enum):
+class _State(StrEnum):
     IDLE = "idle"
     MOVING = "moving"
     SETTLING = "settling"
@@ -105,8 +105,7 @@ class ServoAxis:
         """Disable the motor (section 16): it stands at once, and keeps its target."""
         goal = self._goal
         self._rest()
-        if goal is not None:
-            self._goal = goal
+        self._goal = goal
         self.enabled = False
 
     @property
@@ -169,9 +168,11 @@ class ServoAxis:
         """What it does, for people."""
         if not self.enabled:
             return "stopped"
-        if self._state is _State.MOVING and self._stage.velocity:
-            return "moving up" if self._stage.velocity > 0 else "moving down"
-        return self._state.value
+        if self._state is not _State.MOVING:
+            return self._state.value
+        if self._stuck:
+            return "stuck"
+        return "moving up" if self._stage.velocity >= 0 else "moving down"
 
     # The servo
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Collection
 from typing import Final
 
 from stagewire.commands import CommandFrame, CommandProtocol, CommandReceived, ReplyReceived
@@ -29,10 +29,10 @@ class Hearing:
         raise NotImplementedError
 
 
-def hearing_of(protocol: Protocol, status: Mapping[int, str]) -> Hearing:
+def hearing_of(protocol: Protocol, statuses: Collection[str | None]) -> Hearing:
     """Return the hearing for a protocol.
 
-    :param status: which status block comes from which address (``{0x50: "dc"}``), where bytes do not tell.
+    :param statuses: which status blocks the far end sends; where bytes do not tell them apart, it sends one kind.
 
     Raises :class:`~stagewire_virtual.errors.VirtualError` for a protocol that cannot be read.
     """
@@ -40,7 +40,7 @@ def hearing_of(protocol: Protocol, status: Mapping[int, str]) -> Hearing:
         case CommandProtocol():
             return _Replies(protocol)
         case FramedProtocol():
-            return _Frames(protocol, status)
+            return _Frames(protocol, statuses)
         case PacketProtocol():
             return _Packets(protocol)
     raise VirtualError(f"{protocol.name} has no frames that could be read; read() returns bytes")
@@ -49,10 +49,12 @@ def hearing_of(protocol: Protocol, status: Mapping[int, str]) -> Hearing:
 class _Frames(Hearing):
     """Frames that say themselves what they are, but for their status block."""
 
-    def __init__(self, protocol: FramedProtocol, status: Mapping[int, str]) -> None:
+    def __init__(self, protocol: FramedProtocol, statuses: Collection[str | None]) -> None:
         self._framer = protocol.framer(End.HOST)
-        for source, kind in status.items():
-            self._framer.tell(source, status=kind)
+        deciding = {cls.layout.when.get("status") for cls in protocol.messages}
+        for status in filter(None, deciding.intersection(statuses)):
+            for source in protocol.devices:
+                self._framer.tell(source, status=status)
 
     def heard(self, data: bytes) -> list[Event]:
         return self._framer.feed(data)

@@ -50,7 +50,7 @@ class Listener:
     def _look(self) -> None:
         """Give up what waits if nothing has come for long; frames behind a damaged length are found so."""
         due = self._heard + PATIENCE
-        self._waits = bool(self._framer.pending) and self._clock.now < due
+        self._waits = bool(self._framer.pending) 
         if self._waits:
             self._clock.call_at(due, self._look)
             return

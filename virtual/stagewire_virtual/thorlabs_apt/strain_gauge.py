@@ -14,12 +14,9 @@ from stagewire_virtual.clock import SECOND, Timer
 from stagewire_virtual.instrument import Row
 from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live
 from stagewire_virtual.thorlabs_apt.channel import Channel
-from stagewire_virtual.thorlabs_apt.piezo.defaults import (
-    DEFAULT_TRAVEL,
-    FULL_SCALE,
-    READING_TIME,
-)
+from stagewire_virtual.thorlabs_apt.piezo.defaults import FULL_SCALE, READING_TIME
 from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
+from stagewire_virtual.thorlabs_apt.piezo.travel import travel_and_share
 
 __all__ = ["SAMPLE_TIME", "SMOOTHED_SAMPLES", "StrainGauge"]
 
@@ -50,21 +47,20 @@ class StrainGauge(Behaviour):
     beginning, in the same steps of 100 nm.
 
     :param channel: its parameters, its clock, and the way to the host.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a travel or a position that cannot be.
     """
 
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
-        settings = channel.settings
-        self.travel = DEFAULT_TRAVEL if settings.travel is None else settings.travel
+        self.travel, share = travel_and_share(channel.settings)
         """Of the actuator that is measured, in steps of 100 nm."""
         self.noise = 0.0
         """Standard deviation of the noise on each sample, as a share of full scale; made of the seed."""
         self._noise_seed = channel.random.getrandbits(64)
         self._bits = StatusBits(channel.unit)
-        share = (settings.position or 0) / self.travel if self.travel else 0.0
-        # Each signal with the sample from which it holds. The oldest one holds for all samples before the
-        # next, so that as many as are smoothed, and one, are enough.
-        self._signals: deque[tuple[int, Signal]] = deque([(0, share)], SMOOTHED_SAMPLES + 1)
+        # Each signal with the sample from which it holds, at most one a sample: the last ones are enough.
+        self._signals: deque[tuple[int, Signal]] = deque([(0, share)], SMOOTHED_SAMPLES)
         self._zero = 0
         self._zeroed = False
         self._zeroing: Timer | None = None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import importlib
 import tomllib
@@ -13,7 +12,7 @@ from typing import Any, Final
 
 from stagewire import Stage
 from stagewire.errors import StagewireError
-from stagewire_virtual.blueprint import Blueprint, parse_line
+from stagewire_virtual.blueprint import Blueprint, check_stage, parse_line
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BadOptionError, BenchError
 from stagewire_virtual.faults import Fault, parse_fault
@@ -100,7 +99,7 @@ def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
     is_rack = name.upper() == RACK
     unit = None if is_rack else table.take("name", find_unit, None) if name else None
     bays = table.take("bays", list_of(_module), ()) if is_rack else ()
-    channels = _channels(table, unit or next(filter(None, bays), None))
+    channels = _channels(table, [known for known in (unit, *bays) if known is not None])
     label = table.take("label", text, "") or name
     place = _place(table, bind)
     faults = table.take("faults", list_of(_fault), ())
@@ -146,9 +145,9 @@ def _try(table: Table, blueprint: Blueprint) -> None:
     bare = replace(blueprint, options=Options(), faults=())
     if refused("name" if blueprint.unit else "bays", bare):
         return
+    given = {option: getattr(blueprint.options, option) for option in _KEYS}
     alone = (
-        (key, Options(**{option: getattr(blueprint.options, option)}))
-        for option, key in _KEYS.items()
+        (_KEYS[option], Options(**{option: value})) for option, value in given.items() if value
     )
     if sum(refused(key, replace(bare, options=options)) for key, options in alone):
         return
@@ -156,9 +155,9 @@ def _try(table: Table, blueprint: Blueprint) -> None:
         refused("faults", replace(blueprint, faults=(fault,)))
 
 
-def _channels(table: Table, unit: Unit | None) -> tuple[Settings, ...]:
+def _channels(table: Table, units: Sequence[Unit]) -> tuple[Settings, ...]:
     """Return the settings of the channels, of the short form or one by one."""
-    stage = functools.partial(_stage, unit)
+    stage = functools.partial(_stage, units)
     short = _settings(table, stage)
     channels = tuple(
         _channel(table.inner(values, f"channel {number}"), stage)
@@ -185,23 +184,19 @@ def _settings(table: Table, stage: Convert[Stage | None]) -> Settings:
     )
 
 
-def _stage(unit: Unit | None, value: Any) -> Stage | None:
-    """Return a stage of the protocol of ``unit``, by name; None where the unit is not known."""
+def _stage(units: Sequence[Unit], value: Any) -> Stage | None:
+    """Return a stage of the protocol of the units, by name; None where none of them is known."""
     name = text(value)
-    if unit is None:
+    if not units:
         return None
-    known = {stage["name"] for stage in unit.registry["stages"]}
+    protocol = units[0].protocol
+    known = sorted(stage["name"] for stage in units[0].registry["stages"])
     if name not in known:
-        close = difflib.get_close_matches(name.upper()[:40], known, n=1)
-        hint = (
-            f"did you mean {close[0]}?"
-            if close
-            else f"there are: {', '.join(sorted(known)) or 'none'}"
-        )
-        raise BadOptionError(f"{unit.protocol.title} has no stage {name}; {hint}")
-    stages = importlib.import_module(f"{unit.protocol.package}.stages")
-    found: Stage = getattr(stages, name)
-    return found
+        there = f"there are: {', '.join(known)}" if known else "there is none"
+        raise BadOptionError(f"{protocol.title} has no stage {name} ({there})")
+    stage: Stage = getattr(importlib.import_module(f"{protocol.package}.stages"), name)
+    check_stage(stage, units)
+    return stage
 
 
 def _place(table: Table, bind: str | None) -> Place:

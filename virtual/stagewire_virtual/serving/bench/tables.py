@@ -28,7 +28,13 @@ class _WrongKindError(StagewireError):
     """A value of another type than expected."""
 
     def __init__(self, expected: str, value: Any) -> None:
-        came = "a table" if isinstance(value, dict) else "a list" if isinstance(value, list) else repr(value)
+        came = (
+            "a table"
+            if isinstance(value, dict)
+            else "a list"
+            if isinstance(value, list)
+            else repr(value)
+        )
         super().__init__(f"expected {expected}, not {came}")
 
 

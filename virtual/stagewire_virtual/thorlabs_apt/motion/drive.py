@@ -88,11 +88,15 @@ class Drive:
     def rest(self) -> None:
         """Stand, at once; the present action is not completed."""
         self._settle_no_more()
-        self._stand()
+        if self._axis.moving:
+            self._axis.halt()
+            self._rests_since = self._channel.clock.now
         self._action = None
 
     def hold(self, held: bool) -> None:
         """Let something hold the axis, or let it go; it goes to where it was going then."""
+        if held is self._axis.held:
+            return
         velocity = self._axis.velocity
         self._axis.held = held
         if self._action is None or self._settling is not None:
@@ -127,7 +131,8 @@ class Drive:
         action = self._action
         if action is None:
             return
-        self._stand()
+        self._axis.halt()
+        self._rests_since = self._channel.clock.now
         action.ways = action.ways[1:]
         if action.ways:
             self._follow(0.0)
@@ -161,11 +166,6 @@ class Drive:
         self.rest()
         if action is not None:
             action.complete(action.cause)
-
-    def _stand(self) -> None:
-        if self._axis.moving:
-            self._rests_since = self._channel.clock.now
-        self._axis.halt()
 
     @property
     def _settle_time(self) -> int:

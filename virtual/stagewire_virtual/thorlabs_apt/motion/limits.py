@@ -51,10 +51,11 @@ def active_limits(channel: Channel, axis: Axis, position: int) -> dict[str, bool
     A hardware limit that is to be ignored is not reported; a stage stops at the end of its travel all the
     same. Clockwise is forward (page 77).
     """
+    place = axis.place
     soft = _mode(channel) != SoftwareLimitMode.IGNORE
     return {
-        "forward_hardware_limit": axis.place >= axis.travel and _read(channel, "cw_hard_limit"),
-        "reverse_hardware_limit": axis.place <= -axis.below and _read(channel, "ccw_hard_limit"),
+        "forward_hardware_limit": place >= axis.travel and _read(channel, "cw_hard_limit"),
+        "reverse_hardware_limit": place <= -axis.below and _read(channel, "ccw_hard_limit"),
         "forward_software_limit": soft and position >= channel.parameter(_SET, "cw_soft_limit"),
         "reverse_software_limit": soft and position <= channel.parameter(_SET, "ccw_soft_limit"),
     }

@@ -17,7 +17,6 @@ from stagewire_virtual.thorlabs_apt.piezo.volts import LIMITS
 __all__ = [
     "AMPLIFIER_TIME",
     "DEFAULTS",
-    "DEFAULT_TRAVEL",
     "FULL_SCALE",
     "READING_TIME",
     "SLEW_DIVISOR",
@@ -26,9 +25,6 @@ __all__ = [
 
 FULL_SCALE = 32767
 """Counts of the maximum voltage and of the whole travel (pages 96 and 97)."""
-
-DEFAULT_TRAVEL = 200
-"""20 µm in steps of 100 nm, as in the example of page 118."""
 
 AMPLIFIER_TIME = SECOND // 200
 """From zero to the maximum voltage where no slew rate is set: 5 ms. The document has no figure."""

@@ -33,8 +33,7 @@ class Drive:
     the parameters of the channel; who changes them calls :meth:`follow`.
 
     :param channel: parameters, clock and whether it is enabled.
-    :param offset: what the strain gauge reads at zero volts before it has been zeroed; None without a
-    strain gauge.
+    :param offset: what the strain gauge reads at zero volts before zeroing; None without a strain gauge.
     """
 
     def __init__(self, channel: Channel, offset: float | None) -> None:
@@ -88,6 +87,14 @@ class Drive:
         """
         self._set_out(self.output, smooth)
 
+    def start_waveform(self) -> str | None:
+        """Put the waveform out or arm it, and return None; or why it cannot be."""
+        start = self.output
+        fault = self.generator.start(self._channel.parameters["PZ_OUTPUTLUTPARAMS"])
+        if fault is None:
+            self._set_out(start)
+        return fault
+
     def stop_waveform(self) -> None:
         """End or disarm the waveform, and go back to what was set."""
         start = self.output
@@ -101,7 +108,10 @@ class Drive:
 
     def stuck_changed(self) -> None:
         """Hold the actuator where it is, or let it go; the voltage goes on in any case."""
-        self._stuck_at = self.output if self._channel.stuck else None
+        if not self._channel.stuck:
+            self._stuck_at = None
+        elif self._stuck_at is None:
+            self._stuck_at = self.output
 
     def zero(self) -> None:
         """Put zero volts out, read the position, and take it as zero from then on (page 117)."""

@@ -162,6 +162,7 @@ class WaveformGenerator:
             self._timer = None
 
     def _finish(self) -> None:
-        last = self.sample or 0
+        waveform = self._waveform
         self.stop()
-        self._ended(last)
+        if waveform is not None:
+            self._ended(waveform.table[waveform.length - 1])

@@ -10,10 +10,12 @@ from stagewire_apt.quantities import MAXIMUM_VOLTS, TRAVEL
 from stagewire_virtual.instrument import Row
 from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live, stored
 from stagewire_virtual.thorlabs_apt.channel import Channel
-from stagewire_virtual.thorlabs_apt.piezo.defaults import DEFAULT_TRAVEL, DEFAULTS, FULL_SCALE
+from stagewire_virtual.thorlabs_apt.parameters import obey_enable_state
+from stagewire_virtual.thorlabs_apt.piezo.defaults import DEFAULTS, FULL_SCALE
 from stagewire_virtual.thorlabs_apt.piezo.drive import Drive
 from stagewire_virtual.thorlabs_apt.piezo.refusals import refusal
 from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
+from stagewire_virtual.thorlabs_apt.piezo.travel import travel_and_share
 from stagewire_virtual.thorlabs_apt.piezo.volts import LIMITS, maximum_volts
 
 __all__ = ["Piezo"]
@@ -41,17 +43,17 @@ class Piezo(Behaviour):
     steps of 100 nm.
 
     :param channel: its parameters, its clock, and the way to the host.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a travel or a position that cannot be.
     """
 
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
-        settings = channel.settings
-        self.travel = DEFAULT_TRAVEL if settings.travel is None else settings.travel
+        self.travel, share = travel_and_share(channel.settings)
         """Of the actuator, in steps of 100 nm; 0 without a strain gauge."""
         self.digital_inputs = 0
         """Levels of the digital inputs, bit 0 for input 1; the status bits of BPC units show them."""
-        offset = (settings.position or 0) * FULL_SCALE / self.travel if self.travel else None
-        self._drive = Drive(channel, offset)
+        self._drive = Drive(channel, share * FULL_SCALE if self.travel else None)
         self._bits = StatusBits(channel.unit)
         self._lut_type = DEFAULTS["PZ_LUTVALUETYPE"]["lut_type"]
 
@@ -210,7 +212,7 @@ class Piezo(Behaviour):
         elif self._drive.zeroing:
             fault = "the channel is being zeroed"
         else:
-            fault = self._drive.generator.start(self.channel.parameters["PZ_OUTPUTLUTPARAMS"])
+            fault = self._drive.start_waveform()
         if fault:
             self.channel.report_fault(frame, fault)
 
@@ -235,6 +237,7 @@ class Piezo(Behaviour):
     def restore_defaults(self, frame: Frame) -> None:
         """Set all parameters back to those of the EEPROM (page 125)."""
         self.channel.restore()
+        obey_enable_state(self.channel)
         self._drive.stop_waveform()
 
     def _doing(self) -> str:

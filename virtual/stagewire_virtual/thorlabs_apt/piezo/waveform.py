@@ -75,20 +75,21 @@ class Waveform:
 
     def sample(self, elapsed: int) -> int:
         """Return the sample that is put out ``elapsed`` nanoseconds after the beginning."""
-        index = (
-            math.floor(elapsed / self.interval) % self.cycle - self.pre_cycle_rest
-        ) // self.hold
+        index = math.floor(self._moment(elapsed) / self.hold)
         return self.table[min(max(index, 0), self.length - 1)]
 
     def pulse(self, elapsed: int) -> bool:
         """Say whether the trigger output is active ``elapsed`` nanoseconds after the beginning."""
         if self.pulses is None:
             return False
-        # `moment` is the time since the first sample of this cycle was clocked out, in sample intervals.
-        moment = elapsed / self.interval % self.cycle - self.pre_cycle_rest
+        moment = self._moment(elapsed)
         first, repeat = self.pulses.first, self.pulses.repeat
         index = min(math.floor(moment / self.hold), self.length - 1)
         if index < first:
             return False
         latest = index - (index - first) % repeat if repeat else first
         return (moment - latest * self.hold) * self.interval < self.pulses.width
+
+    def _moment(self, elapsed: int) -> Fraction:
+        """Return the sample intervals since this cycle clocked out its first sample; below 0 before."""
+        return elapsed / self.interval % self.cycle - self.pre_cycle_rest

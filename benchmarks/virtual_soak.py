@@ -1,0 +1,300 @@
+"""Many virtual controllers in one process: whether they keep time, memory and one core.
+
+One process serves controllers of all kinds that send status updates, each on a TCP port of its own, on one
+clock. Another one, this, is their host: it starts the updates, acknowledges them once a second, and notes
+when each arrives. An update is due a whole number of periods after the request for updates was sent; what it
+comes later than that, whoever lost the time, is its lateness.
+
+What a controller costs is processor time of the serving process per update: with few controllers before and
+after, and with many.
+
+    python benchmarks/virtual_soak.py
+    python benchmarks/virtual_soak.py --controllers 32 --seconds 2 --quick    # counts and memory only
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import statistics
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from itertools import cycle, islice
+from pathlib import Path
+from typing import Any
+
+from stagewire.framing import End, Received
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+from stagewire_virtual.making import make_instrument
+from stagewire_virtual.options import Options
+from stagewire_virtual.serving.places import TcpPlace
+from stagewire_virtual.serving.server import Server
+from stagewire_virtual.units import Unit, units_of
+
+PERIOD = 0.1
+FEW = 16
+WARM_UP = 3.0
+PATIENCE = 30.0  # what may be missing is waited for so long
+MOST_GROWTH = 1.0  # MiB
+MOST_PROCESSOR = 0.9  # of one core
+MOST_RATIO = 1.25  # of what a controller costs among many to what it costs among few
+HOST = 1
+
+
+def kinds() -> list[Unit]:
+    """Return the units that send updates."""
+    units = units_of(PROTOCOL).values()
+    return [unit for unit in units if "HW_START_UPDATEMSGS" in unit.messages and updates_of(unit)]
+
+
+def updates_of(unit: Unit) -> frozenset[int]:
+    """Return the ids of the updates that a unit sends."""
+    starts = unit.message("HW_START_UPDATEMSGS")["exchange"]["starts"]
+    return frozenset(unit.message(name)["id"] for name in starts if name in unit.messages)
+
+
+# The process that serves
+
+
+async def serve(controllers: int) -> None:
+    """Serve controllers until standard input ends; answer each line with what the process has used."""
+    async with Server() as server:
+        for number, unit in enumerate(islice(cycle(kinds()), controllers)):
+            instrument = make_instrument(unit, server.clock, Options(seed=number))
+            await server.open(TcpPlace().link(instrument, label=unit.name))
+        say([[link.label, link.url] for link in server.links])
+        lines = asyncio.StreamReader()
+        await asyncio.get_running_loop().connect_read_pipe(
+            lambda: asyncio.StreamReaderProtocol(lines), sys.stdin
+        )
+        while await lines.readline():
+            say({"processor": time.process_time(), "memory": memory()})
+
+
+def say(what: Any) -> None:
+    """Write a line for the other process."""
+    print(json.dumps(what), flush=True)
+
+
+def memory() -> float:
+    """Return the memory that this process holds, in MiB."""
+    status = Path("/proc/self/status").read_text()
+    return (
+        next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS"))
+        / 1024
+    )
+
+
+# The process that listens
+
+
+class Listener(asyncio.Protocol):
+    """The host of one controller."""
+
+    def __init__(self, unit: Unit) -> None:
+        self.address = 0x50 if unit.facts["address"] == "generic_usb" else 0x21
+        self.alive = b""
+        if unit.facts["keep_alive"] != "none":
+            self.alive = PROTOCOL.message_class(unit.facts["keep_alive"])().pack(self.address, HOST)
+        self.expected = updates_of(unit)
+        self.framer = PROTOCOL.framer(End.HOST)
+        self.arrivals: dict[int, list[float]] = {
+            channel: [] for channel in range(1, unit.facts["channels"] + 1)
+        }
+
+    def connection_made(self, transport: Any) -> None:
+        """Remember the connection."""
+        self.transport = transport
+
+    def start(self) -> None:
+        """Ask for updates."""
+        self.began = time.monotonic()
+        self.transport.write(m.HwStartUpdateMsgs(round(1 / PERIOD)).pack(self.address, HOST))
+
+    def acknowledge(self) -> None:
+        """Say that the host is alive."""
+        self.transport.write(self.alive)
+
+    def data_received(self, data: bytes) -> None:
+        """Note what has come, and when."""
+        now = time.monotonic()
+        for event in self.framer.feed(data):
+            if not isinstance(event, Received) or event.id not in self.expected:
+                raise SystemExit(f"not an update: {event}")
+            self.arrivals[event.raw[6]].append(now)
+
+    def latenesses(self) -> Iterator[float]:
+        """Give the lateness of each update in seconds."""
+        for arrivals in self.arrivals.values():
+            for number, arrival in enumerate(arrivals, 1):
+                yield arrival - self.began - number * PERIOD
+
+    @property
+    def received(self) -> int:
+        """The updates that have come of the channel that has had fewest."""
+        return min(map(len, self.arrivals.values()))
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a number of controllers did."""
+
+    controllers: int
+    updates: int
+    missing: int
+    latest: float
+    median: float
+    processor: float
+    share: float
+    growth: float
+    memory: float
+
+    @property
+    def cost(self) -> float:
+        """Processor time for one update, in microseconds."""
+        return self.processor / self.updates * 1e6
+
+
+@asynccontextmanager
+async def serving(controllers: int) -> Any:
+    """Run the serving process."""
+    process = await asyncio.create_subprocess_exec(
+        sys.executable,
+        __file__,
+        "--serve",
+        str(controllers),
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        limit=1 << 20,
+    )
+    try:
+        yield process
+    finally:
+        process.stdin.close()
+        await process.wait()
+
+
+async def run(controllers: int, seconds: float) -> Run:
+    """Serve controllers in another process and listen to them."""
+    units = {unit.name: unit for unit in kinds()}
+    loop = asyncio.get_running_loop()
+    async with serving(controllers) as process:
+
+        async def used() -> dict[str, float]:
+            process.stdin.write(b"\n")
+            answer: dict[str, float] = json.loads(await process.stdout.readline())
+            return answer
+
+        listeners: list[Listener] = []
+        for name, url in json.loads(await process.stdout.readline()):
+            listener = Listener(units[name])
+            host, _, port = url.removeprefix("socket://").rpartition(":")
+            await loop.create_connection(lambda found=listener: found, host, int(port))
+            listeners.append(listener)
+        # Hosts do not come all at once; neither do their acknowledgements.
+        for listener in listeners:
+            listener.start()
+            await asyncio.sleep(PERIOD / len(listeners))
+        alive = asyncio.create_task(keep_alive(listeners))
+        warm_up = min(WARM_UP, seconds / 2)
+        await asyncio.sleep(warm_up)
+        warm, began, before = await used(), time.monotonic(), count(listeners)
+        wanted = round((warm_up + seconds) / PERIOD)
+        end = began + seconds + PATIENCE
+        await asyncio.sleep(seconds)
+        while min(listener.received for listener in listeners) < wanted and time.monotonic() < end:
+            await asyncio.sleep(PERIOD / 10)
+        done, ended, after = await used(), time.monotonic(), count(listeners)
+        alive.cancel()
+        for listener in listeners:
+            listener.transport.close()
+    lateness = [late for listener in listeners for late in listener.latenesses()]
+    return Run(
+        controllers=controllers,
+        updates=after - before,
+        missing=sum(max(0, wanted - listener.received) for listener in listeners),
+        latest=max(lateness),
+        median=statistics.median(lateness),
+        processor=done["processor"] - warm["processor"],
+        share=(done["processor"] - warm["processor"]) / (ended - began),
+        growth=done["memory"] - warm["memory"],
+        memory=done["memory"],
+    )
+
+
+def count(listeners: list[Listener]) -> int:
+    """Return how many updates have come."""
+    return sum(len(arrivals) for listener in listeners for arrivals in listener.arrivals.values())
+
+
+async def keep_alive(listeners: list[Listener]) -> None:
+    """Acknowledge to each controller once a second, spread over the second."""
+    while True:
+        for listener in listeners:
+            listener.acknowledge()
+            await asyncio.sleep(1 / len(listeners))
+
+
+# The report
+
+
+def show(found: Run) -> None:
+    """Print the figures of a run."""
+    print(
+        f"  {found.controllers:>4} controllers  {found.updates:>7} updates  {found.missing} missing  "
+        f"late {found.median * 1e3:.1f} ms (median), {found.latest * 1e3:.1f} ms (most)  "
+        f"{found.share:.1%} of a core, {found.cost:.1f} us an update  "
+        f"{found.memory:.1f} MiB, {found.growth:+.2f} since it was warm",
+        flush=True,
+    )
+
+
+def holds(what: str, figure: float, at_most: float, unit: str = "") -> bool:
+    """Print a bound and whether it is kept."""
+    kept = figure <= at_most
+    verdict = "" if kept else "     NOT KEPT"
+    print(f"  {what:<52}{figure:>9.2f}  <= {at_most:g} {unit}{verdict}")
+    return kept
+
+
+def soak(controllers: int, seconds: float, *, quick: bool) -> bool:
+    """Run everything; return whether all bounds are kept."""
+    print(f"Virtual controllers of {len(kinds())} kinds by TCP, 10 updates a second each")
+    few: list[Run] = []
+    if not quick:
+        few.append(asyncio.run(run(FEW, seconds / 3)))
+        show(few[0])
+    many = asyncio.run(run(controllers, seconds))
+    show(many)
+    kept = [
+        holds("updates missing", many.missing, 0),
+        holds("memory grown", many.growth, MOST_GROWTH, "MiB"),
+    ]
+    if not quick:
+        few.append(asyncio.run(run(FEW, seconds / 3)))
+        show(few[1])
+        ratio = many.cost / statistics.mean(found.cost for found in few)
+        kept += [
+            holds("latest update", many.latest * 1e3, PERIOD * 1e3, "ms"),
+            holds("share of one core", many.share, MOST_PROCESSOR),
+            holds(f"cost of an update, {controllers} : {FEW}", ratio, MOST_RATIO, "x"),
+        ]
+    return all(kept)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--controllers", type=int, default=256)
+    parser.add_argument("--seconds", type=float, default=60)
+    parser.add_argument("--quick", action="store_true", help="counts and memory only")
+    parser.add_argument("--serve", type=int, help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.serve is not None:
+        asyncio.run(serve(given.serve))
+        sys.exit(0)
+    sys.exit(0 if soak(given.controllers, given.seconds, quick=given.quick) else 1)

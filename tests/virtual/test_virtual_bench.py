@@ -1,0 +1,291 @@
+"""Benches: what a file may say, and what is said about one that is wrong."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from virtual_parrot import Notebook
+
+from stagewire_apt import stages
+from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.errors import BenchError, VirtualError
+from stagewire_virtual.faults import parse_fault
+from stagewire_virtual.options import Line, Options
+from stagewire_virtual.serving.bench import load_bench, make_bench
+from stagewire_virtual.serving.places import PtyPlace, TcpPlace
+from stagewire_virtual.serving.server import Server
+from stagewire_virtual.serving.tcp import TcpLink
+from stagewire_virtual.thorlabs_apt.channel import Settings
+
+FULL = """
+[[unit]]
+name = "tdc001"
+label = "x stage"
+tcp = "127.0.0.1:4001"
+seed = 7
+serial_number = 83000001
+line = "rs232"
+quirks = ["header_only_completion"]
+answer_unsupported = true
+faults = ["to_host drop frame every=10"]
+stage = "Z8"
+position = 34304
+
+[[unit]]
+name = "BSC102"
+pty = "build/y-stage"
+empty_bays = [1]
+[[unit.channel]]
+stage = "APT_STEPPER"
+travel = 857600
+position = 10
+
+[[unit]]
+name = "RACK"
+pty = true
+bays = ["MST601", "", "MPZ601"]
+
+[[unit]]
+name = "MS2000"
+tcp = "0"
+strategies = { power_on_mode = "low" }
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "bench.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def problems(**unit: Any) -> tuple[str, ...]:
+    with pytest.raises(BenchError) as caught:
+        make_bench([unit], source="here")
+    return caught.value.problems
+
+
+def test_everything_that_a_file_may_say(tmp_path: Path) -> None:
+    first, second, rack, last = load_bench(written(tmp_path, FULL)).units
+    blueprint = first.blueprint
+    assert blueprint.unit is not None
+    assert (first.label, blueprint.unit.name, first.place) == ("x stage", "TDC001", TcpPlace(4001))
+    assert blueprint.faults == (parse_fault("to_host drop frame every=10"),)
+    assert blueprint.options == Options(
+        seed=7,
+        serial_number=83000001,
+        line=Line.RS232,
+        quirks=frozenset({"header_only_completion"}),
+        answer_unsupported=True,
+        channels=(Settings(stage=stages.Z8, position=34304),),
+    )
+    assert second.label == "BSC102"
+    assert second.place == PtyPlace(Path("build/y-stage"))
+    assert second.blueprint.options == Options(
+        seed=1,  # the second of the bench: two units of a kind have serial numbers of their own
+        empty_bays=frozenset({1}),
+        channels=(Settings(stage=stages.APT_STEPPER, travel=857600, position=10),),
+    )
+    assert rack.blueprint.unit is None
+    assert [module and module.name for module in rack.blueprint.bays] == ["MST601", None, "MPZ601"]
+    assert rack.place == PtyPlace()
+    assert last.place == TcpPlace(0)
+    assert last.blueprint.options.strategies == {"power_on_mode": "low"}
+    for unit in (first, second, rack, last):
+        unit.blueprint.make(SteppedClock())
+
+
+def test_a_unit_needs_no_more_than_its_name() -> None:
+    (unit,) = make_bench([{"name": "TPZ001"}]).units
+    assert (unit.place, unit.label, unit.blueprint.options) == (TcpPlace(0), "TPZ001", Options())
+
+
+@pytest.mark.parametrize(
+    ("unit", "where", "what"),
+    [
+        ({}, "unit 1, key name", "missing; it is a unit such as TDC001, or RACK"),
+        ({"name": "TDC01"}, "unit 1 (TDC01), key name", "did you mean TDC001"),
+        ({"name": 3}, "unit 1, key name", "expected a text, not 3"),
+        (
+            {"name": "TDC001", "label": ["x"]},
+            "unit 1 (TDC001), key label",
+            "expected a text, not a list",
+        ),
+        (
+            {"name": "TDC001", "colour": 1},
+            "unit 1 (TDC001), key colour",
+            "no such key; there are: name",
+        ),
+        ({"name": "TDC001", "sede": 1}, "unit 1 (TDC001), key sede", "did you mean seed?"),
+        ({"name": "TDC001", "seed": True}, "unit 1 (TDC001), key seed", "an integer, not True"),
+        ({"name": "TDC001", "seed": 1.5}, "unit 1 (TDC001), key seed", "an integer, not 1.5"),
+        ({"name": "TDC001", "line": "rs485"}, "unit 1 (TDC001), key line", "it is usb or rs232"),
+        (
+            {"name": "TDC001", "stage": "Z9"},
+            "unit 1 (TDC001), key stage",
+            "there are: APT_STEPPER, MLS203, Z8",
+        ),
+        ({"name": "TDC001", "stage": "MLS203"}, "key stage", "not known (they are on: BBD101"),
+        ({"name": "MS2000", "stage": "Z8"}, "key stage", "has no stage Z8 (there is none)"),
+        ({"name": "TDC001", "travel": "1 mm"}, "key travel", "an integer, not '1 mm'"),
+        ({"name": "TDC001", "quirks": ["haste"]}, "key quirks", "no quirk haste (there are:"),
+        ({"name": "TDC001", "quirks": "haste"}, "key quirks", "expected a list, not 'haste'"),
+        ({"name": "TDC001", "empty_bays": [0]}, "key empty_bays", "it has no bays"),
+        ({"name": "MS2000", "strategies": {"mood": "low"}}, "key strategies", "mood"),
+        ({"name": "TDC001", "strategies": 3}, "key strategies", "expected a table, not 3"),
+        ({"name": "TDC001", "faults": ["to_host explode"]}, "key faults", "explode"),
+        ({"name": "TDC001", "faults": ["to_host stick axis=9"]}, "key faults", ""),
+        ({"name": "TDC001", "tcp": "here"}, "key tcp", "no place for TCP"),
+        ({"name": "TDC001", "tcp": 4001}, "key tcp", "expected a text, not 4001"),
+        ({"name": "TDC001", "tcp": "0.0.0.0:4001"}, "key tcp", "--bind 0.0.0.0"),
+        ({"name": "TDC001", "tcp": "4001", "pty": True}, "key pty", "give tcp or pty, not both"),
+        ({"name": "TDC001", "pty": 3}, "key pty", "expected true, or the name of a symbolic link"),
+        ({"name": "TDC001", "channel": [{}, {}]}, "key channel", "settings for 2"),
+        ({"name": "TDC001", "channel": [3]}, "key channel", "expected a table, not 3"),
+        (
+            {"name": "TDC001", "channel": [{"stag": "Z8"}]},
+            "channel 1, key stag",
+            "did you mean stage?",
+        ),
+        ({"name": "TDC001", "travel": 3, "channel": [{}]}, "key channel", "not both"),
+        ({"name": "TDC001", "bays": ["MST601"]}, "key bays", "no such key"),
+        ({"name": "RACK", "bays": ["MST602"]}, "(RACK), key bays", "did you mean MST601"),
+        ({"name": "RACK", "bays": ["TDC001"]}, "(RACK), key bays", "is no module of a rack"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_key_and_what_was_expected(
+    unit: dict[str, Any], where: str, what: str
+) -> None:
+    (problem,) = problems(**unit)
+    assert problem.startswith("here: unit 1")
+    assert where in problem
+    assert what in problem
+
+
+def test_all_that_is_wrong_is_said_at_once() -> None:
+    with pytest.raises(BenchError) as caught:
+        make_bench(
+            [
+                {"name": "TDC001", "tcp": "4001", "quirks": ["haste"], "channel": [{}, {}]},
+                {"name": "TDC002", "tcp": "4001", "seed": "x"},
+                {"name": "TSC001", "pty": "y", "faults": ["nonsense"]},
+                {"name": "TSC001", "pty": "y", "label": 3},
+            ],
+            source="bench.toml",
+        )
+    keys = [problem.partition(", key ")[2].split(":")[0] for problem in caught.value.problems]
+    assert keys == ["channel", "quirks", "name", "seed", "faults", "label", "pty"]
+    assert str(caught.value).splitlines() == list(caught.value.problems)
+
+
+@pytest.mark.parametrize("key", ["tcp", "pty"])
+def test_two_units_in_one_place_are_refused(key: str) -> None:
+    spot = {"tcp": "4001", "pty": "build/x"}[key]
+    units = [{"name": "TDC001", key: spot}, {"name": "TSC001"}, {"name": "BSC101", key: spot}]
+    with pytest.raises(
+        BenchError, match=rf"unit 3 \(BSC101\), key {key}: .*already taken; see .*unit 1"
+    ):
+        make_bench(units)
+
+
+def test_any_number_of_units_may_take_free_ports() -> None:
+    assert len(make_bench([{"name": "TDC001", "tcp": "0"}, {"name": "TDC001"}]).units) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("", "key unit: there is no unit; each begins with a line [[unit]]"),
+        ("unit = 3", "key unit: expected a list, not 3"),
+        ("[unit]\nname = 'TDC001'", "key unit: expected a list, not a table"),
+        ("name = 'TDC001'", "key name: there is no such key; there are: unit"),
+        ("[[unit]\n", "is no TOML file: "),
+        ("[[unit]]\nseed = 1\nseed = 2", "Cannot overwrite a value"),
+        ("a = " + "[" * 100_000, "nested too deeply"),
+    ],
+)
+def test_files_that_are_no_bench(tmp_path: Path, text: str, what: str) -> None:
+    path = written(tmp_path, text)
+    with pytest.raises(BenchError) as caught:
+        load_bench(path)
+    assert what in str(caught.value)
+    assert str(caught.value).startswith(f"{path}")
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(BenchError, match="cannot be read: No such file"):
+        load_bench(tmp_path / "bench.toml")
+    with pytest.raises(BenchError, match="cannot be read: Is a directory"):
+        load_bench(tmp_path)
+    (tmp_path / "bench.toml").write_bytes(b"\xff")
+    with pytest.raises(BenchError, match=r"is no TOML file: .*utf-8"):
+        load_bench(tmp_path / "bench.toml")
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=9),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3)
+    ),
+    max_leaves=6,
+)
+KEYS = st.sampled_from(
+    [
+        *(
+            "name",
+            "label",
+            "tcp",
+            "pty",
+            "seed",
+            "serial_number",
+            "line",
+            "quirks",
+            "bays",
+            "faults",
+        ),
+        *(
+            "answer_unsupported",
+            "empty_bays",
+            "strategies",
+            "stage",
+            "travel",
+            "position",
+            "channel",
+        ),
+    ]
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sampled_from(["TDC001", "RACK", "MS2000"]), st.dictionaries(KEYS, values, max_size=5))
+def test_whatever_stands_in_a_bench_it_is_one_or_a_list_of_problems(
+    name: str, unit: dict[str, Any]
+) -> None:
+    with contextlib.suppress(BenchError):
+        assert len(make_bench([{"name": name, **unit}]).units) == 1
+
+
+def test_a_bench_is_served_and_heard() -> None:
+    async def test() -> None:
+        book = Notebook()
+        (unit,) = make_bench([{"name": "TDC001", "seed": 1}]).units
+        async with Server() as server:
+            link = unit.link(server.clock, book)
+            await server.open(link)
+            assert isinstance(link, TcpLink)
+            reader, writer = await asyncio.open_connection(link.host, link.port)
+            writer.write(bytes.fromhex("05 00 00 00 50 01"))
+            assert len(await reader.readexactly(90)) == 90
+            writer.close()
+        assert [kind for kind, _, _ in book.lines] == ["#", ">", "<"]
+
+    asyncio.run(asyncio.wait_for(test(), 20))
+
+
+def test_a_bench_that_is_wrong_is_a_virtual_error() -> None:
+    assert issubclass(BenchError, VirtualError)

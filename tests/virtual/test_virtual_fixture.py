@@ -1,0 +1,90 @@
+"""The fixture ``virtual``, as the tests of somebody who installed Stagewire have it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stagewire_apt import stages
+from stagewire_virtual.controller import VirtualController
+from stagewire_virtual.errors import UnpluggedError
+from stagewire_virtual.pytest_plugin import Controllers
+
+USERS = """
+import threading
+import pytest
+from stagewire_apt import stages
+
+made = []
+
+def test_first(virtual):
+    tdc = virtual.TDC001(stage=stages.Z8)
+    made.append(tdc)
+    tdc.write(bytes.fromhex("05 00 00 00 50 01"))
+    assert tdc.read_frames()[0].frame.message.model_number == "TDC001"
+    made.append(tdc.tcp())
+    made.append(virtual.rack("MST601", None))
+
+def test_second_finds_them_closed():
+    tdc, served, rack = made
+    for closed in (tdc, rack):
+        with pytest.raises(Exception, match="unplugged"):
+            closed.write(b"")
+    assert "(closed)" in repr(served)
+    assert all(thread.name != "stagewire-virtual" for thread in threading.enumerate())
+"""
+
+
+def test_it_offers_what_the_package_offers(virtual: Controllers) -> None:
+    tdc = virtual.TDC001(stage=stages.Z8)
+    assert isinstance(tdc, VirtualController)
+    clock = virtual.SteppedClock()
+    assert virtual.TSC001(clock=clock).clock is clock
+    with pytest.raises(AttributeError, match="did you mean TDC001"):
+        virtual.TDC01  # noqa: B018
+
+
+def test_what_it_made_is_closed_at_the_end() -> None:
+    from contextlib import ExitStack
+
+    with ExitStack() as stack:
+        tdc = Controllers(stack).TDC001()
+        tdc.write(b"")
+    with pytest.raises(UnpluggedError):
+        tdc.write(b"")
+
+
+def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
+    return subprocess.run(
+        [sys.executable, *words],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+def test_pytest_finds_it_in_the_tests_of_a_user(tmp_path: Path) -> None:
+    (tmp_path / "test_mine.py").write_text(USERS)
+    done = run(
+        tmp_path, "-m", "pytest", "-q", "-W", "error", "-p", "no:cacheprovider", "-p", "no:xdist"
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "2 passed" in done.stdout
+
+
+def test_a_pytest_that_does_not_use_it_imports_no_controllers(tmp_path: Path) -> None:
+    (tmp_path / "test_mine.py").write_text(
+        "import sys\n"
+        "def test_nothing():\n"
+        "    ours = {name for name in sys.modules if name.startswith('stagewire')}\n"
+        "    assert ours == {'stagewire_virtual', 'stagewire_virtual.pytest_plugin'}, ours\n"
+    )
+    done = run(tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist")
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -1,0 +1,193 @@
+"""What ``import stagewire_virtual`` offers, and what it costs."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import stagewire_virtual as virtual
+from stagewire_apt import stages
+from stagewire_virtual.controller import VirtualController
+from stagewire_virtual.errors import BadOptionError, UnknownUnitError, VirtualError
+from stagewire_virtual.factory import Factory
+from stagewire_virtual.options import Options
+from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.units import all_units
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_every_public_name_is_there_and_from_where_it_is_said_to_be() -> None:
+    assert sorted(virtual.__all__) == virtual.__all__
+    assert set(virtual.__all__) == set(virtual._MODULES)
+    for name, module in virtual._MODULES.items():
+        found = getattr(virtual, name)
+        assert found is getattr(importlib.import_module(f"stagewire_virtual.{module}"), name)
+        assert found.__doc__
+
+
+def test_type_checkers_see_the_same_names() -> None:
+    source = inspect.getsource(virtual)
+    block = source[source.index("if TYPE_CHECKING:") : source.index("__all__")]
+    seen = {
+        name.strip()
+        for line in block.splitlines()
+        if "from stagewire_virtual" in line
+        for name in line.partition(" import ")[2].split(",")
+    }
+    assert seen == set(virtual.__all__)
+
+
+@pytest.mark.parametrize("name", sorted(all_units()))
+def test_every_unit_is_a_factory_under_its_name(name: str) -> None:
+    assert name in dir(virtual)
+    factory = getattr(virtual, name)
+    assert isinstance(factory, Factory)
+    assert name in repr(factory)
+    with factory() as controller:
+        assert isinstance(controller, VirtualController)
+        assert controller.instrument.unit.name == name
+        assert controller.instrument.rows()
+
+
+def test_a_unit_is_looked_up_once() -> None:
+    assert virtual.TDC001 is virtual.TDC001
+
+
+def test_units_can_be_imported() -> None:
+    from stagewire_virtual import BSC103
+
+    assert isinstance(BSC103, Factory)
+
+
+@pytest.mark.parametrize("name", ["TDC01", "tdc001", "BSC104"])
+def test_an_unknown_unit_names_its_neighbours(name: str) -> None:
+    with pytest.raises(
+        AttributeError, match=rf"no unit {name}; did you mean (TDC001|BSC10)"
+    ) as caught:
+        getattr(virtual, name)
+    assert caught.value.name == name
+    assert not hasattr(virtual, "__wrapped__")
+    assert not hasattr(virtual, "_private")
+
+
+def test_a_factory_takes_all_options_and_says_so() -> None:
+    signature = inspect.signature(Factory.__call__)
+    short = {field.name for field in dataclasses.fields(Settings)}
+    options = {field.name for field in dataclasses.fields(Options)}
+    assert set(signature.parameters) == {"self", *short, *options, "clock", "faults"}
+    assert all(
+        parameter.kind is parameter.KEYWORD_ONLY
+        for name, parameter in signature.parameters.items()
+        if name != "self"
+    )
+    given = {
+        field.name: signature.parameters[field.name].default
+        for field in dataclasses.fields(Options)
+    }
+    with virtual.TDC001(**given) as told, virtual.TDC001() as untold:
+        assert told.instrument.unit is not None
+        assert told.instrument.rows() == untold.instrument.rows()
+
+
+def test_settings_of_channels() -> None:
+    with virtual.BSC103(channels=[Settings(position=1), Settings(position=2)]) as controller:
+        assert len(controller.instrument.rows()) >= 3
+    with pytest.raises(BadOptionError, match="not both"):
+        virtual.TDC001(stage=stages.Z8, channels=[Settings()])
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        ({"line": "rs485"}, "usb or rs232"),
+        ({"quirks": ["haste"]}, "no quirk haste"),
+        ({"faults": ["to_host explode"]}, "explode"),
+        ({"empty_bays": [1]}, "no bay"),
+        ({"stage": stages.MLS203}, "the scales of MLS203 on TDC001 are not known"),
+    ],
+)
+def test_what_a_unit_cannot_have_is_refused_when_it_is_made(
+    options: dict[str, object], what: str
+) -> None:
+    with pytest.raises(VirtualError, match=what):
+        virtual.TDC001(**options)  # type: ignore[arg-type]
+
+
+def test_a_rack_of_modules() -> None:
+    with virtual.rack("MST601", None, "MPZ601") as rack:
+        used = {}
+        for bay in range(3):
+            rack.write(bytes([0x60, 0, bay, 0, 0x11, 1]))  # RACK_REQ_BAYUSED
+            (event,) = rack.read_frames()
+            used[bay] = event.raw[3]
+        assert used == {0: 1, 1: 2, 2: 1}  # 1 is occupied, 2 is empty
+    with pytest.raises(UnknownUnitError, match="MST602"):
+        virtual.rack("MST602")
+    with pytest.raises(BadOptionError, match="no module of a rack"):
+        virtual.rack("TDC001")
+
+
+def test_a_recorded_session_is_played_back(tmp_path: Path) -> None:
+    capture = tmp_path / "bug.txt"
+    capture.write_text(
+        "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001\n"
+        "0.000000 > 05 00 00 00 50 01\n"
+        "0.010000 < 91 04 0e 00 81 50 01 00 00 00 00 00 00 00 00 00 00 00 00 80\n"
+    )
+    with virtual.replay_of(capture) as tdc:
+        tdc.write(bytes.fromhex("05 00 00 00 50 01"))
+        assert tdc.read() == b""
+        assert tdc.read(timeout=1)[:2] == b"\x91\x04"
+        assert tdc.clock.now == 10_000_000
+
+
+def test_the_import_is_cheap_and_brings_nothing_heavy() -> None:
+    program = (
+        "import json, sys, stagewire, time\n"
+        "before, began = set(sys.modules), time.process_time()\n"
+        "import stagewire_virtual\n"
+        "took = time.process_time() - began\n"
+        "print(json.dumps([took, sorted(set(sys.modules) - before)]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
+    took, brought = json.loads(done.stdout)
+    assert brought == ["stagewire_virtual"]
+    assert took < 0.06
+
+
+def test_strict_type_checking_of_a_test_of_a_user(tmp_path: Path) -> None:
+    source = tmp_path / "users.py"
+    source.write_text(
+        "import stagewire_virtual as virtual\n"
+        "from stagewire_apt import stages\n"
+        "from stagewire_virtual.pytest_plugin import Controllers\n"
+        "with virtual.TDC001(stage=stages.Z8, faults=['to_host drop frame every=2']) as tdc:\n"
+        "    count: int = tdc.write(b'')\n"
+        "    tdc.advance(2.5)\n"
+        "    data: bytes = tdc.read()\n"
+        "with virtual.BSC103(channels=[virtual.Settings(position=3)]).tcp() as served:\n"
+        "    url: str = served.url\n"
+        "def test_x(virtual: Controllers) -> None:\n"
+        "    data: bytes = virtual.TDC001(stage=stages.Z8).read()\n"
+        "virtual.TDC001(stage='Z8')\n"
+    )
+    done = subprocess.run(  # as the project is checked, so that its cache serves
+        [sys.executable, "-m", "mypy", "--strict", str(source)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        cwd=ROOT,
+    )
+    errors = [line for line in done.stdout.splitlines() if "error:" in line]
+    assert len(errors) == 1, done.stdout + done.stderr
+    assert 'incompatible type "str"; expected "Stage | None"' in errors[0]

@@ -1,0 +1,27 @@
+"""The soak in small: all updates come, memory stays; ``make soak`` judges time, on a quiet machine."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads memory from /proc")
+def test_thirty_two_controllers_for_two_seconds() -> None:
+    soak = ROOT / "benchmarks" / "virtual_soak.py"
+    done = subprocess.run(
+        [sys.executable, str(soak), "--controllers", "32", "--seconds", "2", "--quick"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    found = re.search(r"32 controllers +(\d+) updates  0 missing", done.stdout)
+    assert found, done.stdout
+    assert int(found[1]) >= 32 * 19  # what came in two seconds, one more or less
