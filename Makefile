@@ -4,7 +4,8 @@
 # What takes long or needs a quiet machine is apart:
 #   make bench  speed and memory against their bounds
 #   make soak   256 virtual controllers in one process for a minute: time, memory, one core
-#   make fuzz   thirty million executions of the codecs, and everything that a user can feed to the command
+#   make fuzz   thirty million executions of the codecs, everything that a user can feed to the command, and that a
+#               host can say to a virtual controller
 # Each has its own virtual environment below .venv/.
 
 PYTHON ?= python3
@@ -69,6 +70,7 @@ fuzz: .venv/fuzz/ready tools
 	.venv/fuzz/bin/python tests/fuzz/memory_growth.py
 	.venv/fuzz/bin/python tests/c/libfuzzer.py --executions $(C_EXECUTIONS) --seed $(SEED)
 	.venv/fuzz/bin/python tests/fuzz/user_input.py --seconds $(SECONDS) --seed $(SEED)
+	.venv/fuzz/bin/python tests/fuzz/virtual_controllers.py --seconds $(SECONDS) --seed $(SEED)
 
 .venv/demo/ready: pyproject.toml
 	$(call environment,demo,generator)

@@ -3,35 +3,24 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from stagewire.capture import Heading, Recorded
-from stagewire.direction import Direction as Way
 from stagewire.errors import CodecError
 from stagewire.framing import End
+from stagewire_cli.decoding import Decoding, opened
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats import Format, check_format, writing
-from stagewire_cli.formats.task import Stamp, Task
-from stagewire_cli.formats.writer import Writer
 from stagewire_cli.hextext import parse_hex
-from stagewire_cli.inputs import Source, captures, chunks, heading, is_json, opening, session
 from stagewire_cli.outputs import check_output, output
-from stagewire_cli.progress import Progress, progress
+from stagewire_cli.progress import progress
 from stagewire_cli.protocols import PROTOCOL_HELP
 from stagewire_cli.selection import Direction, Selection
 from stagewire_cli.tally import Tally
 
 __all__ = ["EXAMPLE", "decode"]
-
-_NOW_AND_THEN = 1024  # frames
-_WAYS = {Way.TO_CONTROLLER: "to_controller", Way.TO_HOST: "to_host"}
 
 EXAMPLE = """\b
 Examples:
@@ -114,7 +103,7 @@ def decode(
     if target is not None:
         check_output(target, given if isinstance(given, Path) else None)
     tally = Tally()
-    with _opened(given) as read:
+    with opened(given) as read:
         task = Selection(protocol, status, direction, command, message, read.heading).task()
         try:
             check_format(wanted, task)
@@ -126,7 +115,7 @@ def decode(
             # What scrolls by on a terminal shows by itself how far it is.
             progress(lines=False, quiet=target is None and sys.stdout.isatty()) as say,
         ):
-            _Decoding(task, made, end, tally, say).of(read)
+            Decoding(task, made, end, tally, say).of(read)
     alone = isinstance(given, bytes) and end is None
     if target or (not alone and (wanted is not Format.JSONL or task.only)):
         typer.echo(tally.summary, err=True)
@@ -174,112 +163,3 @@ def _is_hex(word: str) -> bool:
         return bool(parse_hex(word))
     except ValueError:
         return False
-
-
-@dataclass(frozen=True)
-class _Input:
-    """What was opened.
-
-    :param source: a file or standard input; None for bytes on the command line.
-    :param block: its first block, or those bytes.
-    :param text: that as text; None when it is none.
-    """
-
-    source: Source | None
-    block: bytes
-    text: str | None
-
-    @cached_property
-    def heading(self) -> Heading | None:
-        """What the first line says of a recorded session; None when it is none."""
-        return heading(self.text)
-
-
-@contextmanager
-def _opened(given: Path | bytes | None) -> Iterator[_Input]:
-    """Give what the arguments name, with its first block read."""
-    if isinstance(given, bytes):
-        yield _Input(None, given, None)
-        return
-    with ExitStack() as files:
-        stream = sys.stdin.buffer if given is None else files.enter_context(given.open("rb"))
-        source = Source(stream)
-        yield _Input(source, *opening(source))
-
-
-def _stamp(recorded: Recorded) -> Stamp:
-    return recorded.time / 1e9, _WAYS[recorded.direction]
-
-
-@dataclass(frozen=True)
-class _Decoding:
-    """One run of the command: from what is read to what writes, and what is counted on the way."""
-
-    task: Task
-    writer: Writer
-    end: End | None
-    tally: Tally
-    say: Progress
-
-    def of(self, read: _Input) -> None:
-        """Decode what the arguments name."""
-        source, block, text = read.source, read.block, read.text
-        if source is None:
-            if self.end is not None:
-                self._stream([block])
-            else:
-                self.tally.frame(block, self.writer.frame(0, block))
-        elif not is_json(text) and not read.heading:
-            self._stream(chunks(source, block, text), source)
-        elif self.end is not None:
-            what = (
-                "a recorded session has both"
-                if read.heading
-                else "JSON captures are frames by themselves"
-            )
-            raise CalledWronglyError(f"--end is for a stream; {what}")
-        elif read.heading:
-            self._session(source, block)
-        else:
-            self._captures(source, block)
-
-    def _captures(self, source: Source, block: bytes) -> None:
-        for name, raw in captures(source, block):
-            self.tally.frame(raw, self.writer.frame(self.tally.read, raw, name))
-            if self.tally.counts.total() % _NOW_AND_THEN == 0:
-                self.say(f"{source.progress}, {self.tally.counts['frame']:,} frames")
-
-    def _session(self, source: Source, block: bytes) -> None:
-        readers = self.task.readers()
-        latest: dict[Way, Recorded] = {}
-        for part in session(source, block):
-            for recorded in part:
-                way = recorded.direction
-                latest[way] = recorded
-                events = readers[way].feed(recorded.data)
-                self.task.stamp = _stamp(recorded)
-                for event in events:
-                    self.writer.events(recorded.line, [event])
-                self.tally.events(events, recorded.data, way)
-            self.writer.flush()
-            self.say(f"{source.progress}, {self.tally.counts['message']:,} messages")
-        for way, recorded in latest.items():
-            if pending := bytes(readers[way].pending):
-                self.task.stamp = _stamp(recorded)
-                self.writer.pending(recorded.line, pending)
-                self.tally.end(pending)
-
-    def _stream(self, parts: Iterable[bytes], source: Source | None = None) -> None:
-        reader = self.task.reader(self.end)
-        for part in parts:
-            offset = self.tally.read - len(reader.pending)
-            events = reader.feed(part)
-            self.writer.events(offset, events)
-            self.writer.flush()
-            self.tally.events(events, part)
-            if source is not None:
-                self.say(f"{source.progress}, {self.tally.counts['message']:,} messages")
-        pending = bytes(reader.pending)
-        if pending:
-            self.writer.pending(self.tally.read - len(pending), pending)
-        self.tally.end(pending)

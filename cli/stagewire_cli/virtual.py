@@ -51,6 +51,13 @@ def virtual(
             help="Play the controller's side of a recorded session, until the host has left.",
         ),
     ] = None,
+    lenient: Annotated[
+        bool,
+        typer.Option(
+            "--lenient",
+            help="Of a replay: go on at the next request like the one that came, if it was not due.",
+        ),
+    ] = False,
     tcp: Annotated[
         str | None,
         typer.Option(
@@ -175,6 +182,8 @@ def virtual(
         _without("--bench", {"tcp": tcp, "pty": pty or None, **options})
     if replay:
         _without("--replay", options)
+    elif lenient:
+        raise CalledWronglyError("--lenient is for --replay")
     if tcp is not None and pty:
         raise CalledWronglyError(
             "--tcp and --pty exclude each other: a line is the one or the other"
@@ -186,7 +195,7 @@ def virtual(
         if bench:
             makers = of_bench(bench, bind)
         elif replay:
-            makers = of_replay(replay, tcp, pty, bind)
+            makers = of_replay(replay, tcp, pty, bind, lenient=lenient)
         else:
             makers = of_names(units or [], tcp, pty, bind, options)
         right = run_session(makers, log, seconds)

@@ -63,8 +63,10 @@ def of_bench(path: Path, bind: str | None) -> list[LinkMaker]:
     return [unit.link for unit in load_bench(path, bind=bind).units]
 
 
-def of_replay(path: Path, tcp: str | None, pty: bool, bind: str | None) -> list[LinkMaker]:
-    """Return the controller's side of a recorded session.
+def of_replay(
+    path: Path, tcp: str | None, pty: bool, bind: str | None, *, lenient: bool
+) -> list[LinkMaker]:
+    """Return the controller's side of a recorded session; see :class:`~stagewire_virtual.replay.Replay`.
 
     Raises :class:`~stagewire.errors.CaptureError` for a file that is no capture.
     """
@@ -75,7 +77,9 @@ def of_replay(path: Path, tcp: str | None, pty: bool, bind: str | None) -> list[
     capture = read_capture(path)
 
     def make(clock: Clock, observer: Observer) -> ServedLink:
-        return place.link(Replay(capture, clock), label=path.name, observer=observer)
+        return place.link(
+            Replay(capture, clock, lenient=lenient), label=path.name, observer=observer
+        )
 
     return [make]
 
@@ -83,7 +87,7 @@ def of_replay(path: Path, tcp: str | None, pty: bool, bind: str | None) -> list[
 def show_all() -> None:
     """Print all units, and what can be told of them by name: quirks, strategies and faults."""
     from stagewire_virtual.asi_ms2000.strategies import STRATEGIES
-    from stagewire_virtual.faults.fault import ACTIONS
+    from stagewire_virtual.faults.keys import ACTIONS
     from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
     from stagewire_virtual.units import all_units
 

@@ -128,6 +128,7 @@ def test_options_of_the_command_line_are_those_of_a_bench() -> None:
         (["TDC001", "--bench", "x.toml"], "UNIT and --bench exclude each other"),
         (["--replay", "x", "--seed", "1"], "--seed is for units that are named"),
         (["--bench", "x.toml", "--quirk", "long_status"], "--quirk is for units that are named"),
+        (["TDC001", "--lenient"], "--lenient is for --replay"),
         (["TDC001", "--tcp", "1", "--pty"], "--tcp and --pty"),
         (["TDC01"], "did you mean TDC001"),
         (["TDC001", "--tcp", "0.0.0.0:0"], "--bind 0.0.0.0"),
@@ -221,6 +222,21 @@ def test_a_session_its_log_and_its_replay(tmp_path: Path) -> None:
         code, _, err = playing.end()
     assert code == 1
     assert "MOD_REQ_CHANENABLESTATE" in err
+
+
+@posix
+@pytest.mark.parametrize(("words", "answer"), [([], b""), (["--lenient"], b"\x12\x02")])
+def test_a_lenient_replay_goes_on_at_what_it_is_asked(
+    tmp_path: Path, words: list[str], answer: bytes
+) -> None:
+    session = tmp_path / "session.txt"
+    lines = [f"0 > {INFO.hex()}", "0 < 06 00", f"1 > {ENABLE_STATE.hex()}", "1 < 12 02"]
+    session.write_text("\n".join(["# stagewire capture 1 protocol=thorlabs_apt", *lines]))
+    with running("--replay", session, *words) as playing:
+        assert ask(*playing.places.values(), ENABLE_STATE, size=len(answer)) == answer
+        code, _, err = playing.end()
+    assert code == 1
+    assert "HW_REQ_INFO" in err
 
 
 @posix

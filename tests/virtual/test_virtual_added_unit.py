@@ -74,7 +74,7 @@ class Host:
     def __init__(self, registry: Any, name: str) -> None:
         self.clock = SteppedClock()
         unit = units_of(PROTOCOL, registry)[name]
-        options = Options(channels=(Settings(travel=100_000, position=50_000),))
+        options = Options(channels=(Settings(travel=50_000),))
         self.instrument: Instrument = make_instrument(unit, self.clock, options)
         self.heard: list[str] = []
         self.instrument.on_send = lambda frame: self.heard.append(frame.hex(" "))

@@ -22,6 +22,7 @@ from virtual_oracle import (
 )
 
 import stagewire_virtual as virtual
+from stagewire.protocol import load_protocol
 
 BOTH = 3
 A_WHILE = 2.0
@@ -46,10 +47,11 @@ OF_THE_STAGE = {
 }  # page 75: cannot be altered; the travel can be made smaller
 # Values within the ranges of the registry that the pages narrow further.
 NARROWER: dict[str, dict[str, dict[str, int]]] = {
-    "PZ_OUTPUTLUT": {"highest": {"index": 512}},  # page 106: of the TPZ001
-    "PZ_OUTPUTLUTPARAMS": {  # page 109: of the TPZ001, and not more than have been loaded
-        "highest": {"cycle_length": 0, "trig_repeat_cycle": 512},
-        "between": {"cycle_length": 0, "trig_repeat_cycle": 100},
+    # pages 106 and 109: of the TPZ001; page 110: with an output trigger, its start belongs to the cycle
+    "PZ_OUTPUTLUT": {"highest": {"index": 512}, "between": {"index": 300}},
+    "PZ_OUTPUTLUTPARAMS": {
+        "highest": {"mode": 0xFFFB, "cycle_length": 512, "trig_repeat_cycle": 512},
+        "between": {"mode": 1, "cycle_length": 300, "trig_repeat_cycle": 100},
     },
     "PZ_OUTPUTMAXVOLTS": {"lowest": {"voltage": 750}, "between": {"voltage": 1000}},  # page 122
     "RACK_DIGOUTPUTS": {"highest": {"dig_op": 0b1111}, "between": {"dig_op": 0b0101}},  # page 26
@@ -153,7 +155,9 @@ class TestEveryMessage:
         for place, message, layout, given, channels in moves(name):
             bench = Bench(name)
             found = bench.send(message["name"], layout["form"], given, place)
-            if any(key in given for key in DISTANCES):
+            if (
+                any(key in given for key in DISTANCES) and name != "TSC001"
+            ):  # a solenoid is there at once
                 assert found == []
             found += bench.wait(LONGEST)
             ends = [n for n in message["exchange"]["completes_with"] if n in bench.unit["messages"]]
@@ -241,6 +245,8 @@ class TestEveryMessage:
         for place, message, layout, given, _ in cases(name, "lowest"):
             if message["name"] in bench.unit["messages"] or message["direction"] == "to_host":
                 continue
+            if bench.unit["address"] == "bay" and place.kind == "motherboard":
+                continue  # no list says what the motherboard of a modular rack has
             found = bench.send(message["name"], layout["form"], given, place)
             assert [reply.name for reply in found] == ["HW_RESPONSE"], (
                 f"{message['name']} to {place}"
@@ -252,10 +258,10 @@ class TestEveryMessage:
         there = {place.address for place in places(bench.unit)}
         for place, message, layout, given, _ in cases(name, "lowest"):
             if CHANNEL in given and place.kind != "motherboard":
-                for channel in {0, 1, 2, BOTH, 4} - {0 if c == 0 else c for c in place.channels}:
-                    if channel != BOTH or len(place.channels) == 1:
-                        wrong = {**given, CHANNEL: channel}
-                        assert bench.send(message["name"], layout["form"], wrong, place) == []
+                both = {BOTH} if len(place.channels) > 1 else set()
+                for channel in {0, 1, 2, 3, 4} - {*place.channels} - both:
+                    wrong = {**given, CHANNEL: channel}
+                    assert bench.send(message["name"], layout["form"], wrong, place) == []
         for address in {0x00, 0x01, 0x11, 0x21, 0x24, 0x2A, 0x50, 0x51, 0x7F} - there:
             for message in MESSAGES.values():
                 for layout in forms(message):
@@ -277,11 +283,12 @@ RANGED = sorted({
 })  # fmt: skip
 
 
+@pytest.mark.parametrize("answered", [False, True])
 @pytest.mark.parametrize(("message", "field"), RANGED)
-def test_a_value_out_of_range_changes_nothing(message: str, field: str) -> None:
+def test_a_value_out_of_range_changes_nothing(message: str, field: str, answered: bool) -> None:
     members = oracle.APT["sets"][MESSAGES[message]["set"]["name"]]
     name = next(n for n, unit in sorted(UNITS.items()) if message in unit["messages"])
-    bench = Bench(name)
+    bench = Bench(name, answer_unsupported=answered)
     place = next(p for p in places(bench.unit) if takes(bench.unit, p, MESSAGES[message]))
     (layout,) = forms(MESSAGES[message])
     (facts,) = (f for f in oracle.fields(layout) if f["name"] == field)
@@ -294,5 +301,61 @@ def test_a_value_out_of_range_changes_nothing(message: str, field: str) -> None:
         return bench.send(members["req"], asking["form"], oracle.values(asking, "lowest", 1), place)
 
     before = asked()
-    assert bench.send(message, layout["form"], given, place) == []
+    refused = [reply.name for reply in bench.send(message, layout["form"], given, place)]
+    assert refused == (["HW_RESPONSE"] if answered else [])
     assert asked() == before
+
+
+# The MS-2000 and the MFC-2000: nothing comes unasked, and a reply has as many bytes as the registry says.
+
+COMMANDS: Json = load_protocol("asi_ms2000").registry()
+LOW_LEVEL = b"\xff\x42"
+AXES = {"X": 24, "Y": 25, "Z": 26}
+GIVEN_BACK = {
+    "WRITE_MOTOR_POSITION": "READ_MOTOR_POSITION",
+    "WRITE_TARGET_POSITION": "READ_TARGET_POSITION",
+    "WRITE_INCREMENT_VALUE": "READ_INCREMENT_VALUE",
+    "WRITE_RAMPING_TIME": "READ_RAMP_TIME",
+    "WRITE_TOP_SPEED": "READ_MAXIMUM_SPEED",
+}
+
+
+def command(entry: Json, choice: str, axis: int) -> tuple[bytes, int]:
+    """Return the bytes of a command, and how many its reply has."""
+    request = next(layout for layout in entry["layouts"] if layout["form"] == "request")
+    reply = next((layout for layout in entry["layouts"] if layout["form"] == "reply"), None)
+    given = oracle.values(request, choice, axis)
+    data = b"".join(
+        int(given[field["name"]]).to_bytes(field["size"], "little", signed=field["signed"])
+        for field in oracle.fields(request)
+    )
+    size = b"" if entry["size"] is None else bytes([entry["size"]])
+    return bytes((axis, entry["id"])) + size + data + b":", reply["length"] if reply else 0
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("name", [unit["name"] for unit in COMMANDS["units"]])
+class TestEveryCommand:
+    def test_reads_are_answered_and_writes_are_taken_in_silence(self, name: str, axis: str) -> None:
+        controller = getattr(virtual, name)()
+        controller.write(LOW_LEVEL)
+        commands = {m["name"]: m for m in COMMANDS["messages"] if m["kind"] == "command"}
+        for choice in CHOICES:
+            for entry in commands.values():
+                sent, size = command(entry, choice, AXES[axis])
+                controller.write(sent)
+                found = controller.read()
+                assert len(found) == size, f"{entry['name']} {sent.hex(' ')}: {found.hex(' ')}"
+                if entry["name"] in GIVEN_BACK:
+                    asked, size = command(commands[GIVEN_BACK[entry["name"]]], choice, AXES[axis])
+                    controller.write(asked)
+                    assert controller.read() == sent[3 : 3 + size], f"{entry['name']}, {choice}"
+        controller.advance(LONGEST)
+        assert controller.read() == b""
+
+    def test_setup_commands_are_taken_in_silence(self, name: str, axis: str) -> None:
+        for entry in (m for m in COMMANDS["messages"] if m["kind"] == "setup"):
+            controller = getattr(virtual, name)()
+            controller.write(LOW_LEVEL + b"\xff" + bytes([entry["id"]]) + LOW_LEVEL)
+            controller.write(bytes((AXES[axis], 0x3F)) + b":")
+            assert controller.read() == b"b", entry["name"]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from stagewire.direction import Direction
 from stagewire_virtual.faults import Action, Fault, FaultError, Piece, parse_fault
-from stagewire_virtual.faults.fault import ACTIONS, KEYS
+from stagewire_virtual.faults.keys import ACTIONS, KEYS
 
 TO_HOST, TO_CONTROLLER = Direction.TO_HOST, Direction.TO_CONTROLLER
 FRAME, BYTE = Piece.FRAME, Piece.BYTE

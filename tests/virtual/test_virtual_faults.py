@@ -181,6 +181,16 @@ def test_a_reply_of_a_protocol_of_commands_is_named_by_what_it_answers() -> None
     assert [data for _, data in bench.came] == [b"\x01\x02\x03"]
 
 
+def test_the_rest_of_a_frame_is_not_waited_for_for_ever() -> None:
+    """A damaged length would swallow what comes; a line with faults gives it up as one without does."""
+    bench = Bench("to_controller drop frame at=99")
+    huge = bytes.fromhex("53040080d001")  # declares a packet of 32 KiB
+    bench.hear(huge, HOME)
+    bench.clock.advance(2)
+    assert b"".join(bench.recorder.heard) == huge + HOME
+    assert bench.hear(ASK) == [ASK]
+
+
 def test_garbage_is_no_frame_and_passes() -> None:
     bench = Bench("to_controller drop frame every=2")
     assert bench.hear(b"\xff" * 8 + HOME + HOME) == [b"\xff" * 8, HOME]

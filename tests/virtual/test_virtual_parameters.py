@@ -144,3 +144,13 @@ def test_what_a_set_announces_is_sent_unasked():
     far = host_of("BPC301")
     announced = far.ask(m.PzSetOutputMaxVolts(1, 1000, 0))
     assert [type(message) for message in announced] == [m.PzGetOutputMaxVolts, m.PzGetMaxTravel]
+
+
+def test_what_the_behaviour_cannot_do_is_refused_and_not_stored():
+    far = host_of("TPZ001", answer_unsupported=True)
+    far.say(m.PzSetOutputLut(1, 512, 7))
+    before = far.ask(m.PzReqOutputLut(1))
+    assert far.ask(m.PzSetOutputLut(1, 513, 9)) == [
+        m.HwResponse()
+    ]  # page 106: 0 to 512 on a TPZ001
+    assert far.ask(m.PzReqOutputLut(1)) == before

@@ -69,15 +69,18 @@ def test_packets_keep_their_flag_whatever_the_addresses(host):
     assert told(host, "TDC001", "unswapped_addresses")["status"][4:6] == b"\xd0\x01"
 
 
-def test_the_serial_number_begins_like_that_of_another_unit(host):
-    def number(raw):
-        return int.from_bytes(raw["info"][6:10], "little")
+@pytest.mark.parametrize(
+    ("unit", "prefixes"),
+    [("BSC001", (20, 25)), ("BMS001", (25, 30)), ("TDC001", (83, 20))],  # page 7, round and round
+)
+def test_the_serial_number_begins_like_that_of_the_next_unit(unit, prefixes, host):
+    def number(*quirks):
+        [info] = host(unit, quirks=frozenset(quirks)).ask(m.HwReqInfo())
+        return divmod(info.serial_number, 1_000_000)
 
-    own, other = (
-        number(told(host, "TDC001", *q)) for q in ((), ("serial_number_of_another_model",))
-    )
-    assert own % 1_000_000 == other % 1_000_000
-    assert (own // 1_000_000, other // 1_000_000) == (83, 20)  # the first, after the last of page 7
+    (own, rest), (other, same) = number(), number("serial_number_of_another_model")
+    assert (own, other) == prefixes
+    assert rest == same
 
 
 def test_completions_of_moves_are_cut_short_too(host):

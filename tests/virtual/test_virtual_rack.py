@@ -165,6 +165,20 @@ def test_parts_are_found_and_stuck_by_name(host):
         instrument.user_io(7)
 
 
+def test_a_stuck_axis_stays_where_it_is_and_goes_on_when_freed(host):
+    far = host("BSC103")
+    far.say(m.MotMoveVelocity(1, 1), BAY + 1)
+    far.clock.advance(0.5)
+    far.instrument.stick("bay 1, channel 1", True)
+    [before] = far.ask(m.MotReqPosCounter(1), BAY + 1)
+    far.clock.advance(0.5)
+    assert far.ask(m.MotReqPosCounter(1), BAY + 1) == [before]
+    far.instrument.stick("bay 1, channel 1", False)
+    far.clock.advance(0.5)
+    [after] = far.ask(m.MotReqPosCounter(1), BAY + 1)
+    assert 0 < before.position < after.position
+
+
 @pytest.mark.parametrize(
     ("unit", "options", "message"),
     [

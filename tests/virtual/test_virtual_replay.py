@@ -202,6 +202,17 @@ def test_a_recording_without_requests(text: str) -> None:
     assert not host.replay.ok
 
 
+def test_a_damaged_length_is_given_up_now_as_then() -> None:
+    huge = "53 04 00 80 d0 01"  # declares a packet of 32 KiB
+    host = Host(f"{HEADING}0 > {huge}\n3 > {ASK.hex()}\n3.1 < 01\n")
+    assert host.replay.requests == 1
+    host.send(bytes.fromhex(huge))
+    host.clock.advance(2)
+    host.send(ASK)
+    assert host.wait(1) == [(2.1, b"\x01")]
+    assert host.replay.ok
+
+
 def test_garbage_is_no_request() -> None:
     host = Host(f"{HEADING}0 > ff ff ff ff ff ff ff {ASK.hex()}\n0.1 < 01\n")
     host.send(ASK)

@@ -126,4 +126,3 @@ class MotorHost:
 
     def stick(self, stuck: bool) -> None:
         self.instrument.stick(self.row.part, stuck)
-        self._motor.stuck_changed()  # XXX

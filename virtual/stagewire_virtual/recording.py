@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from stagewire.capture import Capture, Heading
 from stagewire.direction import Direction
 from stagewire.framing import Event, Garbage
 from stagewire.protocol import load_protocol
-from stagewire_virtual.cutting import cutter_of, message_name
+from stagewire_virtual.clock import Clock, SteppedClock
+from stagewire_virtual.listening import Listener, message_name
 from stagewire_virtual.units import Unit, units_of
 
 __all__ = ["Requests", "Step", "steps_of", "unit_of"]
@@ -35,39 +37,57 @@ class Requests:
 
     Acknowledgements that keep a controller talking come when a clock of the host says so; they are no
     requests, and neither are bytes that belong to no frame.
+
+    :param unit: whose host it is.
+    :param clock: the time.
+    :param take: takes each request.
     """
 
-    def __init__(self, unit: Unit) -> None:
+    def __init__(self, unit: Unit, clock: Clock, take: Callable[[bytes], None]) -> None:
         self._protocol = unit.protocol
-        self._cutter = cutter_of(unit.protocol)
+        self._listener = Listener(unit.protocol, clock, self._hear)
+        self._take = take
         self._keep_alive = frozenset(
             entry["name"]
             for entry in unit.registry["messages"]
             if (entry.get("exchange") or {}).get("keeps_alive")
         )
 
-    def feed(self, data: bytes) -> list[bytes]:
-        """Take the next bytes and return the requests that they complete."""
-        return [event.raw for event in self._cutter.feed(data) if self._is_request(event)]
+    def receive(self, data: bytes) -> None:
+        """Take what the host sends, cut at any byte."""
+        self._listener.hear(data)
 
-    def _is_request(self, event: Event) -> bool:
+    def begin_anew(self) -> None:
+        """Forget what has come of a request."""
+        self._listener.begin_anew()
+
+    def _hear(self, event: Event) -> None:
         if isinstance(event, Garbage):
-            return False
-        return message_name(self._protocol, event.raw) not in self._keep_alive
+            return
+        if message_name(self._protocol, event.raw) not in self._keep_alive:
+            self._take(event.raw)
 
 
 def steps_of(capture: Capture, unit: Unit) -> list[Step]:
     """Return the steps of a recording; the first one, without a request, begins with the first line."""
-    first = capture.recorded[0] if capture.recorded else None
-    steps = [Step(b"", first.line, first.time) if first else Step(b"", 0, 0)]
-    requests = Requests(unit)
+    clock = SteppedClock()  # on which the recording happens again
+    line = 0
+    steps: list[Step] = []
+
+    def take(request: bytes) -> None:
+        steps.append(Step(request, line, clock.now))
+
+    requests = Requests(unit, clock, take)
     for recorded in capture.recorded:
+        clock.run_until(recorded.time)
+        if not steps:
+            steps.append(Step(b"", recorded.line, recorded.time))
         if recorded.direction is Direction.TO_HOST:
             steps[-1].said.append((recorded.time - steps[-1].time, recorded.data))
         else:
-            cut = requests.feed(recorded.data)
-            steps += [Step(request, recorded.line, recorded.time) for request in cut]
-    return steps
+            line = recorded.line
+            requests.receive(recorded.data)
+    return steps or [Step(b"", 0, 0)]
 
 
 def unit_of(heading: Heading) -> Unit:

@@ -15,9 +15,9 @@ from typing import Final
 
 from stagewire.capture import Capture, read_capture
 from stagewire_virtual.clock import Clock, Timer
-from stagewire_virtual.cutting import message_name
 from stagewire_virtual.errors import FaultError, ReplayError
 from stagewire_virtual.instrument import Row
+from stagewire_virtual.listening import message_name
 from stagewire_virtual.recording import Requests, Step, steps_of, unit_of
 
 __all__ = ["Mismatch", "Replay", "load_replay"]
@@ -69,6 +69,7 @@ class Replay:
         self.on_send: Callable[[bytes], None] = _nobody_listens
         self._lenient = lenient
         self._steps = steps_of(capture, self.unit)
+        self._requests = Requests(self.unit, clock, self._take)
         self._timer: Timer | None = None
         self.power_cycle()
 
@@ -77,7 +78,7 @@ class Replay:
         if self._timer is not None:
             self._timer.cancel()
         self._timer = None
-        self._requests = Requests(self.unit)
+        self._requests.begin_anew()
         self._due: deque[tuple[int, bytes]] = deque()
         self._next = 0  # the step that is waited for; 0 is what was said before any request
         self._skipped: list[Step] = []
@@ -92,9 +93,7 @@ class Replay:
 
     def receive(self, data: bytes) -> None:
         """Take what the host sends, cut at any byte."""
-        for request in self._requests.feed(data):
-            self.connected()  # if nobody has said so
-            self._take(request)
+        self._requests.receive(data)
 
     def rows(self) -> Sequence[Row]:
         """Return what the live table shows."""
@@ -154,6 +153,7 @@ class Replay:
 
     def _take(self, request: bytes) -> None:
         """Answer a request as it was answered, or note that it is another one."""
+        self.connected()  # if nobody has said so
         steps, place = self._steps, self._next
         if place < len(steps) and steps[place].request == request:
             self._play(place)

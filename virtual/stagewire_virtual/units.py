@@ -65,7 +65,12 @@ def _units(protocol: Protocol, registry: Mapping[str, Any]) -> dict[str, Unit]:
 
 
 def all_units() -> dict[str, Unit]:
-    """Return the units of all protocols that are installed, by name."""
+    """Return the units of all protocols that are installed, by name; packages are looked for once."""
+    return dict(_installed_units())
+
+
+@functools.cache  # to look through what is installed takes longer than to make a controller
+def _installed_units() -> Mapping[str, Unit]:
     found: dict[str, Unit] = {}
     for name in available_protocols():
         found.update(units_of(load_protocol(name)))
@@ -77,7 +82,7 @@ def find_unit(name: str) -> Unit:
 
     Raises :class:`~stagewire_virtual.errors.UnknownUnitError` when there is none.
     """
-    units = all_units()
+    units = _installed_units()
     unit = units.get(name.upper())
     if unit is None:
         raise UnknownUnitError(name, sorted(units))

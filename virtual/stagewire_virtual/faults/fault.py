@@ -1,44 +1,19 @@
-"""One fault: what goes wrong with which bytes or frames, or with which axis; every key that it can have."""
+"""One fault: what goes wrong with which bytes or frames, or with which axis."""
 
 from __future__ import annotations
 
-import difflib
-import enum
-import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from stagewire.direction import Direction
 from stagewire_virtual.errors import FaultError
+from stagewire_virtual.faults.keys import ACTIONS, KEYS, Action, Piece, one_of
 
-__all__ = ["ACTIONS", "DIRECTIONS", "KEYS", "Action", "Fault", "Key", "Kind", "Piece", "one_of"]
+__all__ = ["DIRECTIONS", "Fault"]
 
 DIRECTIONS: Final = {"to_host": Direction.TO_HOST, "to_controller": Direction.TO_CONTROLLER}
 """How directions are spelled."""
-
-_LONGEST: Final = 1_000_000.0  # seconds
-_MOST: Final = 10**9
-
-
-class Action(enum.Enum):
-    """What a fault does."""
-
-    DROP = "drop"
-    INSERT = "insert"
-    FLIP = "flip"
-    DELAY = "delay"
-    DUPLICATE = "duplicate"
-    FLOOD = "flood"
-    DISCONNECT = "disconnect"
-    STICK = "stick"
-
-
-class Piece(enum.Enum):
-    """What a rule counts."""
-
-    BYTE = "byte"
-    FRAME = "frame"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,126 +117,3 @@ class Fault:
             if (value := key.of(self)) is not None:
                 words.append(f"{name}={key.spell(value)}")
         return " ".join(words)
-
-
-@dataclass(frozen=True, slots=True)
-class Key:
-    """A key of a fault.
-
-    :param attribute: its name in :class:`Fault`.
-    :param read: makes the value of a text; raises :class:`ValueError`.
-    :param takes: what it takes, for people.
-    :param allows: whether a value is one.
-    :param spell: makes the text of a value.
-    """
-
-    attribute: str
-    read: Callable[[str], Any]
-    takes: str
-    allows: Callable[[Any], bool]
-    spell: Callable[[Any], str] = str
-
-    def of(self, fault: Fault) -> Any:
-        """Return its value in a fault."""
-        return getattr(fault, self.attribute)
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """What an action can have.
-
-    :param piece: what its rules count unless it is said; None for one without rules.
-    :param keys: the names of its keys.
-    """
-
-    piece: Piece | None
-    keys: tuple[str, ...]
-
-    @property
-    def has_direction(self) -> bool:
-        """Whether it befalls bytes that go one way."""
-        return self.piece is not None
-
-
-def _whole(attribute: str, least: int) -> Key:
-    def allows(value: Any) -> bool:
-        return type(value) is int and least <= value <= _MOST
-
-    return Key(attribute, int, f"a whole number from {least} to {_MOST:,}", allows)
-
-
-def _seconds(attribute: str) -> Key:
-    def allows(value: Any) -> bool:
-        return type(value) in (int, float) and 0 <= value <= _LONGEST
-
-    return Key(attribute, float, f"seconds from 0 to {_LONGEST:,.0f}", allows, repr)
-
-
-def _is_share(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value) and 0 <= value <= 1
-
-
-def _name(attribute: str, takes: str) -> Key:
-    def allows(value: Any) -> bool:
-        return type(value) is str and bool(value) and not any(map(str.isspace, value))
-
-    return Key(attribute, str, takes, allows)
-
-
-def _yes_or_no(text: str) -> bool:
-    return {"yes": True, "no": False}[text]
-
-
-KEYS: Final[dict[str, Key]] = {
-    "every": _whole("every", 1),
-    "at": _whole("at", 1),
-    "p": Key("p", float, "a probability from 0 to 1", _is_share, repr),
-    "seed": _whole("seed", 0),
-    "message": _name("message", "the name of a message"),
-    "hex": Key(
-        "data",
-        bytes.fromhex,
-        "bytes in hex without blanks, such as 640401000150",
-        lambda value: type(value) is bytes and bool(value),
-        bytes.hex,
-    ),
-    "bit": _whole("bit", 0),
-    "count": _whole("count", 1),
-    "by": _seconds("by"),
-    "overtaken": Key(
-        "overtaken",
-        _yes_or_no,
-        "yes or no",
-        lambda value: type(value) is bool,
-        lambda value: "yes" if value else "no",
-    ),
-    "period": _seconds("period"),
-    "after": _seconds("after"),
-    "for": _seconds("lasting"),
-    "channel": _whole("channel", 1),
-    "bay": _whole("bay", 0),
-    "axis": _name("axis", "the name of an axis"),
-}
-"""What can be said of a fault, as it is spelled in text, in the order in which it is printed."""
-
-_RULE: Final = ("every", "at", "p", "seed", "message")
-
-ACTIONS: Final[dict[Action, Kind]] = {
-    Action.DROP: Kind(Piece.FRAME, _RULE),
-    Action.INSERT: Kind(Piece.FRAME, (*_RULE, "hex")),
-    Action.FLIP: Kind(Piece.FRAME, (*_RULE, "bit")),
-    Action.DELAY: Kind(Piece.FRAME, (*_RULE, "by", "overtaken")),
-    Action.DUPLICATE: Kind(Piece.FRAME, (*_RULE, "count")),
-    Action.FLOOD: Kind(Piece.FRAME, (*_RULE, "after", "hex", "count", "period")),
-    Action.DISCONNECT: Kind(Piece.BYTE, (*_RULE, "after")),
-    Action.STICK: Kind(None, ("channel", "bay", "axis", "after", "for")),
-}
-"""The actions, with what each can have."""
-
-
-def one_of(word: str, known: Collection[str]) -> str:
-    """Return a word that is not known, with what is like it and what there is, for people."""
-    close = difflib.get_close_matches(word[:40], known, n=2)
-    hint = f"; did you mean {' or '.join(close)}?" if close else ""
-    shown = word if len(word) <= 40 else f"{word[:40]}…"
-    return f"{shown!r}{hint} (there are: {', '.join(known)})"

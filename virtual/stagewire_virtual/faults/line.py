@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire.commands import CommandProtocol
 from stagewire.direction import Direction
-from stagewire.framing import Garbage
+from stagewire.framing import Event, Garbage
 from stagewire.protocol import Protocol
 from stagewire_virtual.clock import SECOND, nanoseconds
-from stagewire_virtual.cutting import cutter_of, message_name
 from stagewire_virtual.errors import FaultError, VirtualError
-from stagewire_virtual.faults.fault import DIRECTIONS, Action, Fault, Piece, one_of
+from stagewire_virtual.faults.fault import DIRECTIONS, Fault
 from stagewire_virtual.faults.flood import Flood, status_frame
+from stagewire_virtual.faults.keys import Action, Piece, one_of
 from stagewire_virtual.faults.parcel import Parcel
 from stagewire_virtual.faults.stage import Stage
 from stagewire_virtual.faults.text import parse_fault
 from stagewire_virtual.faults.way import MOST_HELD, Way
+from stagewire_virtual.listening import Listener, message_name
 
 if TYPE_CHECKING:
     from stagewire_virtual.instrument import Instrument
@@ -82,14 +83,14 @@ class FaultyLine:
         """What faults did last."""
         self._clock = instrument.clock
         self._asked: str | None = None  # the command that the controller is about to answer
-        self._cuts = 0
+        self._is_cut = False  # until the host sends again: then it has connected anew
         made = [parse_fault(fault) if isinstance(fault, str) else fault for fault in faults]
         for fault in made:
             _check(fault, instrument.unit)
         self._named = any(fault.message for fault in made)
-        self._cutter = (
-            cutter_of(instrument.unit.protocol) if _need_frames(made, self._protocol) else None
-        )
+        self._listener: Listener | None = None
+        if _need_frames(made, self._protocol):
+            self._listener = Listener(self._protocol, self._clock, self._heard)
         self._ways = {
             Direction.TO_HOST: Way(self._clock, self._to_host, self._lost),
             Direction.TO_CONTROLLER: Way(self._clock, self._to_controller, self._lost),
@@ -100,16 +101,19 @@ class FaultyLine:
 
     def receive(self, data: bytes) -> None:
         """Take what the host sends, cut at any byte."""
-        way, cuts = self._ways[Direction.TO_CONTROLLER], self._cuts
-        if self._cutter is None:
-            way.take(Parcel(data))
+        if self._listener is None:
+            self._ways[Direction.TO_CONTROLLER].take(Parcel(data))
             return
-        for event in self._cutter.feed(data):
-            if self._cuts != cuts:
-                return  # the rest was still on its way when the line was cut
-            is_frame = not isinstance(event, Garbage)
-            name = message_name(self._protocol, event.raw) if self._named and is_frame else None
-            way.take(Parcel(event.raw, is_frame, name))
+        self._is_cut = False
+        self._listener.hear(data)
+
+    def _heard(self, event: Event) -> None:
+        """Take a frame of the host, or what is none."""
+        if self._is_cut:
+            return  # it was still on its way
+        is_frame = not isinstance(event, Garbage)
+        name = message_name(self._protocol, event.raw) if self._named and is_frame else None
+        self._ways[Direction.TO_CONTROLLER].take(Parcel(event.raw, is_frame, name))
 
     def _said(self, data: bytes) -> None:
         """Take a frame of the controller."""
@@ -134,7 +138,7 @@ class FaultyLine:
 
     def _cut(self) -> None:
         """Cut the line: what is on its way is lost."""
-        self._cuts += 1
+        self._is_cut = True
         for way in self._ways.values():
             way.clear()
         self.on_disconnect()

@@ -8,7 +8,8 @@ from random import Random
 from typing import Final
 
 from stagewire_virtual.clock import nanoseconds
-from stagewire_virtual.faults.fault import Action, Fault, Piece
+from stagewire_virtual.faults.fault import Fault
+from stagewire_virtual.faults.keys import Action, Piece
 from stagewire_virtual.faults.parcel import Parcel, bytes_of, joined
 
 __all__ = ["Stage"]

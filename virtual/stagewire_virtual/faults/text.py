@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from stagewire_virtual.errors import FaultError
-from stagewire_virtual.faults.fault import DIRECTIONS, KEYS, Action, Fault, Piece, one_of
+from stagewire_virtual.faults.fault import DIRECTIONS, Fault
+from stagewire_virtual.faults.keys import KEYS, Action, Piece, one_of
 
 __all__ = ["parse_fault"]
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 if TYPE_CHECKING:
+    from stagewire import Frame
     from stagewire_virtual.instrument import Row
     from stagewire_virtual.thorlabs_apt.channel import Channel
 
@@ -60,6 +61,7 @@ class Behaviour:
 
     def __init__(self, channel: Channel) -> None:
         self.channel = channel
+        channel.behaviour = self
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
@@ -74,6 +76,16 @@ class Behaviour:
 
     def enabled_changed(self) -> None:
         """Hear that the channel has been enabled or disabled."""
+
+    def stuck_changed(self) -> None:
+        """Hear that the axis has begun to stick, or is free again."""
+
+    def refusal(self, frame: Frame) -> str | None:
+        """Return why a SET that the registry allows cannot be stored now; None if it can.
+
+        ``frame`` carries a SET that no method of the behaviour handles.
+        """
+        return None
 
     def status(self) -> Mapping[str, int]:
         """Return the fields of the status message of this instant, without the channel and reserved ones."""

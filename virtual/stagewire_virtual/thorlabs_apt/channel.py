@@ -42,7 +42,7 @@ class Channel:
     """
 
     behaviour: Behaviour
-    """What it does over time; there from the moment that the channel is built in."""
+    """What it does over time; a behaviour puts itself here when it is made."""
 
     def __init__(
         self, ident: int, unit: Unit, clock: Clock, settings: Settings, random: random.Random
@@ -53,8 +53,6 @@ class Channel:
         self.settings = settings
         self.random = random
         self.enabled = True
-        self.stuck = False
-        """Set by a fault: the axis does not move, whatever the motor does."""
         self.parameters: MutableMapping[str, dict[str, Any]] = {}
         """The values of each parameter set, ``MOT_VELPARAMS`` -> field -> value, without the channel.
 
@@ -62,10 +60,22 @@ class Channel:
         """
         self._defaults: Mapping[str, Mapping[str, Any]] = {}
         self._saved: dict[str, dict[str, Any]] = {}
+        self._stuck = False
         self.send: Callable[[FramedMessage, Frame], None] = _nobody_listens
         """Say something that a frame of the host caused; addresses and muting are the controller's."""
         self.report_fault: Callable[[Frame, str], None] = _no_fault
         """Say why a message was refused; the controller tells the host if it answers such things."""
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the axis does not move, whatever its motor does; set by a fault."""
+        return self._stuck
+
+    @stuck.setter
+    def stuck(self, stuck: bool) -> None:
+        if stuck != self._stuck:
+            self._stuck = stuck
+            self.behaviour.stuck_changed()
 
     def answers(self, message: str) -> bool:
         """Say whether the unit has a message."""

@@ -6,19 +6,18 @@ import random
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from stagewire import FramedProtocol
 from stagewire.framing import BadLength, Event, Received, Undocumented, Unknown
 from stagewire_apt import PROTOCOL
 from stagewire_apt.messages import HwGetInfo
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
 from stagewire_virtual.instrument import Instrument, Row
+from stagewire_virtual.listening import Listener
 from stagewire_virtual.options import Options, known_only
 from stagewire_virtual.thorlabs_apt import identity
 from stagewire_virtual.thorlabs_apt.behaviours import behaviour_of
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.controller import Controller
-from stagewire_virtual.thorlabs_apt.listening import Listener
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
 from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
 from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, Panel, UserIo, modular_rack
@@ -54,7 +53,6 @@ class AptInstrument(Instrument):
         known_only("quirk", options.quirks, QUIRKS, unit.name)
         known_only("strategy", options.strategies, (), unit.name)
         self._options = options
-        assert isinstance(unit.protocol, FramedProtocol)
         self._listener = Listener(unit.protocol, clock, self._take)
         self._connected = True  # until the host disconnects
         self._channels: dict[str, Channel] = {}  # by what they are called in rows
@@ -135,7 +133,7 @@ class AptInstrument(Instrument):
         channel = Channel(ident, unit, self.clock, settings, chance)
         behaviour = behaviour_of(unit)
         channel.begin_with(new_parameters(channel, behaviour))
-        channel.behaviour = behaviour(channel)
+        behaviour(channel)
         self._channels[name] = channel
         return channel
 

@@ -85,6 +85,9 @@ class Parameters:
                 self._controller.refuse(frame, f"{facts.name}: {fault}")
                 return
         for channel in addressed(self._channels, frame, self._controller):
+            if why := channel.behaviour.refusal(frame):
+                self._controller.refuse(frame, f"{facts.name}: {why}")
+                continue
             channel.parameters[facts.set_name].update(values)
             obey_enable_state(channel)
             if stored := channel.behaviour.method("stored", facts.set_name):

@@ -1,0 +1,133 @@
+"""One run of ``stagewire decode``: from what is read to what writes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from stagewire.capture import Heading, Recorded
+from stagewire.direction import Direction
+from stagewire.framing import End
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.formats.task import Stamp, Task
+from stagewire_cli.formats.writer import Writer
+from stagewire_cli.inputs import Source, captures, chunks, heading, is_json, opening, session
+from stagewire_cli.progress import Progress
+from stagewire_cli.tally import Tally
+
+__all__ = ["Decoding", "Input", "opened"]
+
+_NOW_AND_THEN = 1024  # frames
+_WAYS = {Direction.TO_CONTROLLER: "to_controller", Direction.TO_HOST: "to_host"}
+
+
+@dataclass(frozen=True)
+class Input:
+    """What was opened.
+
+    :param source: a file or standard input; None for bytes on the command line.
+    :param block: its first block, or those bytes.
+    :param text: that as text; None when it is none.
+    """
+
+    source: Source | None
+    block: bytes
+    text: str | None
+
+    @cached_property
+    def heading(self) -> Heading | None:
+        """What the first line says of a recorded session; None when it is none."""
+        return heading(self.text)
+
+
+@contextmanager
+def opened(given: Path | bytes | None) -> Iterator[Input]:
+    """Give what the arguments name, with its first block read."""
+    if isinstance(given, bytes):
+        yield Input(None, given, None)
+        return
+    with ExitStack() as files:
+        stream = sys.stdin.buffer if given is None else files.enter_context(given.open("rb"))
+        source = Source(stream)
+        yield Input(source, *opening(source))
+
+
+@dataclass(frozen=True)
+class Decoding:
+    """One run of the command: from what is read to what writes, and what is counted on the way."""
+
+    task: Task
+    writer: Writer
+    end: End | None
+    tally: Tally
+    say: Progress
+
+    def of(self, read: Input) -> None:
+        """Decode what the arguments name."""
+        source, block, text = read.source, read.block, read.text
+        if source is None:
+            if self.end is not None:
+                self._stream([block])
+            else:
+                self.tally.frame(block, self.writer.frame(0, block))
+        elif read.heading:
+            self._has_no_end("a recorded session has both")
+            self._session(source, block)
+        elif is_json(text):
+            self._has_no_end("JSON captures are frames by themselves")
+            self._captures(source, block)
+        else:
+            self._stream(chunks(source, block, text), source)
+
+    def _has_no_end(self, why: str) -> None:
+        if self.end is not None:
+            raise CalledWronglyError(f"--end is for a stream; {why}")
+
+    def _captures(self, source: Source, block: bytes) -> None:
+        for name, raw in captures(source, block):
+            self.tally.frame(raw, self.writer.frame(self.tally.read, raw, name))
+            if self.tally.counts.total() % _NOW_AND_THEN == 0:
+                self.say(f"{source.progress}, {self.tally.counts['frame']:,} frames")
+
+    def _session(self, source: Source, block: bytes) -> None:
+        readers = self.task.readers()
+        latest: dict[Direction, Recorded] = {}
+        for part in session(source, block):
+            for recorded in part:
+                way = recorded.direction
+                latest[way] = recorded
+                events = readers[way].feed(recorded.data)
+                self.task.stamp = _stamp(recorded)
+                for event in events:
+                    self.writer.events(recorded.line, [event])
+                self.tally.events(events, recorded.data, way)
+            self.writer.flush()
+            self.say(f"{source.progress}, {self.tally.counts['message']:,} messages")
+        for way, recorded in latest.items():
+            if pending := bytes(readers[way].pending):
+                self.task.stamp = _stamp(recorded)
+                self.writer.pending(recorded.line, pending)
+                self.tally.end(pending)
+
+    def _stream(self, parts: Iterable[bytes], source: Source | None = None) -> None:
+        reader = self.task.reader(self.end)
+        for part in parts:
+            offset = self.tally.read - len(reader.pending)
+            events = reader.feed(part)
+            self.writer.events(offset, events)
+            self.writer.flush()
+            self.tally.events(events, part)
+            if source is not None:
+                self.say(f"{source.progress}, {self.tally.counts['message']:,} messages")
+        pending = bytes(reader.pending)
+        if pending:
+            self.writer.pending(self.tally.read - len(pending), pending)
+        self.tally.end(pending)
+
+
+def _stamp(recorded: Recorded) -> Stamp:
+    return recorded.time / 1e9, _WAYS[recorded.direction]

@@ -1,0 +1,95 @@
+"""A short, seeded run of what is said to virtual controllers, and proof that it finds what is broken.
+
+The long run is a program: ``virtual_controllers.py``.
+"""
+
+from __future__ import annotations
+
+import pytest
+import virtual_controllers as fuzz
+
+from stagewire_virtual.asi_ms2000 import Ms2000Instrument
+from stagewire_virtual.instrument import Instrument
+from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
+
+SEED = 1
+ROUNDS = 2
+STEPS = 200
+INSTRUMENTS = pytest.mark.parametrize(
+    ("kind", "unit"), [(AptInstrument, "TDC001"), (Ms2000Instrument, "MS2000")]
+)
+
+
+@pytest.mark.parametrize("number", range(ROUNDS * len(fuzz.UNITS)))
+def test_whatever_is_said_a_request_is_answered_afterwards(number: int) -> None:
+    fuzz.one_case(SEED, number)
+
+
+def test_the_same_case_says_the_same() -> None:
+    for number in range(len(fuzz.UNITS)):
+        found = {fuzz.one_case(SEED, number).clock.now for _ in range(2)}
+        assert len(found) == 1
+
+
+@pytest.mark.parametrize("unit", ["BPC203", "MS2000", "TDC001"])
+def test_memory_is_bounded(unit: str) -> None:
+    assert fuzz.held_by(SEED, fuzz.UNITS.index(unit), STEPS) < fuzz.BOUND
+
+
+# The fuzzer has teeth
+
+
+def broken(unit: str) -> str:
+    """Run cases of a unit until one is not stood; return what is said then."""
+    for number in range(fuzz.UNITS.index(unit), 100 * len(fuzz.UNITS), len(fuzz.UNITS)):
+        try:
+            fuzz.held_by(SEED, number, STEPS)
+        except fuzz.Broken as error:
+            return str(error)
+    return ""
+
+
+@INSTRUMENTS
+def test_an_exception_is_found(
+    kind: type[Instrument], unit: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    receive = kind.receive
+
+    def raises(self: Instrument, data: bytes) -> None:
+        receive(self, data)
+        if data.count(0xFF) > 3:
+            raise IndexError("list index out of range")
+
+    monkeypatch.setattr(kind, "receive", raises)
+    found = broken(unit)
+    assert found.startswith(f"{unit}, seed {SEED}, case ")
+    assert "IndexError: list index out of range\n  repeat: virtual_controllers.py" in found
+
+
+@INSTRUMENTS
+def test_silence_is_found(
+    kind: type[Instrument], unit: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    receive = kind.receive
+
+    def deaf(self: Instrument, data: bytes) -> None:
+        self.deaf = getattr(self, "deaf", False) or len(data) > 1000  # type: ignore[attr-defined]
+        if not self.deaf:  # type: ignore[attr-defined]
+            receive(self, data)
+
+    monkeypatch.setattr(kind, "receive", deaf)
+    assert "was answered ''" in broken(unit)
+
+
+@INSTRUMENTS
+def test_a_leak_is_found(
+    kind: type[Instrument], unit: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    receive = kind.receive
+
+    def keeps(self: Instrument, data: bytes) -> None:
+        receive(self, data)
+        self.kept = (getattr(self, "kept", ()), bytes(20 * len(data)))  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(kind, "receive", keeps)
+    assert "bytes, more than 4,194,304" in broken(unit)
