@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.text import Text
 
 from stagewire_cli.terminal import console, printable, table
-from stagewire_virtual.serving.link import Link
+from stagewire_virtual.serving.link import Link, ServedLink
 
 __all__ = ["Screen"]
 
@@ -23,7 +23,7 @@ class Screen:
     :param links: what it shows.
     """
 
-    def __init__(self, links: Sequence[Link]) -> None:
+    def __init__(self, links: Sequence[ServedLink]) -> None:
         self._links = links
         self._notes: deque[str] = deque(maxlen=_NOTES)
         self._live = Live(console=console(), auto_refresh=False, transient=False)
@@ -45,16 +45,14 @@ class Screen:
 
     def _drawn(self) -> RenderableType:
         shown = table(
-            "unit", "host", "bytes in", "frames out", "part", "position", "state",
+            "unit", "link", "host", "bytes in", "frames out", "part", "position", "state",
             right=("bytes in", "frames out", "position"),
         )  # fmt: skip
         for link in self._links:
-            unit = link.label, _host(link), f"{link.received:,}", f"{link.sent:,}"
+            unit = link.label, link.url, _host(link), f"{link.received:,}", f"{link.sent:,}"
             for row in link.instrument.rows():
                 shown.add_row(*unit, row.part, row.position, row.state)
-                unit = ("", "", "", "")
-            if unit[0]:
-                shown.add_row(*unit)
+                unit = ("", "", "", "", "")
         return Group(shown, *map(Text, self._notes))
 
 

@@ -20,6 +20,7 @@ import gc
 import sys
 import time
 import tracemalloc
+from collections.abc import Callable
 from itertools import count
 from random import Random
 
@@ -52,7 +53,7 @@ _FAULTS = (
     "to_host duplicate byte every=7 count=3",
     "to_host delay frame every=4 by=0.3",
     "to_controller delay byte p=0.1 by=1.5",
-    "to_host flood after=1 count=50",
+    "to_host flood after=1 count=50 hex=810400",
     "to_host disconnect at=30",
     "to_controller disconnect at=200",
 )
@@ -70,15 +71,24 @@ class Broken(Exception):
         )
 
 
-def one_case(seed: int, number: int, steps: int | None = None) -> virtual.VirtualController:
-    """Run a case and return its controller; raise :class:`Broken` when it did not stand it."""
+def one_case(
+    seed: int,
+    number: int,
+    steps: int | None = None,
+    hear: Callable[[bytes], object] = len,
+) -> virtual.VirtualController:
+    """Run a case and return its controller; raise :class:`Broken` when it did not stand it.
+
+    :param steps: how much is done; by default a few things, by chance.
+    :param hear: takes what the controller says.
+    """
     rng = Random(f"{seed}/{number}")
     steps = rng.randrange(SHORT) if steps is None else steps
     faults = rng.sample(_FAULTS, rng.randrange(1, 4)) if rng.random() < 0.3 else []
     try:
         controller = _made(rng, UNITS[number % len(UNITS)], faults)
         for _ in range(steps):
-            _step(rng, controller)
+            _step(rng, controller, hear)
         controller.plug_in()
         if not faults:
             ask(controller)
@@ -121,7 +131,9 @@ def _made(rng: Random, name: str, faults: list[str]) -> virtual.VirtualControlle
     return controller
 
 
-def _step(rng: Random, controller: virtual.VirtualController) -> None:
+def _step(
+    rng: Random, controller: virtual.VirtualController, hear: Callable[[bytes], object]
+) -> None:
     """Do one thing that a host, or somebody at the bench, may do."""
     if not controller.link.connected:
         controller.plug_in()
@@ -138,7 +150,7 @@ def _step(rng: Random, controller: virtual.VirtualController) -> None:
         controller.unplug()
         return
     if controller.link.connected:
-        controller.read()
+        hear(controller.read())
 
 
 def _bytes(rng: Random, protocol: str) -> bytes:

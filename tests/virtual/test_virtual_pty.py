@@ -156,8 +156,10 @@ def test_a_program_that_does_not_read_costs_bounded_memory() -> None:
                 served.link.far_end.on_send(bytes([number]) * frame)
             return served.link._backlog()
 
+        end = time.monotonic() + PATIENCE
         while not served.link.dropped:
             assert served.call(flood) <= BACKLOG
+            assert time.monotonic() < end
         sent = served.link.sent
         said = line.read(sent * frame)
         assert len(said) == sent * frame

@@ -127,8 +127,10 @@ def test_a_host_that_does_not_read_costs_bounded_memory_and_loses_whole_frames()
                 served.link.far_end.on_send(bytes([number % 251]) * frame)
             return served.link._backlog()
 
+        end = time.monotonic() + PATIENCE
         while not served.link.dropped:
             assert served.call(flood, 1000) <= BACKLOG
+            assert time.monotonic() < end
         sent = served.link.sent
         said = read(line, sent * frame)
         frames = [said[at : at + frame] for at in range(0, len(said), frame)]

@@ -51,8 +51,8 @@ def takes(unit: Json, place: Place, message: Json) -> bool:
     """Whether a unit takes a message at one of its addresses.
 
     A motherboard tells what it is, which bays are used, and has inputs and outputs, as the bays have (the
-    examples of pages 25 and 26 have both); everything else is the bays'. The motherboard of a module is that of
-    the rack, to which pages 23 to 26 give all messages of racks.
+    examples of pages 25 and 26 have both); everything else is the bays'. The motherboard of a module is that
+    of the rack, to which pages 23 to 26 give all messages of racks.
     """
     name = message["name"]
     if message["direction"] == "to_host":

@@ -32,7 +32,7 @@ class Hearing:
 def hearing_of(protocol: Protocol, statuses: Collection[str | None]) -> Hearing:
     """Return the hearing for a protocol.
 
-    :param statuses: which status blocks the far end sends; where bytes do not tell them apart, it sends one kind.
+    :param statuses: which status blocks the far end sends; of those that bytes do not tell apart, one.
 
     Raises :class:`~stagewire_virtual.errors.VirtualError` for a protocol that cannot be read.
     """
