@@ -6,7 +6,7 @@ when each arrives. An update is due a whole number of periods after the request 
 comes later than that, whoever lost the time, is its lateness.
 
 What a controller costs is processor time of the serving process per update: with few controllers before and
-after, and with many.
+after, and with many. Among many it may be less: the process then wakes once for several updates.
 
     python benchmarks/virtual_soak.py
     python benchmarks/virtual_soak.py --controllers 32 --seconds 2 --quick    # counts and memory only
@@ -191,7 +191,10 @@ async def run(controllers: int, seconds: float) -> Run:
             return answer
 
         listeners: list[Listener] = []
-        for name, url in json.loads(await process.stdout.readline()):
+        places = await process.stdout.readline()
+        if not places:
+            raise SystemExit("the process that serves did not come up")
+        for name, url in json.loads(places):
             listener = Listener(units[name])
             host, _, port = url.removeprefix("socket://").rpartition(":")
             await loop.create_connection(lambda found=listener: found, host, int(port))

@@ -262,8 +262,8 @@ NOT_IN = {
     },
     "good_packets": {
         "address", "command-dummy", "command-size", "controller-unit-removed", "layout-context",
-        "layout-only-zero", "message-kind", "unit-address", "unit-also-at", "unit-channels", "unit-keep-alive",
-        "unit-prefix", "unit-rate", "unit-status",
+        "layout-only-zero", "message-kind", "unit-address", "unit-also-at", "unit-channels",
+        "unit-keep-alive", "unit-prefix", "unit-rate", "unit-status",
     },
 }  # fmt: skip
 

@@ -14,8 +14,7 @@ from stagewire_cli.main import main
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.instrument import Instrument
 from stagewire_virtual.making import make_instrument
-from stagewire_virtual.options import Options
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.units import units_of
 
 ROOT = Path(__file__).parents[2]

@@ -56,6 +56,33 @@ def test_beyond_the_end_of_the_travel_it_does_without() -> None:
     assert host.position == -24_000
 
 
+@pytest.mark.parametrize("profiled", [False, True])
+def test_beyond_a_soft_limit_it_does_without(profiled: bool) -> None:
+    host = slack("TDC001", 5_000)
+    host.say(m.MotSetLimSwitchParams(1, 2, 2, 100_000, -27_000, 3 if profiled else 2))
+    host.say(m.MotMoveAbsolute(1, -25_000))
+    host.wait(20)
+    assert host.kinds == ["MOT_MOVE_COMPLETED"]
+    assert host.position == -25_000
+
+
+@pytest.mark.parametrize(("distance", "turns"), [(5_000, True), (-5_000, False)])
+def test_who_cannot_stop_in_time_comes_from_the_right_side_too(distance: int, turns: bool) -> None:
+    """At 10,000 counts/s and 7,500 counts it would rest at 10,000, beyond its new target."""
+    host = slack("TDC001", distance)
+    host.say(m.MotMoveAbsolute(1, 25_000))
+    host.wait(1)
+    host.say(m.MotMoveAbsolute(1, 8_000))
+    lowest = 10_000
+    for _ in range(300):
+        host.wait(0.01)
+        if host.velocity >= 0 and host.now > 1.6 * SECOND:
+            lowest = min(lowest, host.position)
+    assert lowest == (3_000 if turns else 8_000)
+    assert host.kinds == ["MOT_MOVE_COMPLETED"]
+    assert host.position == 8_000
+
+
 def test_jogs_have_none() -> None:
     host = slack("TDC001", 5_000)
     host.say(m.MotSetJogParams(1, 2, 25_000, 0, 20_000, 10_000, 2))

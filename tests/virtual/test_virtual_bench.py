@@ -16,12 +16,11 @@ from stagewire_apt import stages
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BenchError, VirtualError
 from stagewire_virtual.faults import parse_fault
-from stagewire_virtual.options import Line, Options
+from stagewire_virtual.options import Line, Options, Settings
 from stagewire_virtual.serving.bench import load_bench, make_bench
 from stagewire_virtual.serving.places import PtyPlace, TcpPlace
 from stagewire_virtual.serving.server import Server
 from stagewire_virtual.serving.tcp import TcpLink
-from stagewire_virtual.thorlabs_apt.channel import Settings
 
 FULL = """
 [[unit]]

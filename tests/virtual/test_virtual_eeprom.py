@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stagewire_apt import messages as m
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Settings
 
 VELOCITY, JOG = 0x0413, 0x0416  # ids of MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS
 

@@ -72,6 +72,18 @@ def test_without_a_switch_it_runs_into_the_end_and_is_not_homed(home: tuple[int,
     assert host.position == (80_000 if home[0] == 1 else -20_000)
 
 
+@pytest.mark.parametrize(("home", "found"), [(REVERSE, False), (FORWARD, True)])
+def test_a_switch_that_is_ignored_is_not_found(home: tuple[int, int], found: bool) -> None:
+    """Page 39: "Ignore switch or switch not present", of the reverse one."""
+    host = MotorHost("TDC001", travel=100_000, position=50_000)
+    host.say(m.MotSetLimSwitchParams(1, 2, 1, 0, 0, 1))
+    host.say(m.MotSetHomeParams(1, *home, 50_000, 0))
+    host.say(m.MotMoveHome(1))
+    host.wait(60)
+    assert host.kinds == ["MOT_MOVE_HOMED" if found else "MOT_MOVE_STOPPED"]
+    assert ("homed" in host.bits) is found
+
+
 @pytest.mark.parametrize("name", ["BBD101", "BBD102", "BBD203"])
 @pytest.mark.parametrize("home", [(0, 0), FORWARD, REVERSE, (77, 99)])
 def test_a_brushless_stage_heeds_the_velocity_only(name: str, home: tuple[int, int]) -> None:

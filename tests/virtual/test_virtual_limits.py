@@ -45,9 +45,7 @@ def test_the_end_of_the_travel_stops_a_motor_and_completes_its_move(
     assert completed.layout.message == "MOT_MOVE_COMPLETED"
     assert when == pytest.approx(5.25 * SECOND, abs=SECOND // 10_000)
     assert completed.position == end == host.position
-    if (
-        name != "BBD101" or end > 0
-    ):  # the travel of a brushless stage begins where its index mark is
+    if name != "BBD101" or end > 0:  # a brushless stage can go beyond the index mark, its zero
         assert host.bits & HARD == {bit}
     # away from it again
     host.say(m.MotMoveRelative(1, -end))
@@ -56,13 +54,32 @@ def test_the_end_of_the_travel_stops_a_motor_and_completes_its_move(
     assert not host.bits & HARD
 
 
-def test_who_stands_at_an_end_does_not_go_beyond() -> None:
-    host = MotorHost("TDC001", travel=100_000, position=100_000)
+@pytest.mark.parametrize("name", ["TDC001", "BSC001", "BBD101"])
+def test_who_stands_at_an_end_does_not_go_beyond(name: str) -> None:
+    """Nor does it say so: the move is completed at the instant at which it would begin."""
+    host = MotorHost(name, travel=100_000, position=100_000)
     assert "forward_hardware_limit" in host.bits
     host.say(m.MotMoveVelocity(1, 1))
-    host.wait(1)
+    host.wait(0)
     assert host.kinds == ["MOT_MOVE_COMPLETED"]
-    assert host.position == 0
+    assert "moving_forward" not in host.bits
+    host.wait(1)
+    assert (host.position, host.now) == (0, SECOND)
+    host.say(m.MotMoveRelative(1, -1_000))  # away from it, and not to be stopped there
+    host.wait(10)
+    assert host.position == -1_000
+
+
+def test_who_stands_at_a_soft_limit_does_not_go_beyond() -> None:
+    host = limited("BSC001", IMMEDIATE)
+    host.say(m.MotMoveVelocity(1, 1))
+    host.wait(10)
+    host.said.clear()
+    host.say(m.MotMoveRelative(1, 1_000))
+    host.wait(0)
+    assert host.kinds == ["MOT_MOVE_COMPLETED"]
+    assert host.position == 10_000
+    assert "moving_forward" not in host.bits
 
 
 def test_a_target_at_the_end_is_reached_with_the_whole_profile() -> None:

@@ -17,6 +17,7 @@ from stagewire_ms2000 import messages as ms
 from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import UnpluggedError, VirtualError
+from stagewire_virtual.faults import FaultyLine
 from stagewire_virtual.serving.memory import MemoryLink
 
 REQ_INFO = bytes.fromhex("05 00 00 00 50 01")
@@ -94,6 +95,10 @@ def test_in_memory_time_is_stepped() -> None:
 
 def test_unplugged_it_gives_what_came_before_and_then_raises() -> None:
     with parrot() as link:
+        link.write(b"before, unread")
+        link.unplug()
+        link.plug_in()
+        assert link.read() == b""
         link.write(b"before")
         link.unplug()
         assert link.read() == b"before"
@@ -247,3 +252,17 @@ def test_closing_is_harmless_when_done_twice() -> None:
     link.close()
     with pytest.raises(StagewireError):
         link.write(b"x")
+
+
+def test_faults_and_refusals_are_noted() -> None:
+    book = Notebook()
+    line = FaultyLine(Parrot(SteppedClock()), ["to_host drop frame at=1"])
+    link = MemoryLink(line, observer=book)
+    link.write(b"lost")
+    link.write(b"heard")
+    line.instrument.on_refusal("not today")
+    assert link.read() == b"heard"
+    assert len(book.notes) == 2
+    assert book.notes[0].startswith("to_host drop frame at=1: ")
+    assert book.notes[1] == "not today"
+    assert [what for kind, _, what in book.lines if kind == "<"] == [b"heard"]

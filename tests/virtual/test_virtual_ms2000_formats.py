@@ -13,8 +13,7 @@ from stagewire_apt import stages
 from stagewire_virtual.asi_ms2000 import STRATEGIES, Ms2000Instrument
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
-from stagewire_virtual.options import Options
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.units import find_unit
 
 LINES = [

@@ -164,6 +164,22 @@ def test_without_a_top_speed_nothing_moves_and_the_command_is_not_done() -> None
     assert (host.position, host.busy) == (60_000, False)
 
 
+@pytest.mark.parametrize("stuck", [False, True])
+def test_what_cannot_move_has_done_what_takes_no_motion(stuck: bool) -> None:
+    host = Host()
+    host.write(WRITE_VECTOR, 2, 3000)
+    host.to(500)
+    if stuck:
+        host.instrument.stick("axis X", True)
+    else:
+        host.write(WRITE_TOP, 2, 0)
+    for command, size, number in ((WRITE_VECTOR, 2, 0), (WRITE_TARGET, 3, host.position)):
+        host.write(command, size, number)
+        assert (host.speed, host.status, host.busy) == (0, IDLE, True)
+        host.clock.run_until(host.clock.now + SETTLING)
+        assert not host.busy
+
+
 class TestVectorSpeed:
     def test_it_runs_on_until_a_target_comes(self) -> None:
         host = Host()

@@ -176,6 +176,44 @@ def test_zero_is_what_is_read_at_zero_volts():
     assert host.status().op_voltage == 1000
 
 
+def test_zeroing_again_begins_anew_and_leaves_one_timer():
+    host = ActuatorHost("BPC201")
+    host.tell(m.PzSetZero(1))
+    host.to(500)
+    host.tell(*[m.PzSetZero(1)] * 500)
+    assert len(host.clock._due) < 200
+    host.to(1400)
+    assert bits(host).zeroing
+    assert not bits(host).zeroed
+    host.to(1600)
+    assert bits(host).zeroed
+    assert host.clock.next_due is None
+
+
+@pytest.mark.parametrize(
+    "meanwhile",
+    [
+        m.PzSetTpzSlewRates(1, 1, 1),
+        m.PzSetPosControlMode(1, CLOSED_SMOOTH),
+        m.PzSetInputVoltsSrc(1, 1),
+        m.PzStopLutOutput(1),
+    ],
+)
+def test_nothing_that_is_set_keeps_the_volts_from_zero_while_zeroing(meanwhile):
+    host = ActuatorHost("BPC301")
+    host.behaviour.external_signal = 0.5
+    host.tell(m.PzSetTpzSlewRates(1, 0, 0), m.PzSetOutputVolts(1, voltage=FULL))
+    host.to(50)
+    host.tell(m.PzSetZero(1), m.PzSetTpzSlewRates(1, 19, 19))
+    host.to(51)
+    host.tell(meanwhile)
+    host.to(56)
+    assert host.status().op_voltage == 0
+    host.to(1054)
+    assert bits(host).zeroing
+    assert host.status().op_voltage == 0
+
+
 def test_a_position_below_zero_is_told_as_zero():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputVolts(1, voltage=-5000))

@@ -134,24 +134,6 @@ def test_who_is_too_fast_slows_down_to_the_top_velocity() -> None:
 
 
 @MOTION
-@given(st.integers(1, 10**6), VELOCITIES, ACCELERATIONS, st.floats(0, 1.2))
-def test_a_start_velocity_is_taken_up_and_left_without_a_ramp(
-    distance: int, velocity: float, acceleration: float, share: float
-) -> None:
-    start = share * velocity
-    profile = trapezoid(
-        0, distance, velocity=velocity, acceleration=acceleration, start_velocity=start
-    )
-    start = min(start, velocity)
-    peak = min(velocity, math.sqrt(start**2 + acceleration * distance))
-    ramp = (peak - start) / acceleration
-    covered = ramp * (peak + start)
-    assert same_time(profile, 2 * ramp + max(distance - covered, 0) / peak)
-    assert profile.velocity(0) == pytest.approx(start)
-    assert profile.position(profile.duration or 0) == distance
-
-
-@MOTION
 @given(PLACES, st.floats(-1e6, 1e6), ACCELERATIONS)
 def test_a_stop_takes_v_by_a_and_v_squared_by_2a(
     place: int, initial: float, acceleration: float

@@ -17,8 +17,7 @@ from stagewire_apt import stages
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import BadOptionError, UnknownUnitError, VirtualError
 from stagewire_virtual.factory import Factory
-from stagewire_virtual.options import Options
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.units import all_units
 
 ROOT = Path(__file__).parents[2]
@@ -55,10 +54,6 @@ def test_every_unit_is_a_factory_under_its_name(name: str) -> None:
         assert isinstance(controller, VirtualController)
         assert controller.instrument.unit.name == name
         assert controller.instrument.rows()
-
-
-def test_a_unit_is_looked_up_once() -> None:
-    assert virtual.TDC001 is virtual.TDC001
 
 
 def test_units_can_be_imported() -> None:

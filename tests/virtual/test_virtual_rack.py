@@ -8,8 +8,7 @@ from virtual_apt_host import BAY, MOTHERBOARD, USB, Host, host_of
 from stagewire_apt import messages as m
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
-from stagewire_virtual.options import Options
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.thorlabs_apt.instrument import rack_of
 from stagewire_virtual.units import find_unit
 

@@ -190,10 +190,12 @@ def test_a_gate_holds_the_waveform_while_it_is_closed():
         (OUT, {0, 1, 5, 6, 7}),
         (OUT | OUT_HI | REPEAT, {2, 3, 4, 6, 7}),
         (OUT_HI, set()),
+        (0, set()),
     ],
 )
 def test_the_trigger_output_marks_a_sample(mode, high):
     host = loaded(mode=FIXED | mode, op_trig_start=2, op_trig_width=3, trig_repeat_cycle=2)
+    assert not host.behaviour.trigger_output
     host.tell(m.PzStartLutOutput(1))
     for millisecond in range(16):
         host.to(millisecond + 0.5)
@@ -213,6 +215,15 @@ def test_a_cube_has_no_triggers_and_a_smaller_table():
     assert host.ask(m.PzReqOutputLutParams(1)).cycle_length == 4
 
 
+def test_a_cube_does_not_hear_a_gate():
+    host = loaded("TPZ001", FIXED | IN | OUT | GATE)
+    host.tell(m.PzStartLutOutput(1))
+    host.behaviour.trigger_input = True
+    host.to(0.75)
+    assert host.status().op_voltage == -2000
+    assert not host.behaviour.trigger_output
+
+
 def test_a_table_ends_where_the_document_says():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputLut(1, index=7999, output=-32768))
@@ -222,13 +233,19 @@ def test_a_table_ends_where_the_document_says():
     assert "below the cycle length" in host.refuses(parameters(CONTINUOUS | OUT))
 
 
-def test_samples_of_another_type_must_be_loaded_again():
+@pytest.mark.parametrize("lut_type", [1, 2])
+def test_samples_are_loaded_after_their_type_is_set(lut_type):
     host = ActuatorHost("MPZ601", address=0x21)
-    host.tell(m.PzSetOutputLut(1, index=0, output=500), parameters(CONTINUOUS, cycle_length=1))
-    host.tell(m.PzSetLutValueType(1), m.PzStartLutOutput(1))
+    host.tell(m.PzSetLutValueType(lut_type), parameters(CONTINUOUS, cycle_length=1))
+    host.tell(m.PzSetOutputLut(1, index=0, output=500), m.PzStartLutOutput(1))
     assert host.status().op_voltage == 500
-    host.tell(m.PzSetLutValueType(2), m.PzStartLutOutput(1))
+    host.tell(m.PzSetLutValueType(lut_type))  # what is put out ends, and the table is empty
+    host.to(100)
     assert host.status().op_voltage == 0
+    assert host.behaviour.row().state == "open loop"
+    host.tell(m.PzStartLutOutput(1))
+    assert host.status().op_voltage == 0
+    assert host.behaviour.row().state == "waveform"
 
 
 def test_samples_are_positions_in_closed_loop():

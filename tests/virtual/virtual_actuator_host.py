@@ -7,8 +7,7 @@ from virtual_apt_host import HOST, USB
 from stagewire import FramedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_virtual.clock import SteppedClock
-from stagewire_virtual.options import Options
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
 from stagewire_virtual.units import find_unit
 

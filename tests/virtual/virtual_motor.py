@@ -9,8 +9,7 @@ from stagewire_apt import PROTOCOL
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.instrument import Row
 from stagewire_virtual.making import make_instrument
-from stagewire_virtual.options import Options
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.thorlabs_apt.motor import Motor
 from stagewire_virtual.units import find_unit
 

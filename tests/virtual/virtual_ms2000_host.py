@@ -5,8 +5,7 @@ from functools import cache
 
 from stagewire_virtual.asi_ms2000 import Ms2000Instrument
 from stagewire_virtual.clock import SteppedClock
-from stagewire_virtual.options import Options
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.units import find_unit
 
 X = 24

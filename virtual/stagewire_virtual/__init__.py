@@ -29,11 +29,10 @@ if TYPE_CHECKING:
     from stagewire_virtual.errors import VirtualError
     from stagewire_virtual.factory import Factory, rack, replay_of
     from stagewire_virtual.faults import Fault, parse_fault
-    from stagewire_virtual.options import Line, Options
+    from stagewire_virtual.options import Line, Options, Settings
     from stagewire_virtual.served import ServedController
     from stagewire_virtual.serving.bench import Bench, load_bench
     from stagewire_virtual.serving.server import Server
-    from stagewire_virtual.thorlabs_apt.channel import Settings
 
 __all__ = [
     "Bench",
@@ -63,7 +62,7 @@ _MODULES = {
     "RealClock": "clock",
     "ServedController": "served",
     "Server": "serving.server",
-    "Settings": "thorlabs_apt.channel",
+    "Settings": "options",
     "SteppedClock": "clock",
     "VirtualController": "controller",
     "VirtualError": "errors",
@@ -87,15 +86,10 @@ else:
         if name.startswith("_"):
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         if name in _MODULES:
-            found = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
-        else:
-            from stagewire_virtual.factory import factory_of
+            return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        from stagewire_virtual.factory import factory_of
 
-            found = factory_of(name)
-        globals()[name] = (
-            found  # looking a unit up takes milliseconds, and tests do it again and again
-        )
-        return found
+        return factory_of(name)
 
 
 def __dir__() -> list[str]:

@@ -56,7 +56,8 @@ class UnknownPartError(VirtualError):
     """A controller has no part of that name; its parts are those of its rows."""
 
     def __init__(self, part: str, known: Sequence[str]) -> None:
-        super().__init__(f"there is no {part} (there are: {', '.join(known)})")
+        there = f"there are: {', '.join(known)}" if known else "there is nothing of that kind"
+        super().__init__(f"there is no {part} ({there})")
 
 
 class BadOptionError(VirtualError):

@@ -12,9 +12,8 @@ from stagewire_virtual.blueprint import Blueprint, parse_line
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import BadOptionError
 from stagewire_virtual.faults import Fault, parse_fault
-from stagewire_virtual.options import Line, Options
+from stagewire_virtual.options import Line, Options, Settings
 from stagewire_virtual.replay import load_replay
-from stagewire_virtual.thorlabs_apt.channel import Settings
 from stagewire_virtual.thorlabs_apt.rack import RACK
 from stagewire_virtual.units import Unit, all_units, find_unit
 
@@ -51,7 +50,7 @@ class Factory:
         """Make a virtual controller, in memory.
 
         :param stage: the stage on every channel; ``travel`` and ``position`` belong to it. See
-            :class:`~stagewire_virtual.thorlabs_apt.channel.Settings`.
+            :class:`~stagewire_virtual.options.Settings`.
         :param channels: where channels differ, the settings of each.
         :param clock: time that is stepped by the test; by default one of its own.
         :param faults: what goes wrong on the line; see :func:`~stagewire_virtual.faults.parse_fault`.

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from stagewire import Stage
 from stagewire_virtual.errors import BadOptionError
-from stagewire_virtual.thorlabs_apt.channel import Settings
 
-__all__ = ["Line", "Options", "known_only"]
+__all__ = ["Line", "Options", "Settings", "known_only"]
 
 
 class Line(enum.StrEnum):
@@ -20,15 +20,30 @@ class Line(enum.StrEnum):
     RS232 = "rs232"
 
 
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What is told of one channel or axis; what is None, its behaviour chooses.
+
+    :param stage: the stage on it, which gives the scales; without one everything moves in counts.
+    :param travel: of a stage in counts, of a piezo actuator in steps of 100 nm, of an axis of an MS-2000 in
+        tenths of a micrometre.
+    :param position: where it stands at the beginning, in the same unit, from the reverse end.
+    """
+
+    stage: Stage | None = None
+    travel: int | None = None
+    position: int | None = None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
     """All that may be told of a unit; what does not concern it is refused when it is made.
 
     :param seed: decides whatever is left to chance.
-    :param serial_number: of the unit; None: made of the unit's prefix and the seed.
+    :param serial_number: of the unit, of a rack its motherboard's; None: made of the prefix and the seed.
     :param line: USB, or RS-232, where a controller does not ask for signs of life.
     :param quirks: deviations of real controllers, by name; see :mod:`stagewire_virtual.thorlabs_apt.quirks`.
-    :param answer_unsupported: answer HW_RESPONSE to what is not answered otherwise, instead of silence.
+    :param answer_unsupported: answer HW_RESPONSE to what is refused or not understood, instead of silence.
     :param channels: settings channel by channel, of a rack bay by bay; the last one stands for those
         that follow; () is the default for all.
     :param empty_bays: bays of a rack without a card, counted from 0.

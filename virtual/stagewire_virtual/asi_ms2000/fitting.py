@@ -8,8 +8,7 @@ from typing import Final
 from stagewire_virtual.asi_ms2000.servo_axis import TRAVEL, ServoAxis
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.errors import BadOptionError
-from stagewire_virtual.options import Options, known_only
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Options, Settings, known_only
 from stagewire_virtual.units import Unit
 
 __all__ = ["fit_axes", "identifiers"]

@@ -14,7 +14,7 @@ from stagewire_ms2000.flags import StatusBits
 from stagewire_ms2000.quantities import POSITION, SPEED, TIME
 from stagewire_virtual.clock import SECOND, Clock, Timer
 from stagewire_virtual.motion import Axis, Profile, run_on, stop, trapezoid
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Settings
 
 __all__ = ["SETTLING", "TRAVEL", "ServoAxis"]
 
@@ -182,10 +182,12 @@ class ServoAxis:
             return
         self._unsettle()
         self._state = _State.MOVING
-        if self._stuck or not self.top_speed:
-            self._stage.halt()
-        else:
+        if self.top_speed and not self._stuck:
             self._stage.follow(self._plan(), self._arrived)
+            return
+        self._stage.halt()
+        if self.target == self.position and (self._goal is not None or not self._run_speed):
+            self._arrived()  # it need not move to do what it was told
 
     def _plan(self) -> Profile:
         place = self._stage.place

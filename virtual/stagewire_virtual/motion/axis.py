@@ -10,7 +10,7 @@ from stagewire_virtual.motion.profile import Profile
 
 __all__ = ["Axis"]
 
-_HALF = 0.5  # a count: what is nearer than this to a bound is at the bound, not beyond
+_HALF = 0.5  # a count: what ends at a bound is not beyond it for being rounded
 
 
 class Axis:
@@ -118,7 +118,8 @@ class Axis:
     def watch(self, bound: float, direction: int, callback: Callable[[], None]) -> None:
         """Call ``callback`` when the profile that it follows goes beyond a place, seen in a direction."""
         if self._profile is not None:
-            time = self._profile.reaches(bound + direction * _HALF, direction)
+            slack = _HALF if self._profile.end == bound else 0
+            time = self._profile.reaches(bound + direction * slack, direction)
             if time is not None:
                 self._at(time, callback)
 

@@ -17,7 +17,6 @@ def trapezoid(
     velocity: float,
     acceleration: float,
     initial_velocity: float = 0.0,
-    start_velocity: float = 0.0,
 ) -> Profile:
     """Plan the way to ``target``, there to rest: accelerate, go on at the top velocity, decelerate.
 
@@ -27,44 +26,33 @@ def trapezoid(
     :param velocity: the top velocity, above zero.
     :param acceleration: of speeding up and of slowing down, above zero.
     :param initial_velocity: at the beginning, with its sign.
-    :param start_velocity: what is taken up and stopped from at once, without a ramp; 0 or above.
     """
-    start_velocity = min(start_velocity, velocity)
     route = Route(position, initial_velocity)
-    beyond = target - _at_rest(route, acceleration, start_velocity)
+    beyond = target - _at_rest(route, acceleration)
     direction = math.copysign(1.0, beyond)
     if route.velocity * direction < 0 or not beyond:
-        _brake(route, acceleration, start_velocity)
+        _brake(route, acceleration)
     distance = abs(target - route.position)
     if beyond and distance:
-        first = max(abs(route.velocity), start_velocity)
-        peak = math.sqrt(acceleration * distance + (first**2 + start_velocity**2) / 2)
+        first = abs(route.velocity)
+        peak = math.sqrt(acceleration * distance + first**2 / 2)
         peak = min(max(peak, first), velocity)
-        ramps = (abs(peak**2 - first**2) + peak**2 - start_velocity**2) / (2 * acceleration)
-        route.velocity = direction * first
+        ramps = (abs(peak**2 - first**2) + peak**2) / (2 * acceleration)
         change = direction * (peak - first)  # downwards for who is too fast
         route.add(abs(change) / acceleration, math.copysign(acceleration, change))
         route.velocity = direction * peak
         route.add(max(distance - ramps, 0.0) / peak)
-        route.add((peak - start_velocity) / acceleration, -direction * acceleration)
+        route.add(peak / acceleration, -direction * acceleration)
     return route.profile(target)
 
 
 def run_on(
-    position: float,
-    velocity: float,
-    *,
-    acceleration: float,
-    initial_velocity: float = 0.0,
-    start_velocity: float = 0.0,
+    position: float, velocity: float, *, acceleration: float, initial_velocity: float = 0.0
 ) -> Profile:
     """Plan a motion that changes to ``velocity``, which has a sign, and goes on for ever."""
-    start_velocity = min(start_velocity, abs(velocity))
     route = Route(position, initial_velocity)
     if route.velocity * velocity < 0:
-        _brake(route, acceleration, start_velocity)
-    if abs(route.velocity) < start_velocity:
-        route.velocity = math.copysign(start_velocity, velocity)
+        _brake(route, acceleration)
     change = velocity - route.velocity
     route.add(abs(change) / acceleration, math.copysign(acceleration, change))
     route.velocity = velocity
@@ -72,25 +60,21 @@ def run_on(
     return route.profile(None)
 
 
-def stop(
-    position: float, *, acceleration: float, initial_velocity: float, start_velocity: float = 0.0
-) -> Profile:
+def stop(position: float, *, acceleration: float, initial_velocity: float) -> Profile:
     """Plan to slow down to rest."""
     route = Route(position, initial_velocity)
-    _brake(route, acceleration, start_velocity)
+    _brake(route, acceleration)
     return route.profile(route.position)
 
 
-def _at_rest(route: Route, acceleration: float, start_velocity: float) -> float:
+def _at_rest(route: Route, acceleration: float) -> float:
     """Return where it would come to rest if it slowed down from now on."""
-    speed = abs(route.velocity)
-    way = max(speed**2 - start_velocity**2, 0.0) / (2 * acceleration)
+    way = route.velocity**2 / (2 * acceleration)
     return route.position + math.copysign(way, route.velocity)
 
 
-def _brake(route: Route, acceleration: float, start_velocity: float) -> None:
+def _brake(route: Route, acceleration: float) -> None:
     """Slow down, and stand."""
-    speed = abs(route.velocity)
-    duration = max(speed - start_velocity, 0.0) / acceleration
+    duration = abs(route.velocity) / acceleration
     route.add(duration, -math.copysign(acceleration, route.velocity))
     route.velocity = 0.0

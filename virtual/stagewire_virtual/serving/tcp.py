@@ -96,7 +96,7 @@ class _Connection(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.transport = cast(asyncio.Transport, transport)
-        if False:
+        if self._link.connected:
             self._link.note(
                 f"{self._peer()} turned away: a line has one host, and one is connected"
             )

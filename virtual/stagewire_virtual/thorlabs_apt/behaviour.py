@@ -64,7 +64,7 @@ class Behaviour:
         channel.behaviour = self
 
     @classmethod
-    def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
+    def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, Any]]:
         """Return the values that parameter sets have in a new controller: set -> field -> value.
 
         What is not named is the default of the registry, or else zero.

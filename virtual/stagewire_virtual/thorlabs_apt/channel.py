@@ -4,31 +4,17 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, MutableMapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stagewire import Frame, FramedMessage, Stage
+from stagewire import Frame, FramedMessage
 from stagewire_virtual.clock import Clock
+from stagewire_virtual.options import Settings
 from stagewire_virtual.units import Unit
 
 if TYPE_CHECKING:
     from stagewire_virtual.thorlabs_apt.behaviour import Behaviour
 
-__all__ = ["Channel", "Settings"]
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """What is told of one channel when a virtual controller is made; what is None, its behaviour chooses.
-
-    :param stage: the stage on it, which gives the scales; without one everything moves in counts.
-    :param travel: of a stage in counts, of a piezo actuator in steps of 100 nm.
-    :param position: where the stage stands at the beginning, in counts from its reverse end.
-    """
-
-    stage: Stage | None = None
-    travel: int | None = None
-    position: int | None = None
+__all__ = ["Channel"]
 
 
 class Channel:

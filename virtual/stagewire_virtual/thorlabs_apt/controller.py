@@ -14,6 +14,7 @@ from stagewire_virtual.instrument import Row
 from stagewire_virtual.options import Line, Options
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.facts import CHANNEL, Message, class_of, facts_of
+from stagewire_virtual.thorlabs_apt.handlers import Handler, Panel
 from stagewire_virtual.thorlabs_apt.outlet import Outlet
 from stagewire_virtual.thorlabs_apt.parameters import (
     SAVING,
@@ -21,7 +22,6 @@ from stagewire_virtual.thorlabs_apt.parameters import (
     addressed,
     obey_enable_state,
 )
-from stagewire_virtual.thorlabs_apt.rack import Handler, Panel
 from stagewire_virtual.thorlabs_apt.updates import Updates
 from stagewire_virtual.units import Unit
 
@@ -75,8 +75,9 @@ class Controller:
         if self._status is not None:
             said = set(self._status.layout.fields) - set(self._status.layout.optional)
             self._no_status = dict.fromkeys(sorted(said), 0)
-        rate = unit.facts.get("update_rate_hz", 10)
-        self._updates = Updates(clock, SECOND // rate, self._say_status)
+        rate = unit.facts.get("update_rate_hz")
+        self._period = SECOND // rate if rate else None  # its own; None for that of the message
+        self._updates = Updates(clock, self._say_status)
         self._flashes_until = 0
         for channel in self.channels:
             channel.send = self.send
@@ -90,7 +91,7 @@ class Controller:
         name = frame.message.layout.message
         handler = self._handlers.get(name)
         if handler is None:
-            self.refuse(frame, f"it does not have {name}")
+            self.refuse(frame, f"it takes no {name}")
         else:
             handler(frame)
 
@@ -107,14 +108,13 @@ class Controller:
         for panel in panels:
             own.update(panel.handlers(self))
         for name, facts in self._facts.items():
-            handler = own.get(name) or self._by_the_registry(facts)
-            if handler is not None:
-                yield name, handler
+            if facts.to_controller and (self.channels or facts.of_the_unit):
+                handler = own.get(name) or self._by_the_registry(facts)
+                if handler is not None:
+                    yield name, handler
 
     def _by_the_registry(self, facts: Message) -> Handler | None:
         """Return what takes a message by its place in the registry; None for one that is not ours."""
-        if not facts.to_controller or not (self.channels or facts.of_the_unit):
-            return None
         if any(channel.behaviour.method("handles", facts.name) for channel in self.channels):
             return functools.partial(self._hand_on, facts)
         if facts.of_the_unit and facts.role:
@@ -123,7 +123,7 @@ class Controller:
             return functools.partial(self._parameters.take, facts)
         if facts.role == "req":
             return functools.partial(self._parameters.tell, facts)
-        if facts.answered_by:
+        if self._status is not None and self._status.layout.message in facts.answered_by:
             return self._tell_status
         return functools.partial(self._start_and_stop, facts)
 
@@ -139,8 +139,8 @@ class Controller:
         if self._status is None or not self.channels:
             return
         status = self._status.layout.message
-        if facts.periodic and status in facts.starts:
-            self._updates.start(frame)
+        if facts.period and status in facts.starts:
+            self._updates.start(frame, self._period or facts.period)
         elif status in facts.stops:
             self._updates.stop()
 
@@ -168,7 +168,7 @@ class Controller:
 
     def _status_class(self) -> type[FramedMessage] | None:
         """Return the status message that comes again and again; None for a unit without channels."""
-        periodic = [facts.starts for facts in self._facts.values() if facts.periodic]
+        periodic = [facts.starts for facts in self._facts.values() if facts.period]
         names = frozenset().union(*periodic) & self._facts.keys() if self.channels else ()
         return class_of(self.unit, min(names)) if names else None
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from stagewire import FramedMessage
+from stagewire_virtual.clock import SECOND
 from stagewire_virtual.units import Unit
 
 __all__ = ["CHANNEL", "Message", "Value", "class_of", "facts_of"]
@@ -59,7 +60,7 @@ class Message:
     :param announces: what a set sends back, unasked, when it has been stored.
     :param starts: what it lets the controller send.
     :param stops: what it keeps the controller from sending.
-    :param periodic: whether what it starts comes again and again.
+    :param period: after which what it starts comes again, in nanoseconds; None where it does not.
     :param muted_by: the messages that keep it from being sent.
     :param counts: whether it counts for the keep-alive when it is sent unasked.
     """
@@ -76,7 +77,7 @@ class Message:
     announces: tuple[str, ...]
     starts: frozenset[str]
     stops: frozenset[str]
-    periodic: bool
+    period: int | None
     muted_by: frozenset[str]
     counts: bool
 
@@ -116,10 +117,14 @@ def _message(entry: Mapping[str, Any]) -> Message:
         announces=tuple(exchange.get("announces", ())),
         starts=frozenset(exchange.get("starts", ())),
         stops=frozenset(exchange.get("stops", ())),
-        periodic="periodic_ms" in exchange,
+        period=_nanoseconds(exchange.get("periodic_ms")),
         muted_by=frozenset(exchange.get("muted_by", ())),
         counts=exchange.get("counts_for_keep_alive", False),
     )
+
+
+def _nanoseconds(ms: int | None) -> int | None:
+    return None if ms is None else ms * SECOND // 1000
 
 
 def _fields(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -11,7 +11,10 @@ from stagewire_virtual.errors import BadOptionError
 from stagewire_virtual.options import Options
 from stagewire_virtual.units import Unit
 
-__all__ = ["card", "motherboard", "stand_alone"]
+__all__ = ["DIGITS", "card", "motherboard", "stand_alone"]
+
+DIGITS: Final = 1_000_000
+"""A serial number is a prefix of two digits, which tells the unit, and six more (page 7)."""
 
 _SOFTWARE_VERSION: Final = bytes((0, 0, 1, 0))  # minor, interim, major, unused: 1.0.0
 
@@ -27,7 +30,9 @@ _FAMILY_TYPES: Final = {
     "brushless_dc_single": HardwareType.BRUSHLESS_DC_CONTROLLER,
 }
 
-_DIGITS: Final = 1_000_000  # of a serial number that follow the prefix of a unit (page 7)
+# What cards call themselves; the example of page 22 has the blank, too. Others say the name of their unit.
+_CARD_MODELS: Final[dict[int, str]] = {HardwareType.BRUSHLESS_DC_CONTROLLER: "ION001 "}
+
 _NO_PREFIX: Final = 99  # for units of which none is known; no unit has it
 _LARGEST: Final = 2**31 - 1
 
@@ -37,7 +42,8 @@ def stand_alone(unit: Unit, options: Options) -> m.HwGetInfo:
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for a serial number that no unit can have.
     """
-    return _information(unit, _type(unit), _of_unit(unit, options), unit.facts["channels"])
+    number = _of_unit(unit, options)
+    return _information(unit, unit.name, _type(unit), number, unit.facts["channels"])
 
 
 def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
@@ -45,22 +51,23 @@ def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for a serial number that no unit can have.
     """
-    return _information(unit, HardwareType.MULTI_CHANNEL_MOTHERBOARD, _of_unit(unit, options), bays)
+    type = HardwareType.MULTI_CHANNEL_MOTHERBOARD
+    return _information(unit, unit.name, type, _of_unit(unit, options), bays)
 
 
 def card(unit: Unit, options: Options, bay: int) -> m.HwGetInfo:
     """Return what the card or module in a bay says of itself; its serial number is its own."""
-    prefix = unit.facts.get("card_usb_prefix", _prefix(unit))
-    serial_number = _random_number(
-        prefix, f"{options.seed}/serial number of {unit.name} in bay {bay}"
-    )
-    return _information(unit, _type(unit), serial_number, unit.facts["channels"])
+    prefix = _prefix(unit, "card_usb_prefix") or _prefix(unit) or _NO_PREFIX
+    number = _random_number(prefix, f"{options.seed}/serial number of {unit.name} in bay {bay}")
+    type = _type(unit)
+    model = _CARD_MODELS.get(type, unit.name)
+    return _information(unit, model, type, number, unit.facts["channels"])
 
 
-def _information(unit: Unit, type: int, serial_number: int, channels: int) -> m.HwGetInfo:
+def _information(unit: Unit, model: str, type: int, number: int, channels: int) -> m.HwGetInfo:
     return m.HwGetInfo(
-        serial_number=serial_number,
-        model_number=unit.name[:8],
+        serial_number=number,
+        model_number=model[:8],
         type=type,
         software_version=_SOFTWARE_VERSION,
         notes=f"Stagewire virtual {unit.name}"[:64],
@@ -74,31 +81,38 @@ def _type(unit: Unit) -> int:
 
 def _of_unit(unit: Unit, options: Options) -> int:
     number = options.serial_number
+    prefix = _prefix(unit) or _NO_PREFIX
     if number is None:
-        return _random_number(_prefix(unit), f"{options.seed}/serial number of {unit.name}")
+        return _random_number(prefix, f"{options.seed}/serial number of {unit.name}")
     if not 0 < number <= _LARGEST:
         raise BadOptionError(
-            f"the serial number {number} does not fit; it has eight digits, such as "
-            f"{_prefix(unit) * _DIGITS + 1}"
+            f"the serial number {number} does not fit; it has eight digits, such as {prefix * DIGITS + 1}"
         )
     return number
 
 
 def _random_number(prefix: int, stream: str) -> int:
-    return prefix * _DIGITS + random.Random(stream).randrange(1, _DIGITS)
+    return prefix * DIGITS + random.Random(stream).randrange(1, DIGITS)
 
 
-def _prefix(unit: Unit) -> int:
-    """Return the unit's prefix as printed, as known elsewhere, or that of a sister of its family."""
-    printed = unit.facts.get("usb_prefix")
+def _prefix(unit: Unit, fact: str = "usb_prefix") -> int | None:
+    """Return a prefix of the unit as printed, as known elsewhere, or that of its nearest relative.
+
+    That is a unit of its family, or else one that is addressed in the same way and drives the same stages.
+    """
+    printed: int | None = unit.facts.get(fact)
     if printed is not None:
-        return int(printed)
-    for prefix, known in unit.registry["known_prefixes"].items():
-        if known["unit"] == unit.name:
-            return int(prefix)
-    sisters = [
-        sister["usb_prefix"]
-        for sister in unit.registry["units"]
-        if "usb_prefix" in sister and sister.get("family") == unit.facts.get("family")
-    ]
-    return min(sisters, default=_NO_PREFIX)
+        return printed
+    if fact == "usb_prefix":
+        for prefix, known in unit.registry["known_prefixes"].items():
+            if known["unit"] == unit.name:
+                return int(prefix)
+    for likeness in (("family",), ("address", "status", "stages")):
+        relatives: list[int] = [
+            other[fact]
+            for other in unit.registry["units"]
+            if fact in other and all(other.get(key) == unit.facts.get(key) for key in likeness)
+        ]
+        if relatives:
+            return min(relatives)
+    return None

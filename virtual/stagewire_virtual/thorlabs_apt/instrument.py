@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from stagewire.framing import BadLength, Event, Received, Undocumented, Unknown
+from stagewire.framing.events import FrameEvent
 from stagewire_apt import PROTOCOL
 from stagewire_apt.messages import HwGetInfo
 from stagewire_virtual.clock import Clock
@@ -18,14 +19,21 @@ from stagewire_virtual.thorlabs_apt import identity
 from stagewire_virtual.thorlabs_apt.behaviours import behaviour_of
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.controller import Controller
+from stagewire_virtual.thorlabs_apt.handlers import Panel
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
 from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
-from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, Panel, UserIo, modular_rack
+from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, UserIo, modular_rack
 from stagewire_virtual.units import Unit
 
 __all__ = ["AptInstrument", "rack_of"]
 
 _DEFAULT: Final = Options()
+
+_NOT_TAKEN: Final[dict[type[FrameEvent], str]] = {
+    Unknown: "is the id of no message",
+    Undocumented: "is a message without a layout",
+    BadLength: "has too short a packet",
+}
 
 
 class AptInstrument(Instrument):
@@ -144,16 +152,18 @@ class AptInstrument(Instrument):
         self._listener.hear(data)
 
     def _take(self, event: Event) -> None:
-        if not isinstance(event, (Received, Undocumented, Unknown, BadLength)):
+        if not isinstance(event, FrameEvent):
             return  # garbage
         controller = self._by_address.get(event.dest)
         if controller is None:
+            there = ", ".join(f"{address:#04x}" for address in self._by_address)
+            self.on_refusal(f"{self.unit.name} has nothing at {event.dest:#04x} (it has {there})")
             return
         self._connected = True
         if isinstance(event, Received):
             controller.receive(event.frame)
         else:
-            why = f"{event.id:#06x} is no message, or too short"
+            why = f"{event.id:#06x} {_NOT_TAKEN[type(event)]}"
             controller.refuse_from(event.source, event.dest, why)
 
     def _transmit(self, frame: bytes) -> None:
@@ -200,8 +210,8 @@ class AptInstrument(Instrument):
 
         Raises :class:`~stagewire_virtual.errors.UnknownPartError` when it is not there.
         """
-        name = f"channel {ident}"
-        return self._channel(name if bay == 0 and name in self._channels else f"bay {bay}, {name}")
+        where = "" if bay == 0 and "" in self._controllers else f"bay {bay}, "
+        return self._channel(f"{where}channel {ident}")
 
     def user_io(self, bay: int | None = None) -> UserIo:
         """Return the digital inputs and outputs of a module in a bay, or of all else.
@@ -209,9 +219,8 @@ class AptInstrument(Instrument):
         Raises :class:`~stagewire_virtual.errors.UnknownPartError` for an empty bay.
         """
         if bay not in self._user_io:
-            raise UnknownPartError(
-                f"bay {bay}", [f"bay {known}" for known in self._user_io if known is not None]
-            )
+            known = [f"bay {known}" for known in self._user_io if known is not None]
+            raise UnknownPartError(f"bay {bay}", known)
         return self._user_io[bay]
 
     def _channel(self, name: str) -> Channel:

@@ -125,13 +125,18 @@ class Motor(StageChannel):
     def _move_to(self, frame: Frame, place: int) -> None:
         """Move to a place; against the backlash, beyond it and back (page 34).
 
-        With a positive distance the last approach is forward, with a negative one in reverse.
+        With a positive distance the last approach is forward, with a negative one in reverse; where it would
+        come to rest decides from which side it comes.
         """
         pace = self._paces.move
-        backlash = self.channel.parameter("MOT_GENMOVEPARAMS", "backlash_distance")
-        away = (place - self._axis.place) * backlash < 0
-        ways = (GoTo(place - backlash, pace), GoTo(place, pace))
-        self._begin(Action(Doing.MOVING, frame, pace, ways[not away :], self._completed))
+        action = Action(Doing.MOVING, frame, pace, (GoTo(place, pace),), self._completed)
+        if self._may_begin(action):
+            backlash = self.channel.parameter("MOT_GENMOVEPARAMS", "backlash_distance")
+            velocity = self._axis.velocity
+            rest = self._axis.place + velocity * abs(velocity) / (2 * pace.acceleration)
+            if (place - rest) * backlash < 0:
+                action.ways = (GoTo(place - backlash, pace), *action.ways)
+            self._drive.begin(action)
 
     def _run(self, frame: Frame, doing: Doing, pace: Pace) -> None:
         if direction := self._direction(frame):

@@ -11,7 +11,7 @@ from stagewire_apt.enumerations import EnableState
 from stagewire_virtual.thorlabs_apt.behaviour import Behaviour
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.facts import CHANNEL, Message, class_of, facts_of
-from stagewire_virtual.thorlabs_apt.rack import Speaker
+from stagewire_virtual.thorlabs_apt.handlers import Speaker
 from stagewire_virtual.units import Unit
 
 __all__ = ["SAVING", "Parameters", "addressed", "new_parameters", "obey_enable_state"]

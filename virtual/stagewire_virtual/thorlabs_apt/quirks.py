@@ -11,6 +11,7 @@ from typing import Final
 
 from stagewire import Frame
 from stagewire_apt import messages as m
+from stagewire_virtual.thorlabs_apt.identity import DIGITS
 from stagewire_virtual.units import Unit
 
 __all__ = ["QUIRKS", "Quirk"]
@@ -19,7 +20,6 @@ Quirk = Callable[[Frame, Unit], Frame]
 """Makes of the frame that a unit by the document would send the one that it does send."""
 
 _FAULT_CODE: Final = 1
-_PREFIX: Final = 1_000_000  # a serial number is a prefix of two digits and six more (page 7)
 
 
 def _header_only_completion(frame: Frame, unit: Unit) -> Frame:
@@ -49,10 +49,10 @@ def _serial_number_of_another_model(frame: Frame, unit: Unit) -> Frame:
     """Begin the serial number with the prefix of another unit: the next of those in the registry."""
     if not isinstance(frame.message, m.HwGetInfo):
         return frame
-    own, rest = divmod(frame.message.serial_number, _PREFIX)
+    own, rest = divmod(frame.message.serial_number, DIGITS)
     others = [prefix for prefix in _prefixes(unit.registry["units"]) if prefix != own]
     other = min(others, key=lambda prefix: (prefix < own, prefix))
-    message = frame.message.replace(serial_number=other * _PREFIX + rest)
+    message = frame.message.replace(serial_number=other * DIGITS + rest)
     return Frame(message, frame.dest, frame.source)
 
 

@@ -2,43 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
-from typing import Any, Final, Protocol
+from collections.abc import Collection, Mapping
+from typing import Any, Final
 
-import stagewire
-from stagewire import Frame, FramedMessage
+from stagewire import Frame, Protocol
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import BayState
+from stagewire_apt.enumerations import BayState, RackBay
+from stagewire_apt.flags import RackDigitalOutputs
+from stagewire_virtual.thorlabs_apt.handlers import Handler, Speaker
 from stagewire_virtual.units import Unit
 
-__all__ = ["BAYS", "RACK", "Bays", "Handler", "Panel", "Speaker", "UserIo", "modular_rack"]
+__all__ = ["BAYS", "RACK", "Bays", "UserIo", "modular_rack"]
 
 RACK: Final = "RACK"
 """The name of a rack of modules; the document has no unit of that kind, only its modules."""
 
-BAYS: Final = 10
+BAYS: Final = len(RackBay)
 """Bays that can be asked for, counted from 0 on the wire (page 23)."""
 
-_ALL_OUTPUTS: Final = 0b1111
-
-Handler = Callable[[Frame], None]
-
-
-class Speaker(Protocol):
-    """What a panel needs of the controller that it is built into."""
-
-    def send(self, message: FramedMessage, cause: Frame) -> None:
-        """Say something that a frame of the host caused."""
-
-    def refuse(self, cause: Frame, why: str) -> None:
-        """Do nothing of what a frame of the host wants."""
-
-
-class Panel(Protocol):
-    """Something of a rack that answers messages, at each address that it is built into."""
-
-    def handlers(self, controller: Speaker) -> Mapping[str, Handler]:
-        """Return what takes each of its messages, answering as ``controller``."""
+_ALL_OUTPUTS: Final = sum(RackDigitalOutputs.bits.values())
 
 
 class Bays:
@@ -73,16 +55,27 @@ class UserIo:
     """
 
     def __init__(self) -> None:
-        self.inputs = 0
-        """The digital inputs, as bits of RACK_GET_STATUSBITS; for the user of the virtual rack to set."""
+        self._status = m.RackGetStatusBits(0)
         self.outputs = 0
         """The four digital outputs, as bits of RACK_SET_DIGOUTPUTS; low after power-on."""
+
+    @property
+    def inputs(self) -> int:
+        """The digital inputs, as bits of RACK_GET_STATUSBITS; for the user of the virtual rack to set.
+
+        Setting what does not fit in 32 bits raises :class:`~stagewire.errors.EncodeError`.
+        """
+        return self._status.status_bits
+
+    @inputs.setter
+    def inputs(self, inputs: int) -> None:
+        self._status = m.RackGetStatusBits(inputs)
 
     def handlers(self, controller: Speaker) -> Mapping[str, Handler]:
         """Return what takes each of its messages, answering as ``controller``."""
 
         def tell_inputs(frame: Frame) -> None:
-            controller.send(m.RackGetStatusBits(self.inputs), frame)
+            controller.send(self._status, frame)
 
         def take_outputs(frame: Frame) -> None:
             message: Any = frame.message
@@ -98,7 +91,7 @@ class UserIo:
         }
 
 
-def modular_rack(protocol: stagewire.Protocol, registry: Mapping[str, Any], bays: int) -> Unit:
+def modular_rack(protocol: Protocol, registry: Mapping[str, Any], bays: int) -> Unit:
     """Return a rack of modules as a unit: it takes what concerns racks, and has no channels of its own."""
     messages = [
         entry["name"]

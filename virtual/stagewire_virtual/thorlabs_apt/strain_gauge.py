@@ -14,9 +14,12 @@ from stagewire_virtual.clock import SECOND, Timer
 from stagewire_virtual.instrument import Row
 from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live
 from stagewire_virtual.thorlabs_apt.channel import Channel
-from stagewire_virtual.thorlabs_apt.piezo.defaults import FULL_SCALE, READING_TIME
+from stagewire_virtual.thorlabs_apt.piezo.actuator import (
+    FULL_SCALE,
+    READING_TIME,
+    travel_and_share,
+)
 from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
-from stagewire_virtual.thorlabs_apt.piezo.travel import travel_and_share
 
 __all__ = ["SAMPLE_TIME", "SMOOTHED_SAMPLES", "StrainGauge"]
 

@@ -14,19 +14,21 @@ class Updates:
     """Says the status of a controller again and again.
 
     :param clock: the time.
-    :param period: between two updates, in nanoseconds; the first comes one period after the start.
     :param say: says the status once, to who sent the frame that it is given.
     """
 
-    def __init__(self, clock: Clock, period: int, say: Callable[[Frame], None]) -> None:
+    def __init__(self, clock: Clock, say: Callable[[Frame], None]) -> None:
         self._clock = clock
-        self._period = period
         self._say = say
         self._timer: Timer | None = None
 
-    def start(self, cause: Frame) -> None:
-        """Say the status to who sent ``cause`` from now on; when it is being said already, keep the beat."""
+    def start(self, cause: Frame, period: int) -> None:
+        """Say the status to who sent ``cause``, once a period from now on, in nanoseconds.
+
+        When it is being said already, the beat goes on.
+        """
         self._cause = cause
+        self._period = period
         if self._timer is None:
             self._timer = self._clock.call_later(self._period, self._tick)
 

@@ -16,7 +16,7 @@ from stagewire_virtual.blueprint import Blueprint, check_stage, parse_line
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BadOptionError, BenchError
 from stagewire_virtual.faults import Fault, parse_fault
-from stagewire_virtual.options import Line, Options
+from stagewire_virtual.options import Line, Options, Settings
 from stagewire_virtual.serving.bench.bench import Bench, BenchUnit
 from stagewire_virtual.serving.bench.tables import (
     Convert,
@@ -29,7 +29,6 @@ from stagewire_virtual.serving.bench.tables import (
     text,
 )
 from stagewire_virtual.serving.places import Place, PtyPlace, TcpPlace, parse_tcp
-from stagewire_virtual.thorlabs_apt.channel import Settings
 from stagewire_virtual.thorlabs_apt.rack import RACK
 from stagewire_virtual.units import Unit, find_unit
 

@@ -148,7 +148,7 @@ class Drive:
             return
         if limit.profiled:
             velocity = self._axis.velocity
-            action.ways = (SlowDown(action.pace),)
+            action.ways = (SlowDown(action.pace), *action.ways[1:])
             action.limited = False
             self._follow(velocity)
         else:

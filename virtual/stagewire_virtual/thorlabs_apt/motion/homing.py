@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from stagewire_apt.enumerations import MoveDirection
 from stagewire_virtual.motion import Axis
 from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.motion.limits import heeds
 from stagewire_virtual.thorlabs_apt.motion.ways import GoTo, Pace, RunOn, Way
 
 __all__ = ["Homing", "homing", "index_run"]
@@ -49,13 +50,15 @@ def _to_index(axis: Axis, pace: Pace) -> Homing:
 def _to_switch(channel: Channel, axis: Axis, pace: Pace) -> Homing:
     """Home by a limit switch: run onto it, then go back by the offset distance, which is home.
 
-    The direction is 1 for forward, and reverse for every other value. Without a switch in that direction a
-    stage runs into the end of its travel, as stages do whose home parameters have been set to zeros.
+    The direction is 1 for forward, and reverse for every other value. Without a switch in that direction, or
+    with one that is to be ignored (page 39), a stage runs into the end of its travel, as stages do whose home
+    parameters have been set to zeros.
     """
     parameter = channel.parameter
     forward = parameter("MOT_HOMEPARAMS", "home_direction") == MoveDirection.FORWARD
     direction = 1 if forward else -1
-    found = _SWITCHES.get(parameter("MOT_HOMEPARAMS", "limit_switch")) == direction
+    switch = _SWITCHES.get(parameter("MOT_HOMEPARAMS", "limit_switch"))
+    found = switch == direction and heeds(channel, direction)
     end = axis.travel if forward else 0
     home = end - direction * parameter("MOT_HOMEPARAMS", "offset_distance")
     run = RunOn(direction, pace)

@@ -9,9 +9,10 @@ from stagewire_apt.enumerations import HardLimit, SoftwareLimitMode
 from stagewire_virtual.motion import Axis
 from stagewire_virtual.thorlabs_apt.channel import Channel
 
-__all__ = ["Limit", "active_limits", "soft_limits"]
+__all__ = ["Limit", "active_limits", "heeds", "soft_limits"]
 
 _SET = "MOT_LIMSWITCHPARAMS"
+_STOPPING = (SoftwareLimitMode.STOP_IMMEDIATE, SoftwareLimitMode.STOP_PROFILED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ def soft_limits(channel: Channel, origin: int) -> Iterator[Limit]:
     MOT_PMDSTAGEAXISPARAMS shorten the travel of the stage, whatever its counter says.
     """
     mode = _mode(channel)
-    if mode in (SoftwareLimitMode.STOP_IMMEDIATE, SoftwareLimitMode.STOP_PROFILED):
+    if mode in _STOPPING:
         profiled = mode == SoftwareLimitMode.STOP_PROFILED
         yield Limit(origin + channel.parameter(_SET, "cw_soft_limit"), 1, profiled)
         yield Limit(origin + channel.parameter(_SET, "ccw_soft_limit"), -1, profiled)
@@ -52,20 +53,22 @@ def active_limits(channel: Channel, axis: Axis, position: int) -> dict[str, bool
     same. Clockwise is forward (page 77).
     """
     place = axis.place
-    soft = _mode(channel) != SoftwareLimitMode.IGNORE
+    soft = _mode(channel) in _STOPPING
     return {
-        "forward_hardware_limit": place >= axis.travel and _read(channel, "cw_hard_limit"),
-        "reverse_hardware_limit": place <= -axis.below and _read(channel, "ccw_hard_limit"),
+        "forward_hardware_limit": place >= axis.travel and heeds(channel, 1),
+        "reverse_hardware_limit": place <= -axis.below and heeds(channel, -1),
         "forward_software_limit": soft and position >= channel.parameter(_SET, "cw_soft_limit"),
         "reverse_software_limit": soft and position <= channel.parameter(_SET, "ccw_soft_limit"),
     }
 
 
+def heeds(channel: Channel, direction: int) -> bool:
+    """Say whether the switch at an end of the travel is there and not to be ignored; 1 is the forward end."""
+    switch = "cw_hard_limit" if direction > 0 else "ccw_hard_limit"
+    setting = channel.parameter(_SET, switch, HardLimit.MAKES)
+    return setting & ~HardLimit.SWAPPED != HardLimit.IGNORE
+
+
 def _mode(channel: Channel) -> int:
     mode = channel.parameter(_SET, "software_limit_mode", SoftwareLimitMode.IGNORE)
     return mode & ~SoftwareLimitMode.ROTATION_STAGE
-
-
-def _read(channel: Channel, switch: str) -> bool:
-    setting = channel.parameter(_SET, switch, HardLimit.MAKES)
-    return setting & ~HardLimit.SWAPPED != HardLimit.IGNORE

@@ -8,20 +8,24 @@ from stagewire_apt.enumerations import PositionControlMode
 from stagewire_apt.flags import InputVoltsSource
 from stagewire_virtual.clock import SECOND, Timer
 from stagewire_virtual.thorlabs_apt.channel import Channel
-from stagewire_virtual.thorlabs_apt.piezo.defaults import (
-    AMPLIFIER_TIME,
-    FULL_SCALE,
-    READING_TIME,
-    SLEW_DIVISOR,
-    SMOOTH_TIME,
-)
+from stagewire_virtual.thorlabs_apt.piezo.actuator import FULL_SCALE, READING_TIME
+from stagewire_virtual.thorlabs_apt.piezo.approach import Approach
 from stagewire_virtual.thorlabs_apt.piezo.generator import WaveformGenerator
-from stagewire_virtual.thorlabs_apt.piezo.slew import Approach
 from stagewire_virtual.thorlabs_apt.piezo.waveform import MILLISECOND
 
 __all__ = ["CLOSED_LOOP_MODES", "Drive"]
 
 CLOSED_LOOP_MODES = (PositionControlMode.CLOSED_LOOP, PositionControlMode.CLOSED_LOOP_SMOOTH)
+"""The modes that employ the feedback (page 94)."""
+
+_AMPLIFIER_TIME = SECOND // 200
+# From zero to the maximum voltage where no slew rate is set: 5 ms. The document has no figure.
+
+_SMOOTH_TIME = SECOND
+# From zero to full scale when a smooth mode opens or closes the loop; "over a longer period" (page 94).
+
+_SLEW_DIVISOR = 19000  # slew rates are value x maximum volts / 19000 in V/ms (page 123)
+
 _SMOOTH_MODES = (PositionControlMode.OPEN_LOOP_SMOOTH, PositionControlMode.CLOSED_LOOP_SMOOTH)
 _LOWEST = -FULL_SCALE - 1
 
@@ -51,7 +55,6 @@ class Drive:
     def reset(self) -> None:
         """Be as after a power cycle: zero volts, not zeroed, no waveform loaded or put out."""
         self._end_zeroing()
-        self.generator.stop()
         self.generator.clear()
         self.zeroed = False
         self._zero = 0.0  # the reading that counts as position 0
@@ -101,6 +104,11 @@ class Drive:
         self.generator.stop()
         self._set_out(start)
 
+    def clear_waveform(self) -> None:
+        """End or disarm the waveform, and forget its samples."""
+        self.stop_waveform()
+        self.generator.clear()
+
     def enabled_changed(self) -> None:
         """Go to zero volts because the channel was disabled, or to what is set because it was enabled."""
         self._end_zeroing()
@@ -114,10 +122,16 @@ class Drive:
             self._stuck_at = self.output
 
     def zero(self) -> None:
-        """Put zero volts out, read the position, and take it as zero from then on (page 117)."""
+        """Put zero volts out, read the position, and take it as zero from then on (page 117).
+
+        Until then nothing else has an effect on the output. Zeroing again begins anew.
+        """
+        self._end_zeroing()
+        start = self.output
+        self.generator.stop()
+        self._go_to_zero_volts(start)
         self.zeroed = False
         self.zeroing = True
-        self.stop_waveform()
         self._timer = self._channel.clock.call_later(
             self._approach.ramp + READING_TIME, self._take_zero
         )
@@ -139,20 +153,31 @@ class Drive:
 
     def _set_out(self, start: float, smooth: bool = False) -> None:
         """Go from ``start`` to what is asked, at the slew rate and with the loop that are in force."""
-        ask = self._channel.parameter
-        off = self.zeroing or not self._channel.enabled
-        closed = self.closed_loop and not off
-        slew = ask("PZ_TPZ_SLEWRATES", "slew_closed" if closed else "slew_open")
-        crossing = max(AMPLIFIER_TIME, MILLISECOND * SLEW_DIVISOR / slew if slew else 0)
-        if smooth and ask("PZ_POSCONTROLMODE", "mode") in _SMOOTH_MODES:
-            crossing = max(crossing, SMOOTH_TIME)
+        if self.zeroing:
+            return
+        if not self._channel.enabled:
+            self._go_to_zero_volts(start)
+            return
+        closed = self.closed_loop
+        gently = smooth and self._channel.parameter("PZ_POSCONTROLMODE", "mode") in _SMOOTH_MODES
         self._approach = Approach(
             start,
-            0.0 if off else self._output_for(self._asked),
+            self._output_for(self._asked),
             self._channel.clock.now,
-            crossing / FULL_SCALE,
+            self._crossing(closed, _SMOOTH_TIME if gently else _AMPLIFIER_TIME),
             self._settling if closed else 0.0,
         )
+
+    def _go_to_zero_volts(self, start: float) -> None:
+        crossing = self._crossing(closed=False, least=_AMPLIFIER_TIME)
+        self._approach = Approach(start, 0.0, self._channel.clock.now, crossing)
+
+    def _crossing(self, closed: bool, least: int) -> float:
+        """Return nanoseconds for a count at the slew rate of a loop; the whole range takes ``least``."""
+        slew = self._channel.parameter(
+            "PZ_TPZ_SLEWRATES", "slew_closed" if closed else "slew_open"
+        )
+        return max(least, MILLISECOND * _SLEW_DIVISOR / slew if slew else 0) / FULL_SCALE
 
     @property
     def _asked(self) -> int:

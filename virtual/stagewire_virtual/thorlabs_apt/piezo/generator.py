@@ -18,8 +18,8 @@ from stagewire_virtual.units import Unit
 __all__ = ["WaveformGenerator"]
 
 _CUBES = "piezo_cube"  # pages 106 and 108: a smaller table, and no triggering
-_LAST_INDEX = {_CUBES: 512}
-_LAST_INDEX_OTHERS = 7999
+_LAST_INDEX_OF_CUBES = 512
+_LAST_INDEX = 7999
 
 
 class WaveformGenerator:
@@ -39,8 +39,9 @@ class WaveformGenerator:
         self._clock = clock
         self._ended = ended
         self._interval = sample_interval(unit)
-        self._triggers = unit.facts.get("family") != _CUBES
-        self.last_index = _LAST_INDEX.get(unit.facts.get("family", ""), _LAST_INDEX_OTHERS)
+        self.has_triggers = unit.facts.get("family") != _CUBES
+        """Whether the trigger bits of the mode apply (page 108)."""
+        self.last_index = _LAST_INDEX if self.has_triggers else _LAST_INDEX_OF_CUBES
         """The highest index of the table (page 106)."""
         self.table = array("h", bytes(2 * (self.last_index + 1)))
         """The samples; 0 where none has been loaded."""
@@ -52,7 +53,8 @@ class WaveformGenerator:
         self._timer: Timer | None = None
 
     def clear(self) -> None:
-        """Forget all samples."""
+        """End the output, or disarm, and forget all samples."""
+        self.stop()
         self.table = array("h", bytes(2 * len(self.table)))
 
     def start(self, parameters: Mapping[str, int]) -> str | None:
@@ -60,7 +62,7 @@ class WaveformGenerator:
 
         Returns why there is nothing to put out, or None. A start while the table is put out begins anew.
         """
-        mode = LutOutputMode(parameters["mode"])
+        mode = self._mode_of(parameters)
         if not parameters["cycle_length"]:
             return "a cycle has no samples"
         if not mode.outputlut_continuous and not mode.outputlut_fixed:
@@ -78,8 +80,8 @@ class WaveformGenerator:
             parameters["post_cycle_rest"],
             self._pulses(parameters),
         )
-        waits = self._triggers and mode.outputlut_inputtrig
-        if not waits or (mode.outputlut_lutgated and self._input_active):
+        opens = mode.outputlut_lutgated and self._input_active
+        if opens or not mode.outputlut_inputtrig:
             self._go_on()
         return None
 
@@ -103,7 +105,9 @@ class WaveformGenerator:
 
     @property
     def trigger_output(self) -> bool:
-        """The level of the trigger output at this instant (page 110), high for True."""
+        """The level of the trigger output at this instant (page 110), high for True; low if it is not used."""
+        if not self._mode.outputlut_outputtrig:
+            return False
         waveform = self._waveform
         active = waveform is not None and self.sample is not None and waveform.pulse(self._elapsed)
         return active == self._mode.outputlut_outputtrig_sense_hi
@@ -138,12 +142,18 @@ class WaveformGenerator:
         going = 0 if self._since is None else self._clock.now - self._since
         return self._done + going
 
+    def _mode_of(self, parameters: Mapping[str, int]) -> LutOutputMode:
+        applies = parameters["mode"]
+        if not self.has_triggers:
+            applies &= LutOutputMode.outputlut_continuous | LutOutputMode.outputlut_fixed
+        return LutOutputMode(applies)
+
     def _pulses(self, parameters: Mapping[str, int]) -> Pulses | None:
-        mode = LutOutputMode(parameters["mode"])
-        if not self._triggers or not mode.outputlut_outputtrig:
+        mode = self._mode
+        if not mode.outputlut_outputtrig:
             return None
         return Pulses(
-            max(0, parameters["op_trig_start"] - 1),
+            max(0, parameters["op_trig_start"] - 1),  # counted from 1 (page 110)
             parameters["op_trig_width"] * MILLISECOND,  # known for the BPC20x, taken for all
             parameters["trig_repeat_cycle"] if mode.outputlut_outputtrig_repeat else 0,
         )

@@ -11,12 +11,11 @@ from stagewire_virtual.instrument import Row
 from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live, stored
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.parameters import obey_enable_state
-from stagewire_virtual.thorlabs_apt.piezo.defaults import DEFAULTS, FULL_SCALE
+from stagewire_virtual.thorlabs_apt.piezo.actuator import FULL_SCALE, travel_and_share
 from stagewire_virtual.thorlabs_apt.piezo.drive import Drive
+from stagewire_virtual.thorlabs_apt.piezo.parameters import DEFAULTS, LIMITS, maximum_volts
 from stagewire_virtual.thorlabs_apt.piezo.refusals import refusal
 from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
-from stagewire_virtual.thorlabs_apt.piezo.travel import travel_and_share
-from stagewire_virtual.thorlabs_apt.piezo.volts import LIMITS, maximum_volts
 
 __all__ = ["Piezo"]
 
@@ -55,7 +54,6 @@ class Piezo(Behaviour):
         """Levels of the digital inputs, bit 0 for input 1; the status bits of BPC units show them."""
         self._drive = Drive(channel, share * FULL_SCALE if self.travel else None)
         self._bits = StatusBits(channel.unit)
-        self._lut_type = DEFAULTS["PZ_LUTVALUETYPE"]["lut_type"]
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
@@ -198,11 +196,8 @@ class Piezo(Behaviour):
 
     @stored("PZ_LUTVALUETYPE")
     def lut_value_type_was_set(self, frame: Frame) -> None:
-        """Forget the samples if they were of another type: they must be loaded again (page 126)."""
-        lut_type = self.channel.parameter("PZ_LUTVALUETYPE", "lut_type")
-        if lut_type != self._lut_type:
-            self._lut_type = lut_type
-            self._drive.generator.clear()
+        """Forget the samples: they are scaled by the type while they are loaded, after it (page 126)."""
+        self._drive.clear_waveform()
 
     @handles("PZ_START_LUTOUTPUT")
     def start_waveform(self, frame: Frame) -> None:

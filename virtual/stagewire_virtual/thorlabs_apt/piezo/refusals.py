@@ -6,6 +6,7 @@ from stagewire import FramedMessage
 from stagewire_apt import messages as m
 from stagewire_apt.flags import LutOutputMode
 from stagewire_virtual.thorlabs_apt.piezo.drive import CLOSED_LOOP_MODES, Drive
+from stagewire_virtual.thorlabs_apt.piezo.generator import WaveformGenerator
 
 __all__ = ["refusal"]
 
@@ -25,14 +26,15 @@ def refusal(message: FramedMessage, drive: Drive) -> str | None:
         case m.PzSetOutputLut(index=index) if index > drive.generator.last_index:
             return f"the table ends at index {drive.generator.last_index} (page 106)"
         case m.PzSetOutputLutParams():
-            return _lut_refusal(message, drive.generator.last_index)
+            return _lut_refusal(message, drive.generator)
     return None
 
 
-def _lut_refusal(message: m.PzSetOutputLutParams, most: int) -> str | None:
+def _lut_refusal(message: m.PzSetOutputLutParams, generator: WaveformGenerator) -> str | None:
+    most = generator.last_index
     if message.cycle_length > most or message.trig_repeat_cycle > most:
         return f"a cycle and the distance of triggers have at most {most} samples (page 109)"
-    triggers = LutOutputMode(message.mode).outputlut_outputtrig
+    triggers = generator.has_triggers and LutOutputMode(message.mode).outputlut_outputtrig
     if triggers and not 1 <= message.op_trig_start < message.cycle_length:
         return (
             "the trigger output starts at a sample from 1 on and below the cycle length (page 110)"

@@ -1,4 +1,4 @@
-"""How a drive goes from one value to another: at most so fast, and gently at the end if a loop is closed."""
+"""How an output goes to its target: at most so fast, and gently at the end if a loop is closed."""
 
 from __future__ import annotations
 

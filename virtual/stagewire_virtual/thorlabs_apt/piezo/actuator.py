@@ -1,13 +1,20 @@
-"""The travel of an actuator with a strain gauge, as its user told it."""
+"""An actuator with a strain gauge: how it is counted, how far it goes, and what is read at the beginning."""
 
 from __future__ import annotations
 
 from typing import Final
 
+from stagewire_virtual.clock import SECOND
 from stagewire_virtual.errors import BadOptionError
-from stagewire_virtual.thorlabs_apt.channel import Settings
+from stagewire_virtual.options import Settings
 
-__all__ = ["DEFAULT_TRAVEL", "travel_and_share"]
+__all__ = ["DEFAULT_TRAVEL", "FULL_SCALE", "READING_TIME", "travel_and_share"]
+
+FULL_SCALE: Final = 32767
+"""Counts of the maximum voltage and of the whole travel (pages 96 and 97)."""
+
+READING_TIME: Final = SECOND
+"""How long the position is read before it is taken as zero (page 117 has no figure)."""
 
 DEFAULT_TRAVEL: Final = 200
 """20 µm in steps of 100 nm, as in the example of page 118."""
