@@ -198,7 +198,7 @@ def virtual(
             makers = of_replay(replay, tcp, pty, bind, lenient=lenient)
         else:
             makers = of_names(units or [], tcp, pty, bind, options)
-        right = run_session(makers, log, seconds)
+        right = run_session(makers, log, seconds, source=bench or replay)
     if not right:
         raise typer.Exit(WRONG)
 

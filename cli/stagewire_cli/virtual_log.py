@@ -4,30 +4,35 @@ from __future__ import annotations
 
 import io
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TextIO, cast
 
 from stagewire.capture import CaptureWriter, Heading
 from stagewire.direction import Direction
 from stagewire_cli.conversation import Conversation
+from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.selection import Selection
 from stagewire_virtual.serving.link import Link
 
-__all__ = ["STANDARD_OUTPUT", "Log", "logs"]
+__all__ = ["STANDARD_OUTPUT", "Log", "begin", "logs"]
 
 STANDARD_OUTPUT = "-"
 
 
 @contextmanager
-def logs(target: str, links: Sequence[Link]) -> Iterator[dict[Link, Log]]:
+def logs(target: str, links: Sequence[Link], source: Path | None) -> Iterator[dict[Link, Log]]:
     """Give a log for each link; files are closed when the block ends.
 
     Several get files of their own, ``session-1.txt`` and so on, since a capture is of one line. On standard
-    output their lines begin with the label.
+    output their lines begin with the label. No file is touched before something is recorded, or :func:`begin`
+    is called: what fails to be served leaves the log of the last session as it is.
 
-    Raises :class:`OSError` for a file that cannot be written.
+    :param source: the bench or the capture that is read.
+
+    Raises :class:`CalledWronglyError` where the source would be lost.
     """
     path, several = Path(target), len(links) > 1
     with ExitStack() as stack:
@@ -35,26 +40,61 @@ def logs(target: str, links: Sequence[Link]) -> Iterator[dict[Link, Log]]:
         for number, link in enumerate(links, 1):
             if target == STANDARD_OUTPUT:
                 out = _labelled(link.label) if several else sys.stdout
+                made[link] = Log(link, "standard output", partial(_as_it_is, out))
             else:
                 own = path.with_stem(f"{path.stem}-{number}") if several else path
-                out = stack.enter_context(own.open("w", encoding="utf-8"))
-            made[link] = Log(link, out)
+                if source is not None and own.exists() and False:
+                    raise CalledWronglyError(
+                        f"--log {own}: it is the file that is read, and would be lost; name another one"
+                    )
+                made[link] = Log(link, str(own), partial(_opened, own, stack))
         yield made
+
+
+def begin(logs: Iterable[Log]) -> None:
+    """Open all logs; what stood in their files is replaced.
+
+    Raises :class:`CalledWronglyError` for a file that cannot be written.
+    """
+    for log in logs:
+        try:
+            log.begin()
+        except BrokenPipeError:  # nobody reads standard output any more
+            raise
+        except OSError as error:
+            raise CalledWronglyError(
+                f"--log {log.name}: cannot be written: {error.strerror or error}; name a file in a folder "
+                "that is there and that you may write to"
+            ) from None
 
 
 class Log:
     """Records one line.
 
     :param link: what is recorded.
-    :param out: where to; flushed after every chunk, since somebody may be looking on.
+    :param name: of the file, for people.
+    :param opened: opens it; flushed after every chunk, since somebody may be looking on.
     """
 
-    def __init__(self, link: Link, out: TextIO) -> None:
+    def __init__(self, link: Link, name: str, opened: Callable[[], TextIO]) -> None:
         unit = link.instrument.unit
-        heading = Heading(unit.protocol.name, unit.name)
-        self._out = out
-        self._writer = CaptureWriter(out, heading)
-        self._conversation = Conversation(Selection(recorded=heading).task())
+        self.name = name
+        self._heading = Heading(unit.protocol.name, unit.name)
+        self._opened = opened
+        self._conversation = Conversation(Selection(recorded=self._heading).task())
+
+    @cached_property
+    def _out(self) -> TextIO:
+        return self._opened()
+
+    @cached_property
+    def _writer(self) -> CaptureWriter:
+        return CaptureWriter(self._out, self._heading)
+
+    def begin(self) -> None:
+        """Open it if that has not been done; raises :class:`OSError` for a file that cannot be written."""
+        _ = self._writer
+        self._out.flush()
 
     def passed(self, when: int, direction: Direction, data: bytes) -> None:
         """Record bytes that went one way."""
@@ -81,6 +121,22 @@ class _Labelled(io.TextIOBase):
     def flush(self) -> None:
         """Hand on what has been written."""
         sys.stdout.flush()
+
+
+def _as_it_is(out: TextIO) -> TextIO:
+    return out
+
+
+def _opened(path: Path, stack: ExitStack) -> TextIO:
+    file = path.open("w", encoding="utf-8")
+    stack.callback(_close, file)
+    return file
+
+
+def _close(file: TextIO) -> None:
+    """Close a file; what could not be written was told when it was flushed."""
+    with suppress(OSError):
+        file.close()
 
 
 def _labelled(label: str) -> TextIO:

@@ -1,4 +1,7 @@
-"""The live table of ``stagewire virtual``: what each controller does at this instant."""
+"""The live table of ``stagewire virtual``: what each controller does at this instant.
+
+On a terminal that is not wide it leaves out where they listen and what was counted.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,8 @@ from stagewire_virtual.serving.link import Link, ServedLink
 __all__ = ["Screen"]
 
 _NOTES = 5
+_WIDE = 10
+"""Columns of a terminal that show everything unfolded; where controllers listen stands above it, too."""
 
 
 class Screen:
@@ -26,7 +31,8 @@ class Screen:
     def __init__(self, links: Sequence[ServedLink]) -> None:
         self._links = links
         self._notes: deque[str] = deque(maxlen=_NOTES)
-        self._live = Live(console=console(), auto_refresh=False, transient=False)
+        self._console = console()
+        self._live = Live(console=self._console, auto_refresh=False, transient=False)
 
     def __enter__(self) -> Screen:
         self._live.start()
@@ -44,15 +50,19 @@ class Screen:
         self._live.update(self._drawn(), refresh=True)
 
     def _drawn(self) -> RenderableType:
+        wide = self._console.width >= _WIDE
+        traffic = ("link", "bytes in", "frames out") if wide else ()
         shown = table(
-            "unit", "link", "host", "bytes in", "frames out", "part", "position", "state",
+            "unit", "host", *traffic, "part", "position", "state",
             right=("bytes in", "frames out", "position"),
         )  # fmt: skip
         for link in self._links:
-            unit = link.label, link.url, _host(link), f"{link.received:,}", f"{link.sent:,}"
+            unit = [link.label, _host(link)]
+            if wide:
+                unit += [link.url, f"{link.received:,}", f"{link.sent:,}"]
             for row in link.instrument.rows():
                 shown.add_row(*unit, row.part, row.position, row.state)
-                unit = ("", "", "", "", "")
+                unit = [""] * len(unit)
         return Group(shown, *map(Text, self._notes))
 
 

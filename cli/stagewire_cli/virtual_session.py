@@ -7,13 +7,14 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 from stagewire.direction import Direction
 from stagewire_cli.terminal import printable
-from stagewire_cli.virtual_log import STANDARD_OUTPUT, Log, logs
+from stagewire_cli.virtual_log import STANDARD_OUTPUT, Log, begin, logs
 from stagewire_cli.virtual_units import LinkMaker
 from stagewire_virtual.clock import RealClock
 from stagewire_virtual.replay import Replay
@@ -29,23 +30,27 @@ _REFRESH = 0.2  # seconds between two drawings of the live table
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # as far as the system has them
 
 
-def run_session(makers: Sequence[LinkMaker], log: str | None, seconds: float | None) -> bool:
+def run_session(
+    makers: Sequence[LinkMaker], log: str | None, seconds: float | None, source: Path | None = None
+) -> bool:
     """Serve until a signal, until the time is over, or until the host of a replay has left.
 
     :param makers: what is served, on one clock.
     :param log: file to record to; ``-`` is standard output; None: nothing is recorded.
     :param seconds: the time, or None.
+    :param source: the bench or the capture that is read, which no log replaces.
 
     Returns False where a replayed session took another course. Raises
-    :class:`~stagewire_virtual.errors.ServingError` for a place that cannot be had, and :class:`OSError` for
-    output that cannot be written.
+    :class:`~stagewire_virtual.errors.ServingError` for a place that cannot be had,
+    :class:`CalledWronglyError` for a log that cannot be begun, and :class:`OSError` for output that cannot be
+    written any more.
     """
     clock = RealClock()
     session = _Session()
     links = [make(clock, session) for make in makers]
     with ExitStack() as stack:
         if log is not None:
-            session.logs = stack.enter_context(logs(log, links))
+            session.logs = stack.enter_context(logs(log, links, source))
         quiet = log == STANDARD_OUTPUT
         asyncio.run(session.serve(Server(clock), links, seconds, quiet=quiet))
     if session.failure is not None:
@@ -71,6 +76,7 @@ class _Session(Observer):
             with _signals(self._over.set), ExitStack() as stack:
                 for link in links:
                     await server.open(link)
+                begin(self.logs.values())
                 for link in links:
                     typer.echo(f"{link.label} at {link.url}", err=quiet)
                 ends: list[asyncio.Task[object]] = [asyncio.create_task(self._over.wait())]
@@ -114,6 +120,7 @@ class _Session(Observer):
         try:
             write(log)
         except OSError as error:  # a disk that is full, a reader that has gone
+            error.filename = error.filename or log.name
             self.failure = error
             self._over.set()
 

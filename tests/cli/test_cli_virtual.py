@@ -170,6 +170,32 @@ def test_a_port_that_is_taken(stagewire: Stagewire) -> None:
     assert f"127.0.0.1:{port}" in result.err
 
 
+def test_a_log_does_not_replace_what_is_read(stagewire: Stagewire, tmp_path: Path) -> None:
+    session, bench = tmp_path / "session.txt", tmp_path / "bench.toml"
+    session.write_text(f"# stagewire capture 1 protocol=thorlabs_apt\n0 > {INFO.hex()}\n")
+    bench.write_text('[[unit]]\nname = "TDC001"\n')
+    for option, source in (("--replay", session), ("--bench", bench)):
+        before = source.read_text()
+        result = stagewire("virtual", option, source, "--log", source, "--for", "0")
+        assert result.code == 2
+        assert f"--log {source}" in result.err
+        assert source.read_text() == before
+
+
+def test_a_log_is_not_replaced_where_nothing_is_served(
+    stagewire: Stagewire, tmp_path: Path
+) -> None:
+    log = tmp_path / "log.txt"
+    log.write_text("the last session")
+    with closing(socket.create_server(("127.0.0.1", 0))) as taken:
+        port = taken.getsockname()[1]
+        result = stagewire("virtual", "TDC001", "--tcp", port, "--log", log, "--for", "0")
+    assert result.code == 2
+    assert log.read_text() == "the last session"
+    assert stagewire("virtual", "TDC001", "--log", log, "--for", "0").code == 0
+    assert log.read_text() == "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001\n"
+
+
 def test_a_file_that_is_no_capture(stagewire: Stagewire, tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("05 00 00 00 50 01\n")
     result = stagewire("virtual", "--replay", tmp_path / "notes.txt")
@@ -294,12 +320,13 @@ def test_what_goes_wrong_is_told(tmp_path: Path) -> None:
 
 
 @posix
-def test_the_live_table_on_a_terminal() -> None:
+@pytest.mark.parametrize(("columns", "shown_when_wide"), [("80", False), ("160", True)])
+def test_the_live_table_on_a_terminal(columns: str, shown_when_wide: bool) -> None:
     import pty
 
     ours, theirs = pty.openpty()
-    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "160"}
-    words = ["TDC001", "--stage", "Z8", "--for", "0.3"]
+    environment = {**os.environ, "TERM": "xterm", "COLUMNS": columns}
+    words = ["BSC103", "--stage", "APT_STEPPER", "--for", "0.3"]
     with subprocess.Popen([*COMMAND, *words], stdout=theirs, stderr=theirs, env=environment) as run:
         os.close(theirs)
         shown = b""
@@ -311,9 +338,10 @@ def test_the_live_table_on_a_terminal() -> None:
         assert run.wait(20) == 0
     os.close(ours)
     text = shown.decode()
-    assert "TDC001 at socket://" in text
-    for heading in ("position", "state", "frames out", " mm"):
-        assert heading in text
+    assert "BSC103 at socket://" in text
+    for whole in ("position", "state", " mm", "bay 2, channel 1"):
+        assert whole in text
+    assert ("frames out" in text) is shown_when_wide
 
 
 @posix

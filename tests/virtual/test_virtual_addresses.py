@@ -47,25 +47,38 @@ def test_updates_and_completions_come_from_the_address_that_caused_them(host):
 
 
 NOT_FOR_A_TDC001 = {
-    "a message of another unit": "40 06 01 01 50 01",
-    "a packet of another unit": "43 06 04 00 d0 01 01 00 00 00",
-    "an id that no message has": "ff 0f 00 00 50 01",
-    "a packet of such an id": "ff 0f 03 00 d0 01 01 02 03",
-    "a packet too short": "13 04 04 00 d0 01 01 00 00 00",
-    "a channel that is not there": "14 04 02 00 50 01",
-    "both channels of one": "14 04 03 00 50 01",
-    "a value out of its table": "10 02 01 03 50 01",
+    "a message of another unit": ("40 06 01 01 50 01", "it takes no PZ_SET_POSCONTROLMODE"),
+    "a packet of another unit": (
+        "43 06 04 00 d0 01 01 00 00 00",
+        "it takes no PZ_SET_OUTPUTVOLTS",
+    ),
+    "an id that no message has": ("ff 0f 00 00 50 01", "0x0fff is the id of no message"),
+    "a packet of such an id": ("ff 0f 03 00 d0 01 01 02 03", "0x0fff is the id of no message"),
+    "a packet too short": ("13 04 04 00 d0 01 01 00 00 00", "0x0413 has too short a packet"),
+    "a channel that is not there": ("14 04 02 00 50 01", "there is no channel 2"),
+    "both channels of one": ("14 04 03 00 50 01", "there is no channel 3"),
+    "a value out of its table": (
+        "10 02 01 03 50 01",
+        "MOD_SET_CHANENABLESTATE: enable_state is 3, not one of 1, 2",
+    ),
 }
 
 
-@pytest.mark.parametrize("raw", NOT_FOR_A_TDC001.values(), ids=NOT_FOR_A_TDC001)
-def test_what_is_not_answered_gets_silence_or_if_wanted_a_response(raw, host):
+@pytest.mark.parametrize(("raw", "why"), NOT_FOR_A_TDC001.values(), ids=NOT_FOR_A_TDC001)
+def test_what_is_not_answered_gets_silence_or_if_wanted_a_response(raw, why, host):
     for answers in (False, True):
         far = host("TDC001", answer_unsupported=answers)
         far.instrument.receive(bytes.fromhex(raw))
         assert far.messages() == ([m.HwResponse()] if answers else [])
-        assert len(far.refusals) == 1
+        assert far.refusals == [f"TDC001 at 0x50: {why}"]
         assert far.ask(m.ModReqChanEnableState(1)) == [m.ModGetChanEnableState(1, 1)]
+
+
+def test_who_speaks_to_an_address_where_nothing_is_finds_it_in_the_log(host):
+    far = host("BBD101")
+    far.say(m.HwReqInfo(), USB)
+    assert far.heard() == []
+    assert far.refusals == ["BBD101 has nothing at 0x50 (it has 0x11, 0x21)"]
 
 
 @pytest.mark.parametrize("raw", ["00", "13 04 50 50 50 50", "11 00 00 00 22 01"])

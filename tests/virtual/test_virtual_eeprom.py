@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import pytest
+from virtual_sets import UNITS, address_of, channel_of, plain_sets, wanted_values
 
+from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual.options import Settings
 
+COUNTERS = {"MOT_SET_POSCOUNTER", "MOT_SET_ENCCOUNTER"}
 VELOCITY, JOG = 0x0413, 0x0416  # ids of MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS
 
 
@@ -20,6 +23,42 @@ def test_a_saved_set_comes_back_and_others_do_not(host):
     far.instrument.power_cycle()
     assert far.ask(m.MotReqVelParams(1)) == [m.MotGetVelParams(1, 0, 11, 22)]
     assert far.ask(m.MotReqJogParams(1)) == new_jog
+
+
+SAVING = {"MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS"}
+WITH_EEPROM = [name for name, unit in UNITS.items() if SAVING & unit.messages]
+
+
+@pytest.mark.parametrize("unit", WITH_EEPROM)
+def test_every_set_of_every_unit_can_be_saved(unit, host):
+    far = host(unit)
+    [save] = SAVING & UNITS[unit].messages
+    address = address_of(unit)
+    told = {}
+    for set_, req, _ in plain_sets(unit):
+        far.say(set_(**channel_of(set_), **wanted_values(set_, 1)), address)
+        told[set_.layout.message] = far.ask(req(**channel_of(req)), address)
+        far.refusals.clear()
+        far.say(PROTOCOL.message_class(save)(1, set_.layout.id), address)
+        assert far.refusals == []
+    far.instrument.power_cycle()
+    for set_, req, get in plain_sets(unit):
+        saved = told[set_.layout.message]
+        if set_.layout.message in COUNTERS:
+            saved = [get(1, 0)]  # they count from where the stage stands
+        assert far.ask(req(**channel_of(req)), address) == saved, set_.layout.message
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_what_is_not_saved_is_forgotten_by_every_unit(unit, host):
+    far, new = host(unit), host(unit)
+    address = address_of(unit)
+    for set_, _, _ in plain_sets(unit):
+        far.say(set_(**channel_of(set_), **wanted_values(set_, 1)), address)
+    far.clock.advance(5)
+    far.instrument.power_cycle()
+    for _, req, _ in plain_sets(unit):
+        assert far.ask(req(**channel_of(req)), address) == new.ask(req(**channel_of(req)), address)
 
 
 def test_each_channel_saves_its_own(host):

@@ -70,7 +70,9 @@ def test_what_a_text_means(text: str, fault: Fault) -> None:
 def test_pieces_that_are_not_said() -> None:
     assert parse_fault("to_host drop at=1").piece is FRAME
     assert parse_fault("to_host disconnect at=1").piece is BYTE
-    assert parse_fault("stick channel=1").piece is None
+    for text in ("stick channel=1", "to_host flood count=3", "to_host disconnect after=1.5"):
+        assert parse_fault(text).piece is None
+        assert not {"byte", "frame"} & set(str(parse_fault(text)).split())
 
 
 @pytest.mark.parametrize(
@@ -100,6 +102,13 @@ def test_pieces_that_are_not_said() -> None:
         ("to_host flood at=1 after=1", "at and after exclude each other"),
         ("to_host flood after=1 message=X", "message goes with every, at or p, not with after"),
         ("to_host insert frame", "insert frame needs hex=BYTES; insert byte puts one in"),
+        ("to_host drop seed=3", "seed goes with p, with flip without bit, or with insert byte"),
+        ("to_host flip bit=1 seed=3", "nothing else is left to chance"),
+        ("to_host disconnect after=1 seed=3", "nothing else is left to chance"),
+        ("to_host disconnect frame after=1", "frame goes with a rule: every, at, p or message"),
+        ("to_host flood byte", "byte goes with a rule: every, at, p or message"),
+        ("to_host flip byte bit=8", "the bits of a byte are 0 to 7, not 8"),
+        ("to_host flood count=1000001", "count takes a whole number from 1 to 1,000,000"),
         ("to_host insert hex=5", "hex takes bytes in hex without blanks, such as 640401000150"),
         ("to_host insert hex=", "hex takes bytes in hex"),
         ("to_host drop message=", "message takes the name of a message, not ''"),
@@ -128,10 +137,13 @@ def test_values_are_checked_as_texts_are() -> None:
         Fault(action=Action.DROP, direction=TO_HOST, every=True)
     with pytest.raises(FaultError, match="message takes the name of a message"):
         Fault(action=Action.DROP, direction=TO_HOST, message="MOT GET")
+    with pytest.raises(FaultError, match="'frame' is neither byte nor frame"):
+        Fault(action=Action.DROP, direction=TO_HOST, piece="frame")  # type: ignore[arg-type]
 
 
 VALUES: dict[str, st.SearchStrategy[Any]] = {
-    **dict.fromkeys(("every", "at", "count", "channel"), st.integers(1, 10**9)),
+    **dict.fromkeys(("every", "at", "channel"), st.integers(1, 10**9)),
+    "count": st.integers(1, 10**6),
     **dict.fromkeys(("seed", "bit", "bay"), st.integers(0, 10**9)),
     **dict.fromkeys(("by", "period", "after", "for"), st.floats(0, 10**6)),
     "p": st.floats(0, 1),

@@ -15,28 +15,29 @@ CARD, BOARD = 44, 45
 
 
 @pytest.mark.parametrize(
-    ("unit", "address", "prefix", "type_", "channels"),
+    ("unit", "address", "prefix", "model", "type_", "channels"),
     [
-        ("BSC001", USB, 20, 11, 1),
-        ("BSC002", USB, 30, 13, 2),
-        ("TDC001", USB, 83, 31, 1),
-        ("TPZ001", USB, 81, 0, 1),  # a prefix that page 7 does not have
-        ("BBD102", MOTHERBOARD, 73, BOARD, 2),
-        ("BBD102", BAY + 1, 94, CARD, 1),
-        ("BBD202", MOTHERBOARD, 73, BOARD, 2),  # taken as the BBD102
-        ("BSC102", MOTHERBOARD, 70, BOARD, 2),
-        ("BSC103", BAY, 70, 21, 1),
-        ("MST601", BAY, 50, 26, 2),
-        ("MST601", MOTHERBOARD, 99, BOARD, 1),
-        ("BPC202", MOTHERBOARD, 99, BOARD, 2),  # none is known
+        ("BSC001", USB, 20, "BSC001", 11, 1),
+        ("BSC002", USB, 30, "BSC002", 13, 2),
+        ("TDC001", USB, 83, "TDC001", 31, 1),
+        ("TPZ001", USB, 81, "TPZ001", 0, 1),  # a prefix that page 7 does not have
+        ("BBD102", MOTHERBOARD, 73, "BBD102", BOARD, 2),
+        ("BBD102", BAY + 1, 94, "ION001 ", CARD, 1),  # the example of page 22
+        ("BBD202", MOTHERBOARD, 73, "BBD202", BOARD, 2),  # taken as the BBD102
+        ("BBD202", BAY, 94, "ION001 ", CARD, 1),
+        ("BBD101", MOTHERBOARD, 73, "BBD101", BOARD, 1),  # page 7: a card slot system, too
+        ("BBD101", BAY, 94, "ION001 ", CARD, 1),
+        ("BSC102", MOTHERBOARD, 70, "BSC102", BOARD, 2),
+        ("BSC103", BAY, 70, "BSC103", 21, 1),
+        ("MST601", BAY, 50, "MST601", 26, 2),
+        ("MST601", MOTHERBOARD, 99, "RACK", BOARD, 1),
+        ("BPC202", MOTHERBOARD, 99, "BPC202", BOARD, 2),  # none is known
     ],
 )
-def test_a_unit_tells_what_it_is(unit, address, prefix, type_, channels):
+def test_a_unit_tells_what_it_is(unit, address, prefix, model, type_, channels):
     [info] = host_of(unit).ask(m.HwReqInfo(), address)
     assert divmod(info.serial_number, 1_000_000)[0] == prefix
-    assert (info.type, info.nchs) == (type_, channels)
-    board = unit == "MST601" and address == MOTHERBOARD
-    assert info.model_number == ("RACK" if board else unit)
+    assert (info.model_number, info.type, info.nchs) == (model, type_, channels)
 
 
 @pytest.mark.parametrize("unit", units_of(PROTOCOL))

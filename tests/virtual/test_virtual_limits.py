@@ -8,6 +8,7 @@ from virtual_motor import MotorHost
 from stagewire import FramedMessage
 from stagewire_apt import messages as m
 from stagewire_virtual.clock import SECOND
+from stagewire_virtual.errors import BadOptionError
 
 IGNORE, IMMEDIATE, PROFILED, ROTATION = 1, 2, 3, 0x80
 HARD = {"forward_hardware_limit", "reverse_hardware_limit"}
@@ -52,6 +53,20 @@ def test_the_end_of_the_travel_stops_a_motor_and_completes_its_move(
     host.wait(60)
     assert host.position == 0
     assert not host.bits & HARD
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"travel": 0}, "BSC001 needs a travel of 1 to 2147483647 counts, not 0"),
+        ({"travel": 1 << 31}, "BSC001 needs a travel of 1 to 2147483647 counts, not 2147483648"),
+        ({"travel": 10, "position": 11}, "BSC001 cannot stand at 11 of a travel of 10"),
+        ({"position": -1}, "BSC001 cannot stand at -1 of a travel of 2500000"),
+    ],
+)
+def test_a_stage_stands_within_its_travel(settings: dict[str, int], sentence: str) -> None:
+    with pytest.raises(BadOptionError, match=sentence):
+        MotorHost("BSC001", **settings)
 
 
 @pytest.mark.parametrize("name", ["TDC001", "BSC001", "BBD101"])
@@ -139,8 +154,9 @@ def test_who_is_beyond_a_soft_limit_gets_back_but_no_farther(mode: int) -> None:
     assert host.kinds == ["MOT_MOVE_COMPLETED"] * 3
 
 
-def test_soft_limits_that_are_ignored_stop_nothing_and_say_nothing() -> None:
-    host = limited("BSC001", IGNORE)
+@pytest.mark.parametrize("mode", [IGNORE, IGNORE | ROTATION, 0])
+def test_soft_limits_that_are_ignored_stop_nothing_and_say_nothing(mode: int) -> None:
+    host = limited("BSC001", mode)
     host.say(m.MotMoveAbsolute(1, 30_000))
     host.wait(60)
     assert host.position == 30_000

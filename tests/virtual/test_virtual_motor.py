@@ -272,8 +272,8 @@ def test_after_a_power_cycle_it_stands_where_it_stood_and_counts_from_zero() -> 
     host.say(m.MotMoveAbsolute(1, 30_000))
     host.wait(10)
     host.say(m.MotMoveAbsolute(1, 90_000))
-    host.instrument.power_cycle()
     host.said.clear()
+    host.instrument.power_cycle()
     host.wait(10)
     assert (host.position, host.said) == (0, [])
     assert "homed" not in host.bits
@@ -282,6 +282,19 @@ def test_after_a_power_cycle_it_stands_where_it_stood_and_counts_from_zero() -> 
     host.say(m.MotMoveAbsolute(1, 30_000))
     host.wait(10)
     assert host.position == 30_000
+
+
+def test_who_loses_its_power_in_motion_says_nothing_also_if_it_wakes_up_disabled() -> None:
+    host = told("ODC001")
+    for state in (2, 1):
+        host.say(m.ModSetChanEnableState(1, state))
+        if state == 2:
+            host.say(m.MotSetEepromParams(1, m.ModSetChanEnableState.layout.id))
+    host.say(m.MotMoveAbsolute(1, 25_000))
+    host.wait(1)
+    host.instrument.power_cycle()
+    host.wait(5)
+    assert (host.said, host.position, host.bits) == ([], 0, set())
 
 
 @pytest.mark.parametrize("name", MOTORS)

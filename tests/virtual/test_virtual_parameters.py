@@ -3,30 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from virtual_apt_host import BAY, USB, host_of
+from virtual_apt_host import host_of
+from virtual_sets import UNITS, address_of, channel_of, plain_sets, wanted_values
 
-from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
-from stagewire_virtual.units import units_of
-
-UNITS = units_of(PROTOCOL)
-
-
-def address_of(unit):
-    return USB if UNITS[unit].facts["address"] == "generic_usb" else BAY
-
-
-def plain_sets(unit):
-    """Return (SET, REQ, GET) of the sets that a unit stores and tells."""
-    registry = PROTOCOL.registry()["sets"]
-    return [
-        tuple(PROTOCOL.message_class(names[role]) for role in ("set", "req", "get"))
-        for names in registry.values()
-        if {"set", "req", "get"} <= names.keys()
-        and {names["set"], names["req"], names["get"]} <= UNITS[unit].messages
-        and not names["set"].startswith("RACK_")
-    ]
-
 
 LIVING = {
     "MOT_SET_SOL_STATE",
@@ -65,30 +45,33 @@ def test_what_is_set_is_told_again_for_its_own_channel_only(unit):
     assert far.refusals == []
 
 
-def wanted_values(set_, seed):
-    """Return a value for each field that may be set, different by channel where it can be."""
-    entry = next(e for e in PROTOCOL.registry()["messages"] if e["name"] == set_.layout.message)
-    values = {}
-    [layout] = entry["layouts"]
-    for field in [layout["param1"], layout["param2"], *layout["fields"]]:
-        if field is None or field["role"] != "value" or field["name"] == "chan_ident":
-            continue
-        if field["kind"] == "text":
-            values[field["name"]] = f"PART{seed}"
-        elif "enum" in field:
-            values[field["name"]] = sorted(field["enum"].values())[-seed]
-        else:
-            values[field["name"]] = min(field["maximum"], field["minimum"] + 40 + seed)
-    return values
-
-
 @pytest.mark.parametrize("unit", UNITS)
 def test_a_new_unit_tells_every_set_within_the_ranges_of_the_document(unit):
     far = host_of(unit)
     for _, req, get in plain_sets(unit):
-        channel = {"chan_ident": 1} if "chan_ident" in req.layout.fields else {}
-        [told] = far.ask(req(**channel), address_of(unit))
+        [told] = far.ask(req(**channel_of(req)), address_of(unit))
         assert get(**told.values()) == told  # the constructor checks what the decoder does not
+
+
+@pytest.mark.parametrize(
+    ("unit", "request_", "field", "default"),
+    [
+        ("TDC001", m.MotReqDcPidParams(1), "filter_control", 15),  # page 52
+        ("TSG001", m.PzReqTsgIoSettings(1), "force_calib", 30_000),  # page 128
+        ("TPZ001", m.PzReqOutputLutParams(1), "delay_time", 1),  # the least that page 109 allows
+    ],
+)
+def test_what_no_behaviour_knows_has_the_default_of_the_registry(unit, request_, field, default):
+    [told] = host_of(unit).ask(request_)
+    assert told.values()[field] == default
+
+
+WITH_LED = [name for name, unit in UNITS.items() if "MOT_REQ_AVMODES" in unit.messages]
+
+
+@pytest.mark.parametrize("unit", WITH_LED)
+def test_all_modes_of_the_led_are_enabled_by_default(unit):
+    assert host_of(unit).ask(m.MotReqAvModes(1)) == [m.MotGetAvModes(1, 1 + 2 + 8)]  # page 53
 
 
 def test_both_channels_are_set_and_told_in_order():
@@ -109,8 +92,11 @@ def test_both_channels_are_set_and_told_in_order():
         ("TDC001", m.MotSetDcPidParams.unpack(
             bytes.fromhex("a0 04 14 00 d0 01 01 00 00 80 00 00") + bytes(14)),
          m.MotReqDcPidParams(1)),
+        ("TSG001", m.PzSetTsgIoSettings.unpack(
+            bytes.fromhex("da 07 0e 00 d0 01 01 00 01 00 01 00 00 00") + bytes(6)),
+         m.PzReqTsgIoSettings(1)),
     ],
-    ids=["no such channel", "not in its table", "out of its range"],
+    ids=["no such channel", "not in its table", "above its range", "below its range"],
 )  # fmt: skip
 def test_a_set_that_the_document_does_not_allow_changes_nothing(unit, refused, request_):
     far = host_of(unit)

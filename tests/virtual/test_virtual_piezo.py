@@ -5,6 +5,7 @@ import math
 import pytest
 from virtual_actuator_host import ActuatorHost
 
+from stagewire.errors import BadValueError
 from stagewire_apt import messages as m
 from stagewire_apt.flags import BpcStatusBits, TpzStatusBits
 from stagewire_virtual.errors import BadOptionError
@@ -16,6 +17,21 @@ FULL = 32767
 
 def bits(host):
     return BpcStatusBits(host.status().status_bits)
+
+
+NEW = [
+    (m.PzReqPosControlMode(1), {"mode": OPEN}),
+    (m.PzReqPiConsts(1), {"prop_const": 100, "int_const": 15}),  # page 100
+    (m.PzReqTpzSlewRates(1), {"slew_open": 1266, "slew_closed": 1266}),  # page 123
+    (m.PzReqOutputMaxVolts(1), {"voltage": 750}),  # page 96
+    (m.PzReqOutputLutParams(1), {"mode": 1, "num_cycles": 1, "delay_time": 1, "op_trig_width": 1}),
+]
+
+
+@pytest.mark.parametrize(("request_", "values"), NEW)
+def test_a_new_controller_is_that_of_the_examples(request_, values):
+    answer = ActuatorHost("BPC301").ask(request_)
+    assert {name: getattr(answer, name) for name in values} == values
 
 
 @pytest.mark.parametrize("unit", UNITS)
@@ -204,6 +220,7 @@ def test_nothing_that_is_set_keeps_the_volts_from_zero_while_zeroing(meanwhile):
     host.behaviour.external_signal = 0.5
     host.tell(m.PzSetTpzSlewRates(1, 0, 0), m.PzSetOutputVolts(1, voltage=FULL))
     host.to(50)
+    # from now on 1 s for the whole range, so that whatever sets out anew is seen
     host.tell(m.PzSetZero(1), m.PzSetTpzSlewRates(1, 19, 19))
     host.to(51)
     host.tell(meanwhile)
@@ -241,6 +258,15 @@ def test_inputs_add_to_what_is_set():
     host.behaviour.external_signal = 0.5
     host.clock.advance(1)
     assert host.status().position == 16384
+
+
+@pytest.mark.parametrize("unit", ["BPC201", "TSG001"])
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_signal_is_a_finite_number(unit, value):
+    behaviour = ActuatorHost(unit).behaviour
+    for name in ("external_signal", "potentiometer") if unit == "BPC201" else ("signal",):
+        with pytest.raises(BadValueError, match=f"share of full scale, such as 0.5, not {value}"):
+            setattr(behaviour, name, value)
 
 
 def test_a_disabled_channel_has_no_volts_and_remembers_what_is_set():

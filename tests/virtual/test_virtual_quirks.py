@@ -90,6 +90,10 @@ def test_completions_of_moves_are_cut_short_too(host):
     assert far.heard_raw() == [bytes.fromhex("64 04 01 00 01 50")]
 
 
-def test_quirks_may_be_had_together(host):
-    raw = told(host, "TDC001", "long_status", "zero_addresses")["status"]
-    assert (len(raw), raw[4:6]) == (34, b"\x80\x00")
+@pytest.mark.parametrize(
+    ("addresses", "expected"),
+    [("zero_addresses", "80 00"), ("unswapped_addresses", "d0 01")],
+)
+def test_quirks_may_be_had_together(addresses, expected, host):
+    raw = told(host, "TDC001", "long_status", addresses)["status"]
+    assert (len(raw), raw[4:6]) == (34, bytes.fromhex(expected))

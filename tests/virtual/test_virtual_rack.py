@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from virtual_apt_host import BAY, MOTHERBOARD, USB, Host, host_of
 
+from stagewire.errors import EncodeError
 from stagewire_apt import messages as m
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
@@ -65,6 +66,9 @@ def test_a_motherboard_has_no_channels(host):
     far = host("BSC103", answer_unsupported=True)
     assert far.ask(m.MotReqVelParams(1), MOTHERBOARD) == [m.HwResponse()]
     assert far.ask(m.ModSetChanEnableState(1, 2), MOTHERBOARD) == [m.HwResponse()]
+    assert far.ask(m.MotSetEepromParams(1, 0x0413), MOTHERBOARD) == [m.HwResponse()]
+    assert far.ask(m.MotAckDcStatusUpdate(), MOTHERBOARD) == [m.HwResponse()]
+    assert far.refusals[-1] == "BSC103 at 0x11: it takes no MOT_ACK_DCSTATUSUPDATE"
     assert far.ask(m.HwStartUpdateMsgs(10), MOTHERBOARD) == []
     far.clock.advance(1)
     assert far.heard() == []
@@ -98,6 +102,14 @@ def test_the_answer_of_a_bay_is_the_worked_example_of_page_25(host):
     far = host("BSC103")
     far.say(m.RackReqStatusBits(), BAY + 1)
     assert far.heard_raw() == [bytes.fromhex("27 02 04 00 81 22 00 00 00 00")]
+
+
+@pytest.mark.parametrize("inputs", [-1, 1 << 32, "high"])
+def test_inputs_that_no_message_holds_are_refused_when_they_are_set(inputs, host):
+    io = host("BSC103").instrument.user_io()
+    with pytest.raises(EncodeError, match="status_bits takes"):
+        io.inputs = inputs
+    assert io.inputs == 0
 
 
 def test_modules_have_connectors_of_their_own():
@@ -162,6 +174,16 @@ def test_parts_are_found_and_stuck_by_name(host):
             wrong()
     with pytest.raises(UnknownPartError, match=r"no bay 7 .*bay 0, bay 1"):
         instrument.user_io(7)
+
+
+def test_a_unit_without_bays_has_none_and_says_so(host):
+    instrument = host("TDC001").instrument
+    with pytest.raises(UnknownPartError, match=r"no channel 2 \(there are: channel 1\)"):
+        instrument.channel(2)
+    with pytest.raises(UnknownPartError, match="no bay 1, channel 1"):
+        instrument.channel(1, bay=1)
+    with pytest.raises(UnknownPartError, match=r"no bay 0 \(there is nothing of that kind\)"):
+        instrument.user_io(0)
 
 
 def test_a_stuck_axis_stays_where_it_is_and_goes_on_when_freed(host):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -129,6 +130,110 @@ def test_what_is_said_keeps_the_order_of_the_recording() -> None:
     assert host.wait(5) == [(6.0, b"\x01"), (6.05, b"\x02")]
 
 
+BAYS = [bytes.fromhex(f"14040100{dest}01") for dest in ("21", "22", "23")]
+ANSWERS = [VELPARAMS[:5] + bytes((dest,)) + VELPARAMS[6:] for dest in (0x21, 0x22, 0x23)]
+
+
+def steps(text: str, host: Host) -> list[str]:
+    """Return what comes after each request of a recording to a host that waits for long after each."""
+    found: list[str] = []
+    for line in text.splitlines():
+        _, mark, *data = line.split()
+        if mark == ">":
+            host.send(bytes.fromhex("".join(data)))
+            found.append(b"".join(data for _, data in host.wait(60)).hex())
+    return found
+
+
+def test_each_of_several_requests_gets_its_own_answer() -> None:
+    """A host that sent three and waits for the first answer now would wait for ever."""
+    text = f"""\
+1.0 > {BAYS[0].hex()}
+1.1 > {BAYS[1].hex()}
+1.2 > {HOME.hex()}
+1.3 > {BAYS[2].hex()}
+2.0 < {ANSWERS[1][:7].hex()}
+2.1 < {ANSWERS[1][7:].hex()}{HOMED.hex()}{ANSWERS[0].hex()}{ANSWERS[2].hex()}44"""
+    unit = HEADING.replace("TDC001", "BBD103")
+    host = Host(unit + text)
+    assert [came[1].hex() for came in host.send(BAYS[0]) + host.wait(1.1)] == [ANSWERS[0].hex()]
+    assert host.send(BAYS[1]) == []
+    assert host.wait(1) == [(2.0, ANSWERS[1][:7]), (2.1, ANSWERS[1][7:])]
+    assert host.send(HOME) + host.wait(9) == []  # what answers no request follows the last
+    assert [data for _, data in host.send(BAYS[2]) + host.wait(1)] == [HOMED, ANSWERS[2], b"D"]
+    assert host.replay.ok
+
+
+@pytest.mark.parametrize(
+    ("requests", "said", "expected"),
+    [
+        ([ASK, ASK], [VELPARAMS], [[], [VELPARAMS]]),  # the first was lost
+        ([ASK, ASK], [VELPARAMS, VELPARAMS], [[VELPARAMS], [VELPARAMS]]),
+        ([ASK, IDENTIFY], [HOMED], [[], [HOMED]]),
+        ([ASK, IDENTIFY], [HOMED, VELPARAMS], [[VELPARAMS], [HOMED]]),
+        ([BAYS[0], ASK], [VELPARAMS, VELPARAMS], [[], [VELPARAMS, VELPARAMS]]),
+    ],
+)
+def test_what_a_recording_tells_of_several_requests(
+    requests: list[bytes], said: list[bytes], expected: list[list[bytes]]
+) -> None:
+    text = "".join(f"0 > {data.hex()}\n" for data in requests)
+    host = Host(f"{HEADING}{text}1 < {b''.join(said).hex()}\n")
+    assert steps(text, host) == [b"".join(came).hex() for came in expected]
+
+
+@pytest.mark.parametrize(
+    ("requests", "said", "expected"),
+    [
+        ("1861033a 183f3a", "01020342", ["010203", "42"]),
+        ("1861033a 18473a 183f3a", "01020342", ["010203", "", "42"]),  # a start has no reply
+        ("1861033a 183f3a", "42", ["", "42"]),  # the first was lost
+        ("1861033a 183f3a", "020342", ["", "020342"]),  # nearly
+        ("183f3a 1861033a", "ff42010203", ["42", "ff010203"]),  # noise
+    ],
+)
+def test_replies_without_a_frame_are_told_by_their_length(
+    requests: str, said: str, expected: list[str]
+) -> None:
+    text = "".join(f"0 > {data}\n" for data in requests.split())
+    host = Host(f"# stagewire capture 1 protocol=asi_ms2000\n{text}1 < {said}\n")
+    assert steps(text, host) == expected
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 5), st.sampled_from([ASK, HOME, IDENTIFY, VELPARAMS, HOMED]))
+        | st.tuples(
+            st.integers(0, 5), st.binary(min_size=1, max_size=9).map(lambda b: b"\xff" + b)
+        ),
+        max_size=20,
+    )
+)
+def test_who_sends_as_was_recorded_gets_what_was_recorded(said: list[tuple[int, bytes]]) -> None:
+    """Every byte at its instant, whichever request it was found to answer."""
+    lines, sent, came, now = [], [], [], 0
+    for seconds, data in said:
+        now += seconds
+        of_host = data in (ASK, HOME, IDENTIFY)
+        (sent if of_host else came).append((now, data))
+        lines.append(f"{now} {'>' if of_host else '<'} {data.hex()}\n")
+    host = Host(HEADING + "".join(lines))
+    start = said[0][0] if said else 0
+    host.replay.connected()
+    for when, data in sent:
+        host.clock.run_until((when - start) * SECOND)
+        host.replay.receive(data)
+    host.clock.run_until(now * SECOND)
+    assert by_instant(host.came, start) == by_instant(came, 0)
+
+
+def by_instant(said: Sequence[tuple[float, bytes]], start: float) -> dict[float, bytes]:
+    found: dict[float, bytes] = {}
+    for when, data in said:
+        found[when + start] = found.get(when + start, b"") + data
+    return found
+
+
 def test_a_strict_replay_waits_for_what_was_recorded() -> None:
     host = Host()
     assert host.send(HOME) == [(0.0, HOMED)]  # the beginning, and no answer
@@ -229,7 +334,7 @@ def test_a_recording_of_an_ms2000() -> None:
     host = Host(text)
     host.send(bytes.fromhex("1861033a18"))
     host.send(bytes.fromhex("3f3a"))
-    assert [data.hex() for _, data in host.wait(1)] == ["01020342"]
+    assert [data.hex() for _, data in host.wait(1)] == ["010203", "42"]
     host.send(bytes.fromhex("3a"))  # a stray terminator
     host.send(bytes.fromhex("ff52"))
     assert host.replay.ok

@@ -175,8 +175,18 @@ def test_a_move_that_is_ended_is_not_completed(end):
     host.to(100)
     assert host.tell(end) == []
     assert state(host) == OFF
+    host.tell(m.MotSetSolState(1, ON))
     host.said.clear()
     host.to(10_000)
+    assert host.said == []
+
+
+def test_a_start_while_cycles_run_begins_anew():
+    host = driver(AUTO)
+    host.tell(m.MotMoveAbsoluteHeader(1))
+    host.to(1200)
+    host.tell(m.MotSetSolState(1, ON))
+    assert changes(host, 5000) == [0, 250, 750, 1000]
     assert host.said == []
 
 

@@ -95,6 +95,14 @@ def test_smoothing_remembers_a_signal_of_each_sample():
     assert reading(host) == (counts[-1], round(sum(counts) / 16) & 0xFFFF)
 
 
+def test_signals_of_one_sample_push_nothing_out():
+    host = ActuatorHost("TSG001", travel=200, position=200)
+    host.to(100)
+    for _ in range(20):
+        host.behaviour.signal = 0.0
+    assert reading(host) == (0, round(15 * FULL / 16))
+
+
 def test_a_smoothed_reading_below_zero_is_twos_complement():
     host = ActuatorHost("TSG001")
     host.behaviour.signal = -1.0

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+
 import pytest
-from virtual_apt_host import BAY, MOTHERBOARD, USB
+from virtual_apt_host import BAY, MOTHERBOARD, USB, Host
 
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
+from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
 from stagewire_virtual.units import units_of
 
 UNITS = units_of(PROTOCOL)
@@ -36,6 +40,18 @@ def test_updates_come_ten_times_a_second_for_each_channel(unit, host):
     far.say(m.HwStopUpdateMsgs(), address)
     far.clock.advance(1.0)
     assert far.heard() == []
+
+
+def test_a_unit_without_a_rate_of_its_own_has_that_of_the_message():
+    registry = copy.deepcopy(PROTOCOL.registry())
+    [facts] = [unit for unit in registry["units"] if unit["name"] == "TDC001"]
+    [start] = [entry for entry in registry["messages"] if entry["name"] == "HW_START_UPDATEMSGS"]
+    del facts["update_rate_hz"]
+    start["exchange"]["periodic_ms"] = 250
+    far = Host(AptInstrument(units_of(PROTOCOL, registry)["TDC001"], SteppedClock()))
+    far.say(m.HwStartUpdateMsgs(10))
+    far.clock.advance(1)
+    assert len(far.heard()) == 4
 
 
 def test_a_second_start_keeps_the_beat_and_takes_over_the_address(host):

@@ -163,6 +163,22 @@ def test_a_pulse_has_the_edge_that_is_waited_for():
         assert host.behaviour.trigger_input == level
 
 
+def test_a_level_that_stays_is_no_edge():
+    host = loaded(mode=FIXED | IN | IN_HI)
+    host.behaviour.trigger_input = True
+    host.tell(m.PzStartLutOutput(1))
+    host.behaviour.trigger_input = True
+    assert host.behaviour.row().state == "waveform armed"
+
+
+def test_an_armed_waveform_does_not_trigger():
+    host = loaded(mode=FIXED | IN | OUT | OUT_HI, op_trig_start=1)
+    host.tell(m.PzStartLutOutput(1))
+    assert not host.behaviour.trigger_output
+    host.behaviour.trigger()
+    assert host.behaviour.trigger_output
+
+
 def test_a_gate_holds_the_waveform_while_it_is_closed():
     host = loaded(mode=FIXED | IN | IN_HI | GATE)
     host.tell(m.PzStartLutOutput(1))
@@ -177,6 +193,9 @@ def test_a_gate_holds_the_waveform_while_it_is_closed():
     host.behaviour.trigger_input = True
     assert outputs(host, 53, 50) == [-2000, 3000, 3000]
     assert outputs(host, 63, 53)[-1] == 4000
+    assert host.behaviour.row().state == "waveform"
+    host.to(63.001)  # 16 ms, 3 of them before the gate closed
+    assert host.behaviour.row().state == "open loop"
     host.to(80)
     assert host.status().op_voltage == 0
     host.tell(m.PzStartLutOutput(1))  # the gate is open

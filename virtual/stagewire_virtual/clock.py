@@ -87,7 +87,7 @@ class Clock:
         return self._due[0][0] if self._due else None
 
     def _forget_cancelled(self) -> None:
-        """Clear the heap when most of it may be cancelled; a host may cancel what is minutes away, for ever."""
+        """Clear the heap when most of it may be cancelled: a host may cancel far-away timers for ever."""
         self._cancelled += 1
         if self._cancelled > len(self._due) // 2 + _CANCELLED_AT_LEAST:
             self._due = [entry for entry in self._due if not entry[2].cancelled]
@@ -106,13 +106,22 @@ class Clock:
 class SteppedClock(Clock):
     """A clock that stands still until it is told to go on; for tests."""
 
+    call: Callable[..., None] | None = None
+    """Calls a function in the thread where the controllers live, if who serves them has one of its own."""
+
     def advance(self, seconds: float) -> None:
         """Let ``seconds`` pass.
 
         Raises :class:`~stagewire.errors.BadValueError` for a time that is negative or has no end.
         """
-        if not 0 <= seconds < math.inf:
+        if not 0 <= seconds * SECOND < math.inf:
             raise BadValueError(f"time goes forward, not by {seconds} s")
+        if self.call is None:
+            self._pass(seconds)
+        else:
+            self.call(self._pass, seconds)
+
+    def _pass(self, seconds: float) -> None:
         self.run_until(self._now + nanoseconds(seconds))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
@@ -44,7 +45,7 @@ class VirtualController:
         self.clock = SteppedClock() if clock is None else clock
         self.link = MemoryLink(make(self.clock), label=label)
         self._hearing = _hearing_of(self.instrument)
-        self._served: list[ServedController] = []
+        self._served = ExitStack()
 
     def __enter__(self) -> VirtualController:
         return self
@@ -68,8 +69,7 @@ class VirtualController:
     def close(self) -> None:
         """Unplug it, and end the serving of all that was served from it; harmless when done twice."""
         self.unplug()
-        while self._served:
-            self._served.pop().close()
+        self._served.close()
 
     # The line
 
@@ -137,8 +137,7 @@ class VirtualController:
 
     def _serve(self, place: Place) -> ServedController:
         served = ServedController(self._make, place, self._given_clock, self.label)
-        self._served.append(served)
-        return served
+        return self._served.enter_context(served)
 
 
 def _hearing_of(instrument: Instrument | Replay) -> Hearing:

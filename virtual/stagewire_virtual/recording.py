@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from stagewire.capture import Capture, Heading
 from stagewire.direction import Direction
@@ -13,7 +14,20 @@ from stagewire_virtual.clock import Clock, SteppedClock
 from stagewire_virtual.listening import Listener, message_name
 from stagewire_virtual.units import Unit, units_of
 
-__all__ = ["Requests", "Step", "steps_of", "unit_of"]
+__all__ = ["Requests", "Said", "Step", "steps_of", "unit_of"]
+
+
+class Said(NamedTuple):
+    """Bytes that the controller said.
+
+    :param place: of their first byte, among all that it said.
+    :param delay: how long after the request, in nanoseconds.
+    :param data: the bytes.
+    """
+
+    place: int
+    delay: int
+    data: bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,13 +37,13 @@ class Step:
     :param request: the bytes of its frame; none for what came before any request.
     :param line: where it stands in the recording.
     :param time: when it came, in nanoseconds since the recording began.
-    :param said: what the controller said then, each with its delay in nanoseconds.
+    :param said: what the controller said to it.
     """
 
     request: bytes
     line: int
     time: int
-    said: list[tuple[int, bytes]] = field(default_factory=list)
+    said: list[Said] = field(default_factory=list)
 
 
 class Requests:
@@ -69,9 +83,13 @@ class Requests:
 
 
 def steps_of(capture: Capture, unit: Unit) -> list[Step]:
-    """Return the steps of a recording; the first one, without a request, begins with the first line."""
+    """Return the steps of a recording; the first one, without a request, begins with the first line.
+
+    What the controller said stands with the last request before it. Who wants it with the request that it
+    answers calls :func:`~stagewire_virtual.answering.share_out`.
+    """
     clock = SteppedClock()  # on which the recording happens again
-    line = 0
+    line = place = 0
     steps: list[Step] = []
 
     def take(request: bytes) -> None:
@@ -83,7 +101,9 @@ def steps_of(capture: Capture, unit: Unit) -> list[Step]:
         if not steps:
             steps.append(Step(b"", recorded.line, recorded.time))
         if recorded.direction is Direction.TO_HOST:
-            steps[-1].said.append((recorded.time - steps[-1].time, recorded.data))
+            step = steps[-1]
+            step.said.append(Said(place, recorded.time - step.time, recorded.data))
+            place += len(recorded.data)
         else:
             line = recorded.line
             requests.receive(recorded.data)

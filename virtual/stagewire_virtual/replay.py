@@ -1,24 +1,26 @@
 """The controller's side of a recorded session, played back in step with the requests.
 
 So somebody's bug report becomes a test. What followed a request in the recording follows it now, after
-the same time. A host that asks something else gets no answer, and the difference is noted, with the line
-of the recording.
+the same time; of several requests that were under way, each is followed by its own answer. A host that
+asks something else gets no answer, and the difference is noted, with the line of the recording.
 """
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Sequence
+import heapq
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain, islice
 from pathlib import Path
 from typing import Final
 
 from stagewire.capture import Capture, read_capture
+from stagewire_virtual.answering import share_out
 from stagewire_virtual.clock import Clock, Timer
 from stagewire_virtual.errors import FaultError, ReplayError
 from stagewire_virtual.instrument import Row
 from stagewire_virtual.listening import message_name
-from stagewire_virtual.recording import Requests, Step, steps_of, unit_of
+from stagewire_virtual.recording import Requests, Said, Step, steps_of, unit_of
 
 __all__ = ["Mismatch", "Replay", "load_replay"]
 
@@ -49,7 +51,7 @@ class Replay:
     """What was recorded of a controller; whoever serves a virtual controller can serve it.
 
     Requests are compared frame by frame, however the host cuts its bytes; what is no request is said in
-    :class:`~stagewire_virtual.recording.Requests`. Nothing is said in another order than it was recorded in.
+    :class:`~stagewire_virtual.recording.Requests`. What is still to be said keeps its order.
 
     A strict replay, the default, waits for the request that was recorded, whatever else comes. A lenient
     one looks for the same request further on in the recording, and goes on from there; what it skips
@@ -69,6 +71,7 @@ class Replay:
         self.on_send: Callable[[bytes], None] = _nobody_listens
         self._lenient = lenient
         self._steps = steps_of(capture, self.unit)
+        share_out(self._steps, self.unit)
         self._requests = Requests(self.unit, clock, self._take)
         self._timer: Timer | None = None
         self.power_cycle()
@@ -79,7 +82,7 @@ class Replay:
             self._timer.cancel()
         self._timer = None
         self._requests.begin_anew()
-        self._due: deque[tuple[int, bytes]] = deque()
+        self._due: list[Said] = []  # what comes next in the recording first; delays are instants
         self._next = 0  # the step that is waited for; 0 is what was said before any request
         self._skipped: list[Step] = []
         self._differences = 0
@@ -122,8 +125,7 @@ class Replay:
     @property
     def missing(self) -> list[str]:
         """The requests that have not come, in words."""
-        left = [*self._skipped, *self._steps[max(self._next, 1) :]]
-        return [f"line {step.line}: {self._words(step.request)}" for step in left]
+        return list(self._missing())
 
     @property
     def ok(self) -> bool:
@@ -135,12 +137,12 @@ class Replay:
         """How it went, for people: one line, and one for each of the first differences."""
         lines = [f"{self.seen} of {self.requests} requests came as they were recorded"]
         for what, count, found in (
-            ("not due", self._differences, self.mismatches),
-            ("missing", self.requests - self.seen, self.missing),
+            ("not due", self._differences, map(str, self.mismatches)),
+            ("missing", self.requests - self.seen, self._missing()),
         ):
             if count:
                 lines.append(f"{count} {what}:")
-                lines += [f"  {line}" for line in found[:_SHOWN]]
+                lines += [f"  {line}" for line in islice(found, _SHOWN)]
                 lines += ["  …"] * (count > _SHOWN)
         return "\n".join(lines)
 
@@ -148,6 +150,11 @@ class Replay:
         """Raise :class:`~stagewire_virtual.errors.ReplayError` with the summary unless all is well."""
         if not self.ok:
             raise ReplayError(self.summary)
+
+    def _missing(self) -> Iterator[str]:
+        left = islice(self._steps, max(self._next, 1), None)
+        for step in chain(self._skipped, left):
+            yield f"line {step.line}: {self._words(step.request)}"
 
     # In step
 
@@ -178,22 +185,19 @@ class Replay:
         self.mismatches.append(Mismatch(line, expected, self._words(request)))
 
     def _play(self, place: int) -> None:
-        """Say what followed a step, each in its time, behind what is still to be said."""
+        """Say what followed a step, each in its time, behind what was said before it in the recording."""
         self._next = place + 1
-        now, latest = self.clock.now, self._due[-1][0] if self._due else 0
-        for delay, data in self._steps[place].said:
-            latest = max(now + delay, latest)
-            self._due.append((latest, data))
-        if self._timer is None:
-            self._say()
+        for said in self._steps[place].said:
+            heapq.heappush(self._due, said._replace(delay=self.clock.now + said.delay))
+        self._say()
 
     def _say(self) -> None:
         """Say what is due, and wait for what is due next."""
-        self._timer = None
-        while self._due and self._due[0][0] <= self.clock.now:
-            self.on_send(self._due.popleft()[1])
-        if self._due and self._timer is None:
-            self._timer = self.clock.call_at(self._due[0][0], self._say)
+        while self._due and self._due[0].delay <= self.clock.now:
+            self.on_send(heapq.heappop(self._due).data)
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = self.clock.call_at(self._due[0].delay, self._say) if self._due else None
 
     def _words(self, request: bytes) -> str:
         """Name a request, for people."""

@@ -101,10 +101,12 @@ class ServedController:
     def close(self) -> None:
         """Serve it no more, and end the thread if it was the last one; harmless when done twice.
 
-        Raises :class:`~stagewire_virtual.errors.VirtualError` when a controller failed in that thread.
+        Raises :class:`~stagewire_virtual.errors.VirtualError` when a controller failed in that thread, and,
+        before anything is done, when it is called in it.
         """
         if self._closed:
             return
+        self._thread.check()
         self._closed = True
         try:
             self._thread.close(self.link)

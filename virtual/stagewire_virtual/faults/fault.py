@@ -8,7 +8,7 @@ from typing import Final
 
 from stagewire.direction import Direction
 from stagewire_virtual.errors import FaultError
-from stagewire_virtual.faults.keys import ACTIONS, KEYS, Action, Piece, one_of
+from stagewire_virtual.faults.keys import ACTIONS, KEYS, Action, Kind, Piece, one_of
 
 __all__ = ["DIRECTIONS", "Fault"]
 
@@ -26,7 +26,8 @@ class Fault:
 
     :param action: what is done.
     :param direction: which way the bytes go; None for an axis that sticks.
-    :param piece: what the rule counts; by default frames, and bytes where the line is cut.
+    :param piece: what the rule counts; by default frames, and bytes where the line is cut. None for what
+        comes at an instant, and not with a piece.
     :param seed: of what is left to chance; None takes it from the line.
     :param message: name of a message; of a protocol of commands, a reply is named by what it answers.
     :param data: the bytes of ``insert`` and ``flood``; by default one byte by chance, and a status message.
@@ -73,10 +74,6 @@ class Fault:
                 if kind.has_direction
                 else f"{self.action.value} has no direction"
             )
-        if self.piece is None:
-            object.__setattr__(self, "piece", kind.piece)
-        elif kind.piece is None:
-            raise FaultError(f"{self.action.value} has neither byte nor frame")
         given = {name: key for name, key in KEYS.items() if key.of(self) is not None}
         for name, key in given.items():
             if name not in kind.keys:
@@ -84,6 +81,22 @@ class Fault:
             if not key.allows(key.of(self)):
                 raise FaultError(f"{name} takes {key.takes}, not {key.of(self)!r}")
         self._check_together(given)
+        self._check_piece(kind)
+
+    def _check_piece(self, kind: Kind) -> None:
+        """Raise for a piece that nothing counts; without one, take that of the action."""
+        if self.piece is None:
+            object.__setattr__(self, "piece", None if self.is_timed else kind.piece)
+        elif not isinstance(self.piece, Piece):
+            raise FaultError(f"{self.piece!r} is neither byte nor frame")
+        elif kind.piece is None:
+            raise FaultError(f"{self.action.value} has neither byte nor frame")
+        elif self.is_timed:
+            raise FaultError(f"{self.piece.value} goes with a rule: every, at, p or message")
+        if self.piece is Piece.BYTE and self.bit is not None and self.bit > 7:
+            raise FaultError(f"the bits of a byte are 0 to 7, not {self.bit}")
+        if self.action is Action.INSERT and self.piece is Piece.FRAME and self.data is None:
+            raise FaultError("insert frame needs hex=BYTES; insert byte puts one in by chance")
 
     def _check_together(self, given: Collection[str]) -> None:
         """Raise for keys that contradict each other, or that lack another."""
@@ -94,12 +107,23 @@ class Fault:
             raise FaultError("message goes with every, at or p, not with after")
         if self.action is Action.DELAY and self.by is None:
             raise FaultError("delay needs by=SECONDS")
-        if self.action is Action.INSERT and self.piece is Piece.FRAME and self.data is None:
-            raise FaultError("insert frame needs hex=BYTES; insert byte puts one in by chance")
+        if self.seed is not None and not self._has_chance:
+            raise FaultError(
+                "seed goes with p, with flip without bit, or with insert byte without hex; "
+                "nothing else is left to chance"
+            )
         if self.action is Action.STICK and (self.axis is None) is (self.channel is None):
             raise FaultError("stick needs channel=N, perhaps with bay=N, or axis=NAME")
         if self.axis is not None and self.bay is not None:
             raise FaultError("bay goes with channel, not with axis")
+
+    @property
+    def _has_chance(self) -> bool:
+        return (
+            self.p is not None
+            or (self.action is Action.FLIP and self.bit is None)
+            or (self.action is Action.INSERT and self.data is None)
+        )
 
     @property
     def is_timed(self) -> bool:

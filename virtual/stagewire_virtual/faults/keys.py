@@ -13,6 +13,8 @@ __all__ = ["ACTIONS", "KEYS", "Action", "Key", "Kind", "Piece", "one_of"]
 
 _LONGEST: Final = 1_000_000.0  # seconds
 _MOST: Final = 10**9
+_MOST_OFTEN: Final = 10**6  # a flood without a period sends all at once, and has to come to an end
+_MOST_SHOWN: Final = 20  # names in a message for people
 
 
 class Action(enum.Enum):
@@ -74,11 +76,11 @@ class Kind:
         return self.piece is not None
 
 
-def _whole(attribute: str, least: int) -> Key:
+def _whole(attribute: str, least: int, most: int = _MOST) -> Key:
     def allows(value: Any) -> bool:
-        return type(value) is int and least <= value <= _MOST
+        return type(value) is int and least <= value <= most
 
-    return Key(attribute, int, f"a whole number from {least} to {_MOST:,}", allows)
+    return Key(attribute, int, f"a whole number from {least} to {most:,}", allows)
 
 
 def _seconds(attribute: str) -> Key:
@@ -117,7 +119,7 @@ KEYS: Final[dict[str, Key]] = {
         bytes.hex,
     ),
     "bit": _whole("bit", 0),
-    "count": _whole("count", 1),
+    "count": _whole("count", 1, _MOST_OFTEN),
     "by": _seconds("by"),
     "overtaken": Key(
         "overtaken",
@@ -151,8 +153,10 @@ ACTIONS: Final[dict[Action, Kind]] = {
 
 
 def one_of(word: str, known: Collection[str]) -> str:
-    """Return a word that is not known, with what is like it and what there is, for people."""
-    close = difflib.get_close_matches(word[:40], known, n=2)
-    hint = f"; did you mean {' or '.join(close)}?" if close else ""
+    """Return a word that is not known, with what is like it and, unless they are many, what there is."""
+    spelled = {name.lower(): name for name in known}
+    close = difflib.get_close_matches(word[:40].lower(), spelled, n=2)
+    hint = f"; did you mean {' or '.join(map(spelled.__getitem__, close))}?" if close else ""
+    there = "" if len(known) > _MOST_SHOWN else f" (there are: {', '.join(known)})"
     shown = word if len(word) <= 40 else f"{word[:40]}…"
-    return f"{shown!r}{hint} (there are: {', '.join(known)})"
+    return f"{shown!r}{hint}{there}"

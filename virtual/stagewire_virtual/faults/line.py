@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from random import Random
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.commands import CommandProtocol
 from stagewire.direction import Direction
 from stagewire.framing import Event, Garbage
 from stagewire.protocol import Protocol
-from stagewire_virtual.clock import SECOND, nanoseconds
+from stagewire_virtual.clock import nanoseconds
 from stagewire_virtual.errors import FaultError, VirtualError
 from stagewire_virtual.faults.fault import DIRECTIONS, Fault
 from stagewire_virtual.faults.flood import Flood, status_frame
@@ -21,7 +21,7 @@ from stagewire_virtual.faults.keys import Action, Piece, one_of
 from stagewire_virtual.faults.parcel import Parcel
 from stagewire_virtual.faults.stage import Stage
 from stagewire_virtual.faults.text import parse_fault
-from stagewire_virtual.faults.way import MOST_HELD, Way
+from stagewire_virtual.faults.way import Way
 from stagewire_virtual.listening import Listener, message_name
 
 if TYPE_CHECKING:
@@ -48,8 +48,7 @@ class Happened:
     what: str
 
     def __str__(self) -> str:
-        seconds, rest = divmod(self.time, SECOND)
-        return f"{seconds}.{rest // 1000:06d} {self.fault or 'line'}: {self.what}"
+        return f"{self.fault or 'line'}: {self.what}"
 
 
 class FaultyLine:
@@ -91,9 +90,10 @@ class FaultyLine:
         self._listener: Listener | None = None
         if _need_frames(made, self._protocol):
             self._listener = Listener(self._protocol, self._clock, self._heard)
+        lost = partial(self._report, None)
         self._ways = {
-            Direction.TO_HOST: Way(self._clock, self._to_host, self._lost),
-            Direction.TO_CONTROLLER: Way(self._clock, self._to_controller, self._lost),
+            Direction.TO_HOST: Way(self._clock, self._to_host, lost),
+            Direction.TO_CONTROLLER: Way(self._clock, self._to_controller, lost),
         }
         for number, fault in enumerate(made):
             self._install(fault, seed, number)
@@ -197,10 +197,6 @@ class FaultyLine:
         else:
             now()
 
-    def _lost(self, parcel: Parcel) -> None:
-        """Note bytes for which there is no room."""
-        self._report(None, f"lost {len(parcel.data)} bytes: over {MOST_HELD} are held back")
-
     def _report(self, fault: Fault | None, what: str) -> None:
         happened = Happened(self._clock.now, fault, what)
         self.happened.append(happened)
@@ -213,11 +209,17 @@ def _check(fault: Fault, unit: Unit) -> None:
         return
     if fault.message not in unit.messages:
         known = sorted(unit.messages)
-        raise FaultError(f"{fault}: the {unit.name} has no message {one_of(fault.message, known)}")
-    entry = unit.message(fault.message)
-    goes = entry["direction"]
-    # a reply of a protocol of commands is named by the command, which goes the other way
-    if entry["kind"] == "message" and goes != "both" and DIRECTIONS[goes] is not fault.direction:
+        raise FaultError(
+            f"{fault}: the {unit.name} has no message {one_of(fault.message, known)} "
+            f"('stagewire show {unit.name}' names them)"
+        )
+    if isinstance(unit.protocol, CommandProtocol):  # a reply is named by its command
+        command: Any = unit.protocol.message_class(fault.message)
+        if fault.direction is Direction.TO_HOST and command.reply is None:
+            raise FaultError(f"{fault}: {fault.message} has no reply")
+        return
+    goes = unit.message(fault.message)["direction"]
+    if goes != "both" and DIRECTIONS[goes] is not fault.direction:
         raise FaultError(f"{fault}: {fault.message} goes {goes} and never the other way")
 
 
@@ -228,7 +230,6 @@ def _need_frames(faults: Iterable[Fault], protocol: Protocol) -> bool:
         (fault.message and commands)
         or (
             fault.direction is Direction.TO_CONTROLLER
-            and not fault.is_timed
             and (fault.message or fault.piece is Piece.FRAME)
         )
         for fault in faults

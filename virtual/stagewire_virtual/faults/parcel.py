@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Final
 
-__all__ = ["Parcel", "bytes_of", "joined"]
+__all__ = ["MOST_HELD", "Parcel", "bytes_of", "joined"]
+
+MOST_HELD: Final = 1 << 16
+"""Bytes that one direction holds back; what comes beyond that is lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,22 +32,27 @@ class Parcel:
     cut: bool = False
 
 
-def bytes_of(parcel: Parcel) -> list[Parcel]:
-    """Return every byte of a parcel by itself."""
+def bytes_of(parcel: Parcel) -> Iterator[Parcel]:
+    """Yield every byte of a parcel by itself."""
     data = parcel.data
-    return [replace(parcel, data=data[at : at + 1]) for at in range(len(data))]
+    for at in range(len(data)):
+        yield replace(parcel, data=data[at : at + 1])
 
 
-def joined(parts: Iterable[Parcel]) -> list[Parcel]:
-    """Return parts of one parcel with those joined that still travel together; the first one is the frame."""
-    runs: list[tuple[Parcel, bytearray]] = []
+def joined(parts: Iterable[Parcel]) -> Iterator[Parcel]:
+    """Yield parts of one parcel, those joined that still travel together; the first one is the frame."""
+    run: Parcel | None = None
+    data = bytearray()
     for part in parts:
-        if runs and _travel_together(runs[-1][0], part):
-            runs[-1][1].extend(part.data)
-            runs[-1] = (replace(part, is_frame=runs[-1][0].is_frame), runs[-1][1])
-        else:
-            runs.append((replace(part, is_frame=part.is_frame and not runs), bytearray(part.data)))
-    return [replace(part, data=bytes(data)) for part, data in runs]
+        if run is not None and _travel_together(run, part) and len(data) < MOST_HELD:
+            data += part.data
+            continue
+        if run is not None:
+            yield replace(run, data=bytes(data))
+            part = replace(part, is_frame=False)
+        run, data = part, bytearray(part.data)
+    if run is not None:
+        yield replace(run, data=bytes(data))
 
 
 def _travel_together(one: Parcel, next: Parcel) -> bool:

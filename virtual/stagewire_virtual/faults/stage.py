@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import repeat
 from random import Random
 from typing import Final
 
@@ -39,20 +40,23 @@ class Stage:
         self._flood = flood
         self._count = 0
 
-    def apply(self, parcel: Parcel) -> list[Parcel]:
-        """Return what becomes of a parcel; nothing follows the end of the line."""
+    def apply(self, parcel: Parcel) -> Iterable[Parcel]:
+        """Return what becomes of a parcel, made as it is asked for: a fault may make very much of it."""
         if not parcel.data or self._fault.message not in (None, parcel.message):
             return [parcel]
         if self._fault.piece is Piece.FRAME:
             return self._passed(parcel) if parcel.is_frame else [parcel]
-        parts: list[Parcel] = []
-        for byte in bytes_of(parcel):
-            parts += self._passed(byte)
-            if parts and parts[-1].cut:
-                break
-        return joined(parts)
+        return joined(self._bytes_passed(parcel))
 
-    def _passed(self, piece: Parcel) -> list[Parcel]:
+    def _bytes_passed(self, parcel: Parcel) -> Iterator[Parcel]:
+        """Yield what becomes of the bytes of a parcel; nothing follows the end of the line."""
+        for byte in bytes_of(parcel):
+            for part in self._passed(byte):
+                yield part
+                if part.cut:
+                    return
+
+    def _passed(self, piece: Parcel) -> Iterable[Parcel]:
         """Return what becomes of one piece."""
         self._count += 1
         if not self._hits():
@@ -97,8 +101,8 @@ def _delay(piece: Parcel, fault: Fault, chance: Random) -> list[Parcel]:
     return [replace(piece, delay=late, overtaken=piece.overtaken or bool(fault.overtaken))]
 
 
-def _duplicate(piece: Parcel, fault: Fault, chance: Random) -> list[Parcel]:
-    return [piece] * (1 + (fault.count or 1))
+def _duplicate(piece: Parcel, fault: Fault, chance: Random) -> Iterable[Parcel]:
+    return repeat(piece, 1 + (fault.count or 1))
 
 
 def _flood(piece: Parcel, fault: Fault, chance: Random) -> list[Parcel]:
@@ -112,7 +116,7 @@ def _disconnect(piece: Parcel, fault: Fault, chance: Random) -> list[Parcel]:
     return [replace(piece, data=data), replace(piece, data=b"", is_frame=False, cut=True)]
 
 
-_BECOMES: Final[Mapping[Action, Callable[[Parcel, Fault, Random], list[Parcel]]]] = {
+_BECOMES: Final[Mapping[Action, Callable[[Parcel, Fault, Random], Iterable[Parcel]]]] = {
     Action.DROP: _drop,
     Action.INSERT: _insert,
     Action.FLIP: _flip,

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Sequence
-from typing import Final
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 
 from stagewire_virtual.clock import Clock, Timer
-from stagewire_virtual.faults.parcel import Parcel
+from stagewire_virtual.faults.parcel import MOST_HELD, Parcel
 from stagewire_virtual.faults.stage import Stage
 
-__all__ = ["MOST_HELD", "Way"]
-
-MOST_HELD: Final = 1 << 16
-"""Bytes that one direction holds back; what comes beyond that is lost."""
+__all__ = ["Way"]
 
 
 class Way:
@@ -23,14 +20,14 @@ class Way:
 
     :param clock: the time.
     :param hand_on: takes what arrives; it may lead to :meth:`clear`.
-    :param lost: told of bytes for which there is no room.
+    :param lost: told, in words, of bytes for which there is no room.
     """
 
     def __init__(
         self,
         clock: Clock,
         hand_on: Callable[[Parcel], None],
-        lost: Callable[[Parcel], None],
+        lost: Callable[[str], None],
     ) -> None:
         self.stages: Sequence[Stage] = ()
         self._clock = clock
@@ -52,9 +49,23 @@ class Way:
         """Send a parcel through the faults."""
         parcels = [parcel]
         for stage in self.stages:
-            parcels = _through(stage, parcels)
+            parcels = list(
+                self._within(len(parcel.data), chain.from_iterable(map(stage.apply, parcels)))
+            )
         for one in parcels:
             self.send(one)
+
+    def _within(self, size: int, parcels: Iterable[Parcel]) -> Iterator[Parcel]:
+        """Yield what came of ``size`` bytes, to the end of the line, or until it is too much."""
+        room = size + MOST_HELD
+        for parcel in parcels:
+            room -= len(parcel.data)
+            if room < 0:
+                self._lost(f"lost the rest of what came of {size} bytes: over {MOST_HELD} more")
+                return
+            yield parcel
+            if parcel.cut:
+                return
 
     def send(self, parcel: Parcel) -> None:
         """Send a parcel past the faults."""
@@ -62,7 +73,7 @@ class Way:
             self._hand_on(parcel)
             return
         if self._held + len(parcel.data) > MOST_HELD:
-            self._lost(parcel)
+            self._lost(f"lost {len(parcel.data)} bytes: over {MOST_HELD} are held back")
             return
         due = self._clock.now + parcel.delay
         if not parcel.overtaken:
@@ -93,13 +104,3 @@ class Way:
             self._in_order -= not parcel.overtaken
             self._hand_on(parcel)
         self._set_timer()
-
-
-def _through(stage: Stage, parcels: Sequence[Parcel]) -> list[Parcel]:
-    """Return what becomes of parcels; nothing follows the end of the line."""
-    passed: list[Parcel] = []
-    for parcel in parcels:
-        passed += stage.apply(parcel)
-        if passed and passed[-1].cut:
-            break
-    return passed

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Collection
-from typing import Final
 
-from stagewire.commands import CommandFrame, CommandProtocol, CommandReceived, ReplyReceived
+from stagewire.commands import CommandProtocol, CommandReceived
+from stagewire.commands.overheard import Replies
 from stagewire.framed import FramedProtocol
-from stagewire.framing import End, Event, Garbage
+from stagewire.framing import End, Event
 from stagewire.packets import PacketProtocol
 from stagewire.protocol import Protocol
 from stagewire_virtual.errors import VirtualError
 
 __all__ = ["Hearing", "hearing_of"]
-
-_OUTSTANDING: Final = 64
 
 
 class Hearing:
@@ -52,8 +49,10 @@ class _Frames(Hearing):
     def __init__(self, protocol: FramedProtocol, statuses: Collection[str | None]) -> None:
         self._framer = protocol.framer(End.HOST)
         deciding = {cls.layout.when.get("status") for cls in protocol.messages}
-        for status in filter(None, deciding.intersection(statuses)):
-            for source in protocol.devices:
+        # By some quirks a controller calls itself 0, or what the host is called.
+        sources = {*protocol.devices, protocol.host, 0}
+        for status in sorted(filter(None, deciding.intersection(statuses))):
+            for source in sources:
                 self._framer.tell(source, status=status)
 
     def heard(self, data: bytes) -> list[Event]:
@@ -73,38 +72,19 @@ class _Packets(Hearing):
 class _Replies(Hearing):
     """Replies without a frame, which are cut by the requests in front of them.
 
-    All that is written before the next reading is taken to have been asked; what was asked before the last
-    reading and not answered by then is given up.
+    All that is written before the next reading is asked at once; who asks after a reading has given up what
+    has not been answered by then.
     """
 
     def __init__(self, protocol: CommandProtocol) -> None:
         self._framer = protocol.framer()
-        self._asked: deque[CommandFrame] = deque(maxlen=_OUTSTANDING)
-        self._read = False
-        self._pending = b""
+        self._replies = Replies()
 
     def wrote(self, data: bytes) -> None:
-        if self._read:
-            self._asked.clear()
-            self._pending = b""
-            self._read = False
         for event in self._framer.feed(data):
-            if isinstance(event, CommandReceived) and event.frame.message.reply is not None:
-                self._asked.append(event.frame)
+            if isinstance(event, CommandReceived):
+                self._replies.asked(event.frame)
 
     def heard(self, data: bytes) -> list[Event]:
-        self._read = True
-        events: list[Event] = []
-        data = self._pending + data
-        while data and self._asked:
-            reply = self._asked[0].message.reply
-            assert reply is not None  # else it would not have been noted
-            size = reply.layout.length
-            if len(data) < size:
-                break
-            events.append(ReplyReceived(data[:size], self._asked.popleft()))
-            data = data[size:]
-        self._pending = data if self._asked else b""
-        if data and not self._asked:
-            events.append(Garbage(data))
-        return events
+        self._replies.turn()
+        return self._replies.feed(data)

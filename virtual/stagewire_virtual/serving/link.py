@@ -105,7 +105,7 @@ class Link:
         self.observer.noted(self, self.clock.now, text)
 
     def _note_fault(self, happened: Happened) -> None:
-        self.note(f"{happened.fault or 'line'}: {happened.what}")
+        self.note(str(happened))
 
     def _greet(self) -> None:
         """Let the far end know that a host has come."""

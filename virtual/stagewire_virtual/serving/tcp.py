@@ -96,6 +96,9 @@ class _Connection(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.transport = cast(asyncio.Transport, transport)
+        if self._link._server is None:  # it came just as the port was closed
+            self.transport.abort()
+            return
         if self._link.connected:
             self._link.note(
                 f"{self._peer()} turned away: a line has one host, and one is connected"

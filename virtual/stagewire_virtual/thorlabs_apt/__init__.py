@@ -3,7 +3,7 @@
 The way of a frame, and of what it causes::
 
     AptInstrument.receive           instrument.py    bytes from the host
-     -> Listener.hear               listening.py     cut into frames; each goes to the controller at its address
+     -> Listener.hear               listening.py     cut into frames; the address tells the controller
      -> Controller.receive          controller.py    looks up what takes the message:
          -> Parameters.take, tell   parameters.py      SET and REQ, by the registry alone (facts.py)
          -> a method @handles       behaviour.py       what starts something: motor.py, piezo/, ...

@@ -199,8 +199,8 @@ class Controller:
         self._flashes_until = 0
         for channel in self.channels:
             channel.restore()
+            channel.behaviour.power_on()  # before that, what is disabled would say that it stops
             obey_enable_state(channel)
-            channel.behaviour.power_on()
 
     def rows(self, where: str) -> Iterator[Row]:
         """Yield what the live table shows; ``where`` is put before the names of the channels."""

@@ -7,12 +7,8 @@ from typing import Final
 
 from stagewire import Frame
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import (
-    SolenoidInterlockMode,
-    SolenoidOperatingMode,
-    SolenoidState,
-)
-from stagewire_apt.flags import StepperStatusBits
+from stagewire_apt.enumerations import SolenoidInterlockMode, SolenoidOperatingMode, SolenoidState
+from stagewire_apt.flags import LedMode, StepperStatusBits
 from stagewire_apt.quantities import SOLENOID_TIME
 from stagewire_virtual.clock import Timer
 from stagewire_virtual.instrument import Row
@@ -41,10 +37,11 @@ class Solenoid(Behaviour):
     Where the document is silent or contradicts itself:
 
     * the number of cycles counts in triggered mode, too (page 85, against page 87);
-    * a trigger while cycles run does nothing;
+    * a start while cycles run begins anew ("overrides any existing settings", page 91); a trigger while
+      cycles run does nothing;
     * cycle parameters take effect with the next start; another operating mode ends what goes on;
-    * with the interlock needed and not fitted the output goes off, and does not go on again by itself;
-    * a disabled channel is off;
+    * with the interlock needed and not fitted the output goes off, and so it does with a channel that is
+      disabled; it does not go on again by itself;
     * ``MOT_MOVE_ABSOLUTE`` stands in the list of page 138 without a word: its short form is
       ``SOLENOID_ON``, its long one is that for a position other than 0, and ``SOLENOID_OFF`` for 0.
       ``MOT_MOVE_COMPLETED`` follows when all cycles are over; at once, where no cycles are started.
@@ -67,8 +64,12 @@ class Solenoid(Behaviour):
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
-        """Return the values that parameter sets have in a new driver; times and cycles of page 87."""
+        """Return the values that parameter sets have in a new driver.
+
+        Times and cycles are those of page 87; all modes of the LED are enabled (page 53).
+        """
         return {
+            "MOT_AVMODES": {"mode_bits": sum(LedMode.bits.values())},
             "MOT_SOL_OPERATINGMODE": {"operating_mode": SolenoidOperatingMode.SOLENOID_MANUAL},
             "MOT_SOL_CYCLEPARAMS": {"on_time": 4000, "off_time": 4000, "num_cycles": 20},
             "MOT_SOL_INTERLOCKMODE": {"interlock_mode": SolenoidInterlockMode.SOLENOID_ENABLED},
@@ -125,9 +126,7 @@ class Solenoid(Behaviour):
 
     def row(self) -> Row:
         """Return whether the output is on, and the mode."""
-        mode = SolenoidOperatingMode.of(self._mode)
-        name = mode.name if isinstance(mode, SolenoidOperatingMode) else str(mode)
-        states = [name.removeprefix("SOLENOID_").lower()]
+        states = [SolenoidOperatingMode(self._mode).name.removeprefix("SOLENOID_").lower()]
         if self._cycles is not None:
             states.append("cycling")
         elif self._primed:
@@ -200,14 +199,8 @@ class Solenoid(Behaviour):
         """End what goes on, with the output off; whoever waits for its end is not told."""
         if self._timer is not None:
             self._timer.cancel()
-        self._forget()
-
-    def _forget(self) -> None:
-        self._timer = None
-        self._held = False
-        self._primed = False
-        self._cycles = None
-        self._waiting = None
+        self._held = self._primed = False
+        self._cycles = self._timer = self._waiting = None
         self._mode_in_force = self._mode
 
     def _begin(self, number: int | None) -> None:

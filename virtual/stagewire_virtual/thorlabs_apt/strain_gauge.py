@@ -17,6 +17,7 @@ from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     FULL_SCALE,
     READING_TIME,
+    finite,
     travel_and_share,
 )
 from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
@@ -89,17 +90,15 @@ class StrainGauge(Behaviour):
 
     @signal.setter
     def signal(self, signal: Signal) -> None:
+        if not callable(signal):
+            finite(signal)
         if self._signals[-1][0] == self._sample:
             self._signals.pop()
         self._signals.append((self._sample, signal))
 
     def power_on(self) -> None:
         """Begin anew: not zeroed. What is measured stays."""
-        if self._zeroing is not None:
-            self._zeroing.cancel()
-            self._zeroing = None
-        self._zero = 0
-        self._zeroed = False
+        self._forget_zero()
 
     def status(self) -> Mapping[str, int]:
         """Return voltage, position and status bits of this instant (page 103)."""
@@ -147,8 +146,15 @@ class StrainGauge(Behaviour):
     @handles("PZ_SET_ZERO")
     def zero(self, frame: Frame) -> None:
         """Take the reading at the end of 1 s as zero (page 117); there is no voltage that could be set."""
-        self.power_on()
+        self._forget_zero()
         self._zeroing = self.channel.clock.call_later(READING_TIME, self._take_zero)
+
+    def _forget_zero(self) -> None:
+        if self._zeroing is not None:
+            self._zeroing.cancel()
+            self._zeroing = None
+        self._zero = 0
+        self._zeroed = False
 
     def _take_zero(self) -> None:
         self._zeroing = None
@@ -180,7 +186,7 @@ class StrainGauge(Behaviour):
             (signal for since, signal in reversed(self._signals) if since <= sample),
             self._signals[0][1],
         )
-        share = signal(sample * SAMPLE_TIME / SECOND) if callable(signal) else signal
+        share = finite(signal(sample * SAMPLE_TIME / SECOND)) if callable(signal) else signal
         if self.noise:
             share += random.Random(self._noise_seed + sample).gauss(0.0, self.noise)
         return round(min(max(share, -1.0), 1.0) * FULL_SCALE)

@@ -18,6 +18,7 @@ from stagewire_apt.enumerations import (
     StopMode,
 )
 from stagewire_apt.flags import LedMode
+from stagewire_virtual.errors import BadOptionError
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.motion.scales import Scales
 
@@ -25,6 +26,8 @@ __all__ = ["is_brushless", "motor_defaults", "starting_place", "travel_of"]
 
 _NOMINAL = 100_000
 """Counts that stand for a millimetre where nobody knows how many they are."""
+_LONGEST = 0x7FFF_FFFF
+"""The longest travel in counts: positions are 32 bits with a sign (page 28)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,16 +55,31 @@ def is_brushless(channel: Channel) -> bool:
 
 
 def travel_of(channel: Channel, scales: Scales) -> int:
-    """Return the travel of a channel's stage in counts: what the user told, or what such stages have."""
+    """Return the travel of a channel's stage in counts: what the user told, or what such stages have.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for one that a position cannot count.
+    """
     told = channel.settings.travel
-    plausible = _plausible(channel).travel * _counts_per_mm(scales)
-    return max(1, round(plausible) if told is None else told)
+    if told is None:
+        return round(_plausible(channel).travel * _counts_per_mm(scales))
+    if not 0 < told <= _LONGEST:
+        raise BadOptionError(
+            f"{channel.unit.name} needs a travel of 1 to {_LONGEST} counts, not {told}"
+        )
+    return told
 
 
 def starting_place(channel: Channel, travel: int) -> int:
-    """Return where the stage of a new controller stands: as told, or a fifth of its travel."""
+    """Return where the stage of a new controller stands: as told, or a fifth of its travel.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a place where it cannot stand.
+    """
     told = channel.settings.position
-    return travel // 5 if told is None else told
+    if told is None:
+        return travel // 5
+    if not 0 <= told <= travel:
+        raise BadOptionError(f"{channel.unit.name} cannot stand at {told} of a travel of {travel}")
+    return told
 
 
 def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:

@@ -142,7 +142,10 @@ class Drive:
             self._end()
 
     def _at_limit(self, limit: Limit) -> None:
-        """Stop at a soft limit, at once or from there on, and complete what was done (page 48)."""
+        """Stop at a soft limit, at once or from there on, and complete what was done (page 48).
+
+        Who only went beyond the target for the backlash still goes there.
+        """
         action = self._action
         if action is None or self._axis.held:
             return

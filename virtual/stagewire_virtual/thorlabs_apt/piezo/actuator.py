@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
+from stagewire.errors import BadValueError
 from stagewire_virtual.clock import SECOND
 from stagewire_virtual.errors import BadOptionError
 from stagewire_virtual.options import Settings
 
-__all__ = ["DEFAULT_TRAVEL", "FULL_SCALE", "READING_TIME", "travel_and_share"]
+__all__ = ["DEFAULT_TRAVEL", "FULL_SCALE", "READING_TIME", "finite", "travel_and_share"]
 
 FULL_SCALE: Final = 32767
 """Counts of the maximum voltage and of the whole travel (pages 96 and 97)."""
@@ -40,3 +42,13 @@ def travel_and_share(settings: Settings) -> tuple[int, float]:
             f"not {position}"
         )
     return travel, position / travel if travel else 0.0
+
+
+def finite(share: float) -> float:
+    """Return a share of full scale as a user told it.
+
+    Raises :class:`~stagewire.errors.BadValueError` for what is not a finite number: no message holds it.
+    """
+    if not math.isfinite(share):
+        raise BadValueError(f"a signal is a share of full scale, such as 0.5, not {share}")
+    return share

@@ -116,10 +116,7 @@ class Drive:
 
     def stuck_changed(self) -> None:
         """Hold the actuator where it is, or let it go; the voltage goes on in any case."""
-        if not self._channel.stuck:
-            self._stuck_at = None
-        elif self._stuck_at is None:
-            self._stuck_at = self.output
+        self._stuck_at = self.output if self._channel.stuck else None
 
     def zero(self) -> None:
         """Put zero volts out, read the position, and take it as zero from then on (page 117).
@@ -174,9 +171,7 @@ class Drive:
 
     def _crossing(self, closed: bool, least: int) -> float:
         """Return nanoseconds for a count at the slew rate of a loop; the whole range takes ``least``."""
-        slew = self._channel.parameter(
-            "PZ_TPZ_SLEWRATES", "slew_closed" if closed else "slew_open"
-        )
+        slew = self._channel.parameter("PZ_TPZ_SLEWRATES", "slew_closed" if closed else "slew_open")
         return max(least, MILLISECOND * _SLEW_DIVISOR / slew if slew else 0) / FULL_SCALE
 
     @property

@@ -105,7 +105,7 @@ class WaveformGenerator:
 
     @property
     def trigger_output(self) -> bool:
-        """The level of the trigger output at this instant (page 110), high for True; low if it is not used."""
+        """The level of the trigger output now (page 110), high for True; low where it is not used."""
         if not self._mode.outputlut_outputtrig:
             return False
         waveform = self._waveform

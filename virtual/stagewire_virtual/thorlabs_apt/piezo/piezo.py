@@ -11,7 +11,7 @@ from stagewire_virtual.instrument import Row
 from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live, stored
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.parameters import obey_enable_state
-from stagewire_virtual.thorlabs_apt.piezo.actuator import FULL_SCALE, travel_and_share
+from stagewire_virtual.thorlabs_apt.piezo.actuator import FULL_SCALE, finite, travel_and_share
 from stagewire_virtual.thorlabs_apt.piezo.drive import Drive
 from stagewire_virtual.thorlabs_apt.piezo.parameters import DEFAULTS, LIMITS, maximum_volts
 from stagewire_virtual.thorlabs_apt.piezo.refusals import refusal
@@ -69,7 +69,7 @@ class Piezo(Behaviour):
 
     @external_signal.setter
     def external_signal(self, share: float) -> None:
-        self._drive.external_signal = share
+        self._drive.external_signal = finite(share)
         self._drive.follow()
 
     @property
@@ -79,7 +79,7 @@ class Piezo(Behaviour):
 
     @potentiometer.setter
     def potentiometer(self, share: float) -> None:
-        self._drive.potentiometer = share
+        self._drive.potentiometer = finite(share)
         self._drive.follow()
 
     @property
