@@ -18,6 +18,7 @@ from stagewire_cli.hextext import HexText, parse_hex
 __all__ = ["Capture", "Source", "captures", "chunks", "heading", "is_json", "opening", "session"]
 
 BLOCK = 64 * 1024
+_LENIENT = "backslashreplace"
 _MAXIMUM_JSON = 64 * 1024 * 1024
 _MIB = 1024 * 1024
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
@@ -64,14 +65,17 @@ def _size(stream: BinaryIO) -> int | None:
 def opening(source: Source) -> tuple[bytes, str | None]:
     """Return the first block, and it as text; None when it is raw bytes.
 
-    Frames hold zeros and ones, text does not: that is what tells them apart.
+    Frames hold zeros and ones, text does not: that is what tells them apart. A recorded session is text,
+    whatever its comments hold.
     """
     block = source.block()
+    recorded = _decoder(_LENIENT).decode(block)  # which may end inside a character
+    if is_capture(recorded):
+        return block, recorded
     if _CONTROL.search(block):
         return block, None
     try:
-        # the block may end inside a character
-        return block, codecs.getincrementaldecoder("utf-8-sig")().decode(block)
+        return block, _decoder().decode(block)
     except UnicodeDecodeError:
         return block, None
 
@@ -91,7 +95,7 @@ def heading(text: str | None) -> Heading | None:
 def session(source: Source, block: bytes) -> Iterator[list[Recorded]]:
     """Yield what a recorded session says, block by block, beginning with the first ``block``."""
     reader = CaptureReader()
-    for text in _texts(source, block):
+    for text in _texts(source, block, _LENIENT):
         yield _recorded(reader, text)
     yield _recorded(reader, None)
 
@@ -126,9 +130,13 @@ def chunks(source: Source, block: bytes, text: str | None) -> Iterator[bytes]:
         raise CalledWronglyError(str(error)) from None
 
 
-def _texts(source: Source, block: bytes) -> Iterator[str]:
+def _decoder(errors: str = "strict") -> codecs.IncrementalDecoder:
+    return codecs.getincrementaldecoder("utf-8-sig")(errors)
+
+
+def _texts(source: Source, block: bytes, errors: str = "strict") -> Iterator[str]:
     """Yield a source as text, block by block, beginning with its first ``block``."""
-    decoder = codecs.getincrementaldecoder("utf-8-sig")()
+    decoder = _decoder(errors)
     try:
         while block:
             yield decoder.decode(block)

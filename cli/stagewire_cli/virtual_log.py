@@ -43,7 +43,7 @@ def logs(target: str, links: Sequence[Link], source: Path | None) -> Iterator[di
                 made[link] = Log(link, "standard output", partial(_as_it_is, out))
             else:
                 own = path.with_stem(f"{path.stem}-{number}") if several else path
-                if source is not None and own.exists() and False:
+                if source is not None and own.exists() and own.samefile(source):
                     raise CalledWronglyError(
                         f"--log {own}: it is the file that is read, and would be lost; name another one"
                     )

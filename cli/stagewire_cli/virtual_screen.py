@@ -18,7 +18,7 @@ from stagewire_virtual.serving.link import Link, ServedLink
 __all__ = ["Screen"]
 
 _NOTES = 5
-_WIDE = 10
+_WIDE = 130
 """Columns of a terminal that show everything unfolded; where controllers listen stands above it, too."""
 
 

@@ -22,6 +22,11 @@ LinkMaker: TypeAlias = Callable[[Clock, Observer], ServedLink]
 
 _ANY_PORT = "0"
 
+_FAULT_TEXTS = """
+--fault "to_host|to_controller FAULT [byte|frame] [KEY=VALUE ...]", such as "to_host drop frame every=10"
+--fault "stick channel=N|axis=NAME [bay=N] [after=SECONDS] [for=SECONDS]"
+"""
+
 
 def of_names(
     names: Sequence[str],
@@ -86,9 +91,11 @@ def of_replay(
 
 def show_all() -> None:
     """Print all units, and what can be told of them by name: quirks, strategies and faults."""
+    from stagewire_apt import PROTOCOL as APT
     from stagewire_virtual.asi_ms2000.strategies import STRATEGIES
     from stagewire_virtual.faults.keys import ACTIONS
     from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
+    from stagewire_virtual.thorlabs_apt.rack import RACK
     from stagewire_virtual.units import all_units
 
     out = console()
@@ -96,6 +103,7 @@ def show_all() -> None:
     for name, unit in sorted(all_units().items()):
         stages = ", ".join(unit.facts["stages"])
         units.add_row(name, unit.facts["title"], unit.protocol.name, stages)
+    units.add_row(RACK, "modules in bays, which a bench file names", APT.name)
     out.print(units)
     quirks = table("quirk", "what the controller does")
     for name, quirk in QUIRKS.items():
@@ -114,6 +122,7 @@ def show_all() -> None:
         faults.add_row(action.value, "bytes or frames" if kind.piece else "", ", ".join(kind.keys))
     out.print()
     out.print(faults)
+    out.print(_FAULT_TEXTS)
 
 
 def _label(names: Sequence[str], number: int) -> str:

@@ -74,7 +74,9 @@ def test_a_reply_that_was_lost_does_not_shift_those_that_follow() -> None:
     talk.pieces(HOST, READ_POSITION)
     talk.pieces(CONTROLLER, b"\x01")
     talk.pieces(HOST, READ_STATUS)
-    assert words(talk.pieces(CONTROLLER, b"B")) == ["command READ_STATUS (reply) status=66"]
+    assert words(talk.pieces(CONTROLLER, b"B")) == [
+        "garbage; command READ_STATUS (reply) status=66"
+    ]
 
 
 def test_a_stop_gives_no_reply_up() -> None:

@@ -67,6 +67,13 @@ def test_from_standard_input(stagewire: Stagewire) -> None:
     assert len(result.out.splitlines()) == 4
 
 
+def test_comments_may_hold_anything(stagewire: Stagewire) -> None:
+    text = SESSION.replace("ee ee ", "").encode().replace(b"after noise", b"\xfcber \x00 \x1b[31m")
+    result = stagewire("decode", "-", input=text)
+    assert result.code == 0
+    assert len(result.out.splitlines()) == 4
+
+
 def test_json_lines(decode: Any) -> None:
     events = [json.loads(line) for line in decode(SESSION, "--json").out.splitlines()]
     assert [(e["line"], e["time"], e["direction"], e["event"]) for e in events] == [
@@ -124,6 +131,19 @@ def test_replies_are_told_by_what_was_asked(decode: Any) -> None:
         "command READ_STATUS (reply) status=78",
     ]
     assert result.code == 0
+
+
+def test_half_a_reply_that_was_given_up_is_shown(decode: Any) -> None:
+    text = "# stagewire capture 1 protocol=asi_ms2000\n"
+    text += "0 > 18 61 03 3a\n0.1 < 01 02\n1 > 18 3f 3a\n1.1 < 42\n2 > 18 61 03 3a\n2.1 < 07\n"
+    result = decode(f"{text}3 > 18 61 03 3a\n")
+    assert [line.split(None, 2)[2] for line in result.out.splitlines() if "<" in line] == [
+        "garbage: 01 02",
+        "command READ_STATUS (reply) status=66",
+        "incomplete at the end: 07",
+    ]
+    assert "1 garbage" in result.err
+    assert result.code == 1
 
 
 def test_one_reply_of_a_session_in_columns(decode: Any) -> None:

@@ -99,7 +99,8 @@ def test_list(stagewire: Stagewire) -> None:
     result = stagewire("virtual", "--list")
     assert result.code == 0
     first = {line.split()[0] for line in result.out.splitlines() if line.strip()}
-    assert {"BSC103", "TPZ001", "MS2000", "long_status", "colon_in_data", "flood"} <= first
+    assert {"BSC103", "TPZ001", "MS2000", "long_status", "colon_in_data", "flood", "RACK"} <= first
+    assert "[byte|frame]" in result.out
 
 
 def test_a_line_for_each_unit_and_the_end_after_its_time(stagewire: Stagewire) -> None:

@@ -116,15 +116,15 @@ class VirtualController:
 
     # Served to other programs
 
-    def tcp(self, address: str = "0", *, bind: str | None = None) -> ServedController:
+    def tcp(self, address: str | int = 0, *, bind: str | None = None) -> ServedController:
         """Serve another controller like this one by TCP, in real time, until it is closed.
 
-        :param address: ``127.0.0.1:4001``, ``4001``, or 0 for a port that the system chooses.
+        :param address: a port, 0 for one that the system chooses; or ``127.0.0.1:4001``.
         :param bind: an address of the network to listen on; otherwise this machine alone can reach it.
 
         Raises :class:`~stagewire_virtual.errors.ServingError` where that cannot be.
         """
-        return self._serve(parse_tcp(address, bind))
+        return self._serve(parse_tcp(str(address), bind))
 
     def pty(self, symlink: str | Path | None = None) -> ServedController:
         """Serve another one like this on a pseudo-terminal, in real time, until it is closed.

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from stagewire_virtual.blueprint import Blueprint, parse_line
 from stagewire_virtual.controller import VirtualController
-from stagewire_virtual.errors import BadOptionError
+from stagewire_virtual.errors import BadOptionError, UnknownUnitError
 from stagewire_virtual.faults import Fault, parse_fault
 from stagewire_virtual.options import Line, Options, Settings
 from stagewire_virtual.replay import load_replay
@@ -22,6 +21,8 @@ if TYPE_CHECKING:
     from stagewire_virtual.clock import SteppedClock
 
 __all__ = ["Factory", "factory_of", "rack", "replay_of"]
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,7 @@ class Factory:
             seed=seed,
             serial_number=serial_number,
             line=parse_line(line),
-            quirks=frozenset(quirks),
+            quirks=frozenset(_several("quirks", quirks)),
             answer_unsupported=answer_unsupported,
             channels=tuple(channels),
             empty_bays=frozenset(empty_bays),
@@ -86,11 +87,7 @@ def factory_of(name: str) -> Factory:
     """
     units = all_units()
     if name not in units:
-        close = difflib.get_close_matches(name.upper()[:40], units, n=3)
-        hint = f"; did you mean {' or '.join(close)}?" if close else ""
-        raise AttributeError(
-            f"there is no unit {name}{hint} (there are: {', '.join(sorted(units))})", name=name
-        )
+        raise AttributeError(str(UnknownUnitError(name, sorted(units))), name=name)
     return Factory(units[name])
 
 
@@ -112,7 +109,9 @@ def rack(
     that is no module, and for what the rack cannot have.
     """
     modules = tuple(find_unit(name) if name else None for name in bays)
-    options = Options(seed=seed, quirks=frozenset(quirks), channels=tuple(channels))
+    options = Options(
+        seed=seed, quirks=frozenset(_several("quirks", quirks)), channels=tuple(channels)
+    )
     blueprint = Blueprint(unit=None, bays=modules, options=options, faults=_faults(faults))
     return VirtualController(blueprint.make, clock, RACK)
 
@@ -124,7 +123,8 @@ def replay_of(
 
     :param lenient: after a request that was not recorded next, go on with the next one like it.
 
-    Raises :class:`~stagewire.errors.StagewireError` for a file that is no capture.
+    Raises :class:`~stagewire.errors.StagewireError` for a file that is no capture, and :class:`OSError` for
+    one that cannot be read.
     """
     path = Path(capture)
     return VirtualController(
@@ -133,4 +133,12 @@ def replay_of(
 
 
 def _faults(faults: Iterable[Fault | str]) -> tuple[Fault, ...]:
-    return tuple(parse_fault(fault) if isinstance(fault, str) else fault for fault in faults)
+    given = _several("faults", faults)
+    return tuple(parse_fault(fault) if isinstance(fault, str) else fault for fault in given)
+
+
+def _several(what: str, given: Iterable[_T]) -> Iterable[_T]:
+    """Return what was given; type checkers pass a text for a list of texts, its letters."""
+    if isinstance(given, str):
+        raise BadOptionError(f"{what} are several; for one alone write {what}=[{given!r}]")
+    return given

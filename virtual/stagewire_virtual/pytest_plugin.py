@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from stagewire_virtual import factory
     from stagewire_virtual.controller import VirtualController
-    from stagewire_virtual.factory import Factory
 
 __all__ = ["Controllers", "virtual"]
 
@@ -24,12 +24,15 @@ class Controllers:
     def __init__(self, stack: ExitStack) -> None:
         self._stack = stack
 
-    if TYPE_CHECKING:  # units by name, as attributes of the package are
+    if TYPE_CHECKING:
+        from stagewire_virtual.clock import SteppedClock
+        from stagewire_virtual.errors import VirtualError
+        from stagewire_virtual.options import Line, Options, Settings
 
-        def __getattr__(self, name: str) -> Factory: ...
+        rack = staticmethod(factory.rack)
+        replay_of = staticmethod(factory.replay_of)
 
-        rack: Callable[..., VirtualController]
-        replay_of: Callable[..., VirtualController]
+        def __getattr__(self, name: str) -> factory.Factory: ...  # units by name
 
     else:
 

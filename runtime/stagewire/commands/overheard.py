@@ -19,7 +19,10 @@ class Replies:
 
     For whoever listens and has no say in what is asked when, such as a log; a host has a
     :class:`~stagewire.commands.ReplyDecoder`. What a host sends at once is asked together. A host that asks
-    again has given up what it asked before: a reply that was lost does not shift all that follow.
+    again has given up what it asked before: a reply that was lost does not shift all that follow, and what
+    came of it is garbage.
+
+    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
     """
 
     def __init__(self) -> None:
@@ -27,6 +30,7 @@ class Replies:
         self._asks_again = False
         self.pending = b""
         """The beginning of a reply."""
+        self._given_up = 0  # bytes of it that belong to a reply that nobody waits for any more
 
     def turn(self) -> None:
         """Note that the host begins to speak, or will be when it speaks next."""
@@ -39,13 +43,16 @@ class Replies:
         if self._asks_again:
             self._asks_again = False
             self._outstanding.clear()
-            self.pending = b""
+            self._given_up = len(self.pending)
         self._outstanding.append(frame)
 
     def feed(self, data: bytes) -> list[Event]:
         """Take the next bytes and return the replies that they complete."""
         data = self.pending + data
         events: list[Event] = []
+        if self._given_up:
+            events.append(Garbage(data[: self._given_up]))
+            data, self._given_up = data[self._given_up :], 0
         while data and self._outstanding:
             reply = self._outstanding[0].message.reply
             assert reply is not None  # else it would not be outstanding

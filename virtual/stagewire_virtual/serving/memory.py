@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, Final
 
 from stagewire.errors import BadValueError
-from stagewire_virtual.clock import nanoseconds
+from stagewire_virtual.clock import SECOND, nanoseconds
 from stagewire_virtual.errors import UnpluggedError
 from stagewire_virtual.serving.link import FarEnd, Link, Observer
 
@@ -73,8 +74,10 @@ class MemoryLink(Link):
 
         Raises :class:`~stagewire_virtual.errors.UnpluggedError` when nothing can come any more.
         """
-        if (size is not None and size < 0) or not timeout >= 0:
-            raise BadValueError(f"read takes a size and a time of 0 or more, not {size}, {timeout}")
+        if (size is not None and size < 0) or not 0 <= timeout * SECOND < math.inf:
+            raise BadValueError(
+                f"read takes a size of 0 or more, and a time that has an end, not {size}, {timeout}"
+            )
         wanted = 1 if size is None else size
         end = self.clock.now + nanoseconds(timeout)
         while len(self._waiting) < wanted and self._connected and self.clock.now < end:

@@ -68,6 +68,8 @@ def parse_tcp(text: str, bind: str | None = None) -> TcpPlace:
     Raises :class:`~stagewire_virtual.errors.ServingError` for what is no port, and for an address of the
     network without ``bind``.
     """
+    if bind == "":  # the system would take it for every address that it has
+        raise ServingError("an empty address was allowed to bind to; 0.0.0.0 is every one of IPv4")
     host, _, digits = text.strip().rpartition(":")
     host = host.removeprefix("[").removesuffix("]")
     if not (digits.isascii() and digits.isdigit() and int(digits) <= 0xFFFF):

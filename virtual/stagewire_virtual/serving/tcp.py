@@ -58,7 +58,7 @@ class TcpLink(ServedLink):
         except (OSError, OverflowError) as error:
             raise ServingError(
                 f"cannot listen on {self.host}:{self.port}: {_why(error)}; "
-                "choose another port, or 0 for one that is free"
+                "choose an address of this machine, and a port that is free (0 finds one)"
             ) from error
         self.port = self._server.sockets[0].getsockname()[1]
 

@@ -139,7 +139,7 @@ class ServingThread:
             del self._servers[link.clock]
             if isinstance(link.clock, SteppedClock):
                 link.clock.call = None
-        await _let_come()  # a host that has just come is turned away; one that was broken off is told so
+        await _let_come()  # who came just now, or was broken off, is told so
 
     def _note_error(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")

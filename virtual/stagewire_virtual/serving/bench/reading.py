@@ -6,7 +6,7 @@ import functools
 import importlib
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -33,6 +33,9 @@ from stagewire_virtual.thorlabs_apt.rack import RACK
 from stagewire_virtual.units import Unit, find_unit
 
 __all__ = ["load_bench", "make_bench"]
+
+_SHORT: Final = ("stage", "travel", "position")
+"""Keys of a unit that stand for a channel with them."""
 
 
 def load_bench(path: str | Path, bind: str | None = None) -> Bench:
@@ -97,8 +100,10 @@ def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
         table.wrong("name", f"missing; it is a unit such as TDC001, or {RACK} for modules in bays")
     is_rack = name.upper() == RACK
     unit = None if is_rack else table.take("name", find_unit, None) if name else None
-    bays = table.take("bays", list_of(_module), ()) if is_rack else ()
-    channels = _channels(table, [known for known in (unit, *bays) if known is not None])
+    bays = table.take("bays", list_of(_module), None) if is_rack else ()
+    if is_rack and "bays" not in table:
+        table.wrong("bays", 'missing; it lists the modules, such as ["MST601", "", "MPZ601"]')
+    channels = _channels(table, [known for known in (unit, *(bays or ())) if known is not None])
     label = table.take("label", text, "") or name
     place = _place(table, bind)
     faults = table.take("faults", list_of(_fault), ())
@@ -113,25 +118,15 @@ def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
         strategies=table.take("strategies", table_of(text), {}),
     )
     table.refuse_others()
-    if unit is None and not is_rack:
+    if (unit is None and not is_rack) or bays is None:
         return None
     blueprint = Blueprint(unit=unit, bays=bays, options=options, faults=faults)
     _try(table, blueprint)
     return BenchUnit(blueprint, place, label)
 
 
-_KEYS: Final = {
-    "channels": "channel",
-    "serial_number": "serial_number",
-    "quirks": "quirks",
-    "empty_bays": "empty_bays",
-    "strategies": "strategies",
-}
-"""Options that a unit may refuse, and the keys that they come from."""
-
-
 def _try(table: Table, blueprint: Blueprint) -> None:
-    """Note what the unit refuses: each option by itself, so that none hides another, then each fault."""
+    """Note what the unit refuses: each option by itself, lest one hide another; all of them; each fault."""
 
     def refused(key: str, attempt: Blueprint) -> bool:
         try:
@@ -144,11 +139,17 @@ def _try(table: Table, blueprint: Blueprint) -> None:
     bare = replace(blueprint, options=Options(), faults=())
     if refused("name" if blueprint.unit else "bays", bare):
         return
-    given = {option: getattr(blueprint.options, option) for option in _KEYS}
-    alone = (
-        (_KEYS[option], Options(**{option: value})) for option, value in given.items() if value
-    )
-    if sum(refused(key, replace(bare, options=options)) for key, options in alone):
+    channels = "channel" if "channel" in table else ", ".join(key for key in _SHORT if key in table)
+    alone = [
+        refused(
+            channels if option == "channels" else option,
+            replace(bare, options=Options(**{option: value})),
+        )
+        for option in (field.name for field in fields(Options))
+        if (value := getattr(blueprint.options, option)) != getattr(bare.options, option)
+    ]
+    # What is refused only then is more channels than are left by the bays that are empty.
+    if any(alone) or refused(channels, replace(blueprint, faults=())):
         return
     for fault in blueprint.faults:
         refused("faults", replace(blueprint, faults=(fault,)))
@@ -217,8 +218,8 @@ def _pty(value: Any) -> PtyPlace | None:
 def _check_place(table: Table, place: Place, taken: dict[str, str]) -> None:
     """Note a port or a symbolic link that another unit has."""
     match place:
-        case TcpPlace(port=port) if port:
-            key, spot = "tcp", f"port {port}"
+        case TcpPlace(port=port, host=host) if port:
+            key, spot = "tcp", f"port {port} of {host}"
         case PtyPlace(symlink=Path() as symlink):
             key, spot = "pty", str(symlink)
         case _:

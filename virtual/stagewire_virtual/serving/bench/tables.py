@@ -38,6 +38,10 @@ class _WrongKindError(StagewireError):
         super().__init__(f"expected {expected}, not {came}")
 
 
+class _WrongValuesError(StagewireError):
+    """Values in a list that are wrong."""
+
+
 class Table:
     """A table that is read key by key.
 
@@ -100,12 +104,21 @@ flag: Final = _of_type(bool)
 
 
 def list_of(convert: Convert[_T]) -> Convert[tuple[_T, ...]]:
-    """Return what makes a tuple of a list, value by value."""
+    """Return what makes a tuple of a list, value by value, and says of each that is wrong what is."""
 
     def convert_all(value: Any) -> tuple[_T, ...]:
         if not isinstance(value, list | tuple):
             raise _WrongKindError("a list", value)
-        return tuple(convert(each) for each in value)
+        made: list[_T] = []
+        wrong: list[str] = []
+        for each in value:
+            try:
+                made.append(convert(each))
+            except StagewireError as error:
+                wrong.append(str(error))
+        if wrong:
+            raise _WrongValuesError("; ".join(wrong))
+        return tuple(made)
 
     return convert_all
 
