@@ -153,7 +153,25 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
         ),
         ({"name": "TDC001", "travel": 3, "channel": [{}]}, "key channel", "not both"),
         ({"name": "TDC001", "bays": ["MST601"]}, "key bays", "no such key"),
-        ({"name": "RACK", "bays": ["MST602"]}, "(RACK), key bays", "did you mean MST601"),
+        ({"name": "TDC001", "travel": 0}, "key travel", "needs a travel"),
+        (
+            {"name": "TDC001", "travel": 9, "position": 10},
+            "key travel, position",
+            "cannot stand at 10 of a travel of 9",
+        ),
+        ({"name": "MS2000", "answer_unsupported": True}, "key answer_unsupported", "stays silent"),
+        # right by itself, wrong together
+        (
+            {"name": "BSC103", "empty_bays": [1, 2], "channel": [{}, {}]},
+            "key channel",
+            "has 1 channels, and settings for 2",
+        ),
+        ({"name": "RACK"}, "(RACK), key bays", "missing; it lists the modules"),
+        (
+            {"name": "RACK", "bays": ["MST602"], "channel": [{}]},
+            "(RACK), key bays",
+            "did you mean MST601",
+        ),
         ({"name": "RACK", "bays": ["TDC001"]}, "(RACK), key bays", "is no module of a rack"),
     ],
 )
@@ -172,13 +190,15 @@ def test_all_that_is_wrong_is_said_at_once() -> None:
             [
                 {"name": "TDC001", "tcp": "4001", "quirks": ["haste"], "channel": [{}, {}]},
                 {"name": "TDC002", "tcp": "4001", "seed": "x"},
-                {"name": "TSC001", "pty": "y", "faults": ["nonsense"]},
+                {"name": "TSC001", "pty": "y", "faults": ["nonsense", "to_host explode"]},
                 {"name": "TSC001", "pty": "y", "label": 3},
             ],
             source="bench.toml",
         )
     keys = [problem.partition(", key ")[2].split(":")[0] for problem in caught.value.problems]
-    assert keys == ["channel", "quirks", "name", "seed", "faults", "label", "pty"]
+    assert sorted(keys[:2]) == ["channel", "quirks"]
+    assert keys[2:] == ["name", "seed", "faults", "label", "pty"]
+    assert all(word in caught.value.problems[4] for word in ("nonsense", "explode"))
     assert str(caught.value).splitlines() == list(caught.value.problems)
 
 
@@ -194,6 +214,8 @@ def test_two_units_in_one_place_are_refused(key: str) -> None:
 
 def test_any_number_of_units_may_take_free_ports() -> None:
     assert len(make_bench([{"name": "TDC001", "tcp": "0"}, {"name": "TDC001"}]).units) == 2
+    both = [{"name": "TDC001", "tcp": f"{host}:4001"} for host in ("127.0.0.1", "[::1]")]
+    assert len(make_bench(both).units) == 2
 
 
 @pytest.mark.parametrize(

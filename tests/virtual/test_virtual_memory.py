@@ -71,9 +71,11 @@ def test_a_read_lets_time_pass_until_there_is_enough(
         assert link.clock.now == pytest.approx(passed * SECOND)
 
 
-@pytest.mark.parametrize(("size", "timeout"), [(-1, 0), (1, -1), (1, float("nan"))])
-def test_a_read_of_less_than_nothing_is_refused(size: int, timeout: float) -> None:
-    with parrot() as link, pytest.raises(BadValueError, match="0 or more"):
+@pytest.mark.parametrize(
+    ("size", "timeout"), [(-1, 0), (1, -1), (1, float("nan")), (1, float("inf")), (1, 1e300)]
+)
+def test_a_read_of_less_than_nothing_or_without_end_is_refused(size: int, timeout: float) -> None:
+    with parrot() as link, pytest.raises(BadValueError, match=r"0 or more, .* has an end"):
         link.read(size, timeout)
 
 
@@ -183,6 +185,15 @@ def test_frames_are_decoded_with_the_status_of_the_unit(
         assert event.frame.source == address
 
 
+@pytest.mark.parametrize("quirk", ["zero_addresses", "unswapped_addresses"])
+def test_frames_are_decoded_whatever_the_controller_calls_itself(quirk: str) -> None:
+    with virtual.TDC001(quirks=[quirk], position=1000) as controller:
+        controller.write(apt.MotMoveRelative(1, 10).pack(0x50, 1))
+        (event,) = controller.read_frames(timeout=60)
+        assert isinstance(event.frame.message, apt.MotMoveCompletedDc)
+        assert event.frame.source != 0x50
+
+
 def test_the_beginning_of_a_frame_waits_for_its_rest() -> None:
     with virtual.TDC001(faults=["to_host delay byte at=11 by=0.5"]) as tdc:
         tdc.write(REQ_INFO)
@@ -213,6 +224,17 @@ def test_a_command_without_an_answer_is_given_up_with_the_next() -> None:
         (event,) = controller.read_frames()
         assert isinstance(event, ReplyReceived)
         assert event.reply == ms.ReadMotorPositionReply(0)
+
+
+def test_a_command_that_has_no_answer_gives_none_up() -> None:
+    with virtual.MS2000(faults=["to_host delay frame by=0.5"]) as controller:
+        controller.write(ms.SwitchToLowLevel().pack())
+        controller.write(ms.ReadIdentification().pack(24))
+        assert controller.read_frames() == []
+        controller.write(ms.StopMotor().pack(24))
+        (event,) = controller.read_frames(timeout=1)
+        assert isinstance(event, ReplyReceived)
+        assert event.request.message == ms.ReadIdentification()
 
 
 def test_what_nobody_asked_for_is_garbage() -> None:

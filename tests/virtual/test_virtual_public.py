@@ -107,6 +107,13 @@ def test_settings_of_channels() -> None:
         ({"faults": ["to_host explode"]}, "explode"),
         ({"empty_bays": [1]}, "no bay"),
         ({"stage": stages.MLS203}, "the scales of MLS203 on TDC001 are not known"),
+        ({"stage": "Z8"}, "such as stages.Z8, not 'Z8'"),
+        ({"travel": "1 mm"}, "travel is a whole number of counts, not '1 mm'"),
+        ({"position": 1.5}, "position is a whole number of counts, not 1.5"),
+        ({"channels": [{"position": 1}]}, "a list of Settings, not of {'position': 1}"),
+        # A type checker takes a text for a list of texts, which are its letters.
+        ({"quirks": "long_status"}, r"write quirks=\['long_status'\]"),
+        ({"faults": "to_host drop frame"}, r"write faults=\['to_host drop frame'\]"),
     ],
 )
 def test_what_a_unit_cannot_have_is_refused_when_it_is_made(
@@ -173,7 +180,9 @@ def test_strict_type_checking_of_a_test_of_a_user(tmp_path: Path) -> None:
         "with virtual.BSC103(channels=[virtual.Settings(position=3)]).tcp() as served:\n"
         "    url: str = served.url\n"
         "def test_x(virtual: Controllers) -> None:\n"
-        "    data: bytes = virtual.TDC001(stage=stages.Z8).read()\n"
+        "    data: bytes = virtual.TDC001(stage=stages.Z8, clock=virtual.SteppedClock()).read()\n"
+        "    rack = virtual.rack('MST601', None, channels=[virtual.Settings(position=3)])\n"
+        "    url: str = rack.tcp(4001).url\n"
         "virtual.TDC001(stage='Z8')\n"
     )
     done = subprocess.run(  # as the project is checked, so that its cache serves

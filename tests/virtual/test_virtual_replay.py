@@ -200,6 +200,7 @@ def test_replies_without_a_frame_are_told_by_their_length(
     assert steps(text, host) == expected
 
 
+@settings(deadline=None)
 @given(
     st.lists(
         st.tuples(st.integers(0, 5), st.sampled_from([ASK, HOME, IDENTIFY, VELPARAMS, HOMED]))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import socket
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -13,7 +16,7 @@ import serial
 from virtual_parrot import TICK, Notebook, Parrot
 
 import stagewire_virtual as virtual
-from stagewire_virtual.clock import Clock, SteppedClock
+from stagewire_virtual.clock import SECOND, Clock, SteppedClock
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import ServingError, VirtualError
 from stagewire_virtual.served import ServedController
@@ -40,6 +43,12 @@ def read(line: socket.socket, size: int) -> bytes:
     while len(data) < size and (more := line.recv(size - len(data))):
         data += more
     return data
+
+
+def speaks(served: ServedController) -> bool:
+    with host(served) as line:
+        line.sendall(b"alive")
+        return read(line, 5) == b"alive"
 
 
 def until(condition: Callable[[], bool]) -> None:
@@ -197,11 +206,15 @@ def test_a_port_that_is_taken_is_named() -> None:
             ServingError, match=rf"cannot listen on {address}: address already in use"
         ):
             parrot().tcp(address)
+        with pytest.raises(ServingError, match="already in use"):
+            parrot().tcp(int(address.rpartition(":")[2]))
 
 
 def test_a_network_address_wants_to_be_allowed() -> None:
     with pytest.raises(ServingError, match="obey whoever reaches them"):
         parrot().tcp("0.0.0.0:0")
+    with pytest.raises(ServingError, match="empty address"):
+        parrot().tcp(bind="")
     with parrot().tcp(bind="0.0.0.0") as served:
         assert served.url.startswith("socket://0.0.0.0:")
 
@@ -239,6 +252,55 @@ def test_calls_run_in_the_thread_and_raise_here() -> None:
         assert not served.call(lambda: served.instrument.ticking)
 
 
+def test_a_call_that_exits_does_so_here_and_serving_goes_on() -> None:
+    with parrot().tcp() as served:
+        with pytest.raises(SystemExit, match="3"):
+            served.call(sys.exit, 3)
+        assert speaks(served)
+
+
+def test_in_the_thread_that_serves_nothing_is_served_or_closed() -> None:
+    with parrot().tcp() as served:
+        for waits_for_itself in (served.close, parrot().tcp):
+            with pytest.raises(VirtualError, match="do it from the thread that called"):
+                served.call(waits_for_itself)
+        assert speaks(served)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_process_that_is_forked_serves_by_itself() -> None:
+    with parrot().tcp() as served:
+        child = os.fork()
+        if not child:
+            signal.alarm(round(PATIENCE))  # a wait without an end is a failure
+            status = 1
+            try:
+                with parrot().tcp() as own:
+                    assert speaks(own)
+                with pytest.raises(VirtualError, match="not in this process"):
+                    served.close()
+                status = 0
+            finally:
+                os._exit(status)
+        assert os.waitpid(child, 0)[1] == 0
+        assert speaks(served)
+
+
+def test_a_stepped_clock_goes_on_where_its_controllers_are_served() -> None:
+    clock = SteppedClock()
+    threads: list[str] = []
+    clock.call_later(1, lambda: threads.append(threading.current_thread().name))
+    clock.call_later(SECOND, lambda: threads.append(threading.current_thread().name))
+    with parrot(clock) as in_memory, in_memory.tcp() as served, host(served) as line:
+        line.sendall(b"t")
+        in_memory.advance(0.01)
+        assert read(line, 5) == TICK
+        assert threads == ["stagewire-virtual"]
+    clock.advance(1)
+    assert threads[1:] == [threading.current_thread().name]
+
+
 def test_a_controller_that_fails_is_not_passed_over_in_silence() -> None:
     served = parrot().tcp()
     with host(served) as line:
@@ -246,6 +308,18 @@ def test_a_controller_that_fails_is_not_passed_over_in_silence() -> None:
         assert line.recv(1) == b""
     with pytest.raises(VirtualError, match="a parrot fell off its perch"):
         served.close()
+
+
+def test_one_that_fails_does_not_keep_others_from_being_closed() -> None:
+    in_memory = parrot()
+    one, other = in_memory.tcp(), in_memory.tcp()
+    with host(other) as line:
+        line.sendall(b"!")
+        assert line.recv(1) == b""
+    with pytest.raises(VirtualError, match="fell off its perch"):
+        in_memory.close()
+    assert all("(closed)" in repr(served) for served in (one, other))
+    assert all(thread.name != "stagewire-virtual" for thread in threading.enumerate())
 
 
 def test_what_cannot_be_made_is_refused_before_anything_is_served() -> None:

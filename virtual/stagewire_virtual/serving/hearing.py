@@ -50,7 +50,7 @@ class _Frames(Hearing):
         self._framer = protocol.framer(End.HOST)
         deciding = {cls.layout.when.get("status") for cls in protocol.messages}
         # By some quirks a controller calls itself 0, or what the host is called.
-        sources = {*protocol.devices, protocol.host, 0}
+        sources = {*protocol.devices}
         for status in sorted(filter(None, deciding.intersection(statuses))):
             for source in sources:
                 self._framer.tell(source, status=status)
