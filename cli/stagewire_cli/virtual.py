@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,6 +31,25 @@ def _list(wanted: bool) -> None:
 
         show_all()
         raise typer.Exit(OK)
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"expected a whole number, not {text!r}") from None
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 <= seconds < math.inf:
+        raise typer.BadParameter(
+            f"expected a number of seconds, not {text!r}; without it the end is Ctrl-C"
+        )
+    return seconds
 
 
 def virtual(
@@ -82,18 +102,23 @@ def virtual(
         typer.Option("--stage", metavar="NAME", help="Stage that is moved, such as Z8."),
     ] = None,
     travel: Annotated[
-        int | None, typer.Option("--travel", metavar="COUNTS", help="Length of its travel.")
+        int | None,
+        typer.Option("--travel", parser=_whole, metavar="COUNTS", help="Length of its travel."),
     ] = None,
     position: Annotated[
         int | None,
         typer.Option(
-            "--position", metavar="COUNTS", help="Where it stands at first, from its reverse end."
+            "--position",
+            parser=_whole,
+            metavar="COUNTS",
+            help="Where it stands at first, from its reverse end.",
         ),
     ] = None,
     seed: Annotated[
         int | None,
         typer.Option(
             "--seed",
+            parser=_whole,
             metavar="NUMBER",
             help="The same seed gives the same bytes; more units count up from it.",
         ),
@@ -143,7 +168,9 @@ def virtual(
     ] = None,
     seconds: Annotated[
         float | None,
-        typer.Option("--for", metavar="SECONDS", min=0.0, help="End by itself after this time."),
+        typer.Option(
+            "--for", parser=_seconds, metavar="SECONDS", help="End by itself after this time."
+        ),
     ] = None,
     _: Annotated[
         bool,
@@ -216,12 +243,12 @@ def _one_of(given: Mapping[str, object]) -> None:
 
 def _without(option: str, others: Mapping[str, object]) -> None:
     """Raise for options that ``option`` leaves no room for."""
-    flags = {"quirks": "quirk", "strategies": "strategy", "faults": "fault"}
+    from stagewire_cli.virtual_units import option as called
+
     for name, value in others.items():
         if value is not None:
-            said = flags.get(name, name).replace("_", "-")
             raise CalledWronglyError(
-                f"--{said} is for units that are named; {option} says it itself"
+                f"{called(name)} is for units that are named; {option} says it itself"
             )
 
 

@@ -15,17 +15,24 @@ from stagewire_virtual.clock import Clock
 from stagewire_virtual.serving.link import Observer, ServedLink
 from stagewire_virtual.serving.places import Place, PtyPlace, TcpPlace, parse_tcp
 
-__all__ = ["LinkMaker", "of_bench", "of_names", "of_replay", "show_all"]
+__all__ = ["LinkMaker", "of_bench", "of_names", "of_replay", "option", "show_all"]
 
 LinkMaker: TypeAlias = Callable[[Clock, Observer], ServedLink]
 """Makes one virtual controller with its line, not yet open."""
 
 _ANY_PORT = "0"
 
+_SINGULAR = {"quirks": "quirk", "strategies": "strategy", "faults": "fault"}
+
 _FAULT_TEXTS = """
 --fault "to_host|to_controller FAULT [byte|frame] [KEY=VALUE ...]", such as "to_host drop frame every=10"
 --fault "stick channel=N|axis=NAME [bay=N] [after=SECONDS] [for=SECONDS]"
 """
+
+
+def option(key: str) -> str:
+    """Return the option of the command line that stands for a key of a bench file."""
+    return "the name" if key == "name" else f"--{_SINGULAR.get(key, key).replace('_', '-')}"
 
 
 def of_names(
@@ -46,7 +53,13 @@ def of_names(
     Raises :class:`~stagewire_virtual.errors.VirtualError` with everything that is wrong.
     """
     from stagewire_virtual.serving.bench import make_bench
+    from stagewire_virtual.thorlabs_apt.rack import RACK
 
+    if RACK in map(str.upper, names):
+        raise CalledWronglyError(
+            f'{RACK}: which modules are in its bays says a bench file: name = "{RACK}", '
+            'bays = ["MST601", "", "MPZ601"]; serve it with --bench FILE'
+        )
     given = {key: value for key, value in options.items() if value is not None}
     if "strategies" in given:
         given["strategies"] = dict(map(_reading, given["strategies"]))
@@ -58,7 +71,7 @@ def of_names(
         if "seed" in given:
             own["seed"] = given["seed"] + number
         tables.append(given | own)
-    return [unit.link for unit in make_bench(tables, bind=bind).units]
+    return [unit.link for unit in make_bench(tables, bind=bind, called=option).units]
 
 
 def of_bench(path: Path, bind: str | None) -> list[LinkMaker]:
@@ -73,18 +86,15 @@ def of_replay(
 ) -> list[LinkMaker]:
     """Return the controller's side of a recorded session; see :class:`~stagewire_virtual.replay.Replay`.
 
-    Raises :class:`~stagewire.errors.CaptureError` for a file that is no capture.
+    Making it raises :class:`~stagewire.errors.CaptureError` for a file that is no capture.
     """
-    from stagewire.capture import read_capture
-    from stagewire_virtual.replay import Replay
+    from stagewire_virtual.replay import load_replay
 
     place: Place = PtyPlace() if pty else parse_tcp(tcp or _ANY_PORT, bind)
-    capture = read_capture(path)
 
     def make(clock: Clock, observer: Observer) -> ServedLink:
-        return place.link(
-            Replay(capture, clock, lenient=lenient), label=path.name, observer=observer
-        )
+        replay = load_replay(path, clock, lenient=lenient)
+        return place.link(replay, label=path.name, observer=observer)
 
     return [make]
 

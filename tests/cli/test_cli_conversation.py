@@ -51,8 +51,21 @@ def test_what_was_held_and_turns_out_to_be_garbage_is_named_with_what_follows() 
     assert words(talk.pieces(HOST, MOVE)) == [f"garbage; {MOVE_WORDS}"]
 
 
-def test_text_is_shown_as_text() -> None:
-    assert words(conversation("asi_ms2000").pieces(HOST, b"W X\r")) == ["incomplete 'W X\\r'"]
+def test_text_is_shown_as_text_until_the_low_level_is_entered() -> None:
+    talk = conversation("asi_ms2000")
+    assert words(talk.pieces(HOST, b"W ")) == ["incomplete 'W '"]
+    assert words(talk.pieces(HOST, b"X\r/\r")) == ["text 'W X\\r'", "text '/\\r'"]
+    assert words(talk.pieces(CONTROLLER, b":A 0\r\nN\r\n")) == [
+        "text ':A 0\\r\\n'",
+        "text 'N\\r\\n'",
+    ]
+    assert words(talk.pieces(HOST, b"\xffB" + READ_POSITION)) == [
+        "setup SWITCH_TO_LOW_LEVEL",
+        "axis 0x18 (X) READ_MOTOR_POSITION",
+    ]
+    assert words(talk.pieces(CONTROLLER, b"\r\nN")) == [
+        "command READ_MOTOR_POSITION (reply) position=5114381"
+    ]
 
 
 def test_replies_are_told_by_what_was_asked() -> None:

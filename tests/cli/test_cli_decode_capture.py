@@ -146,6 +146,20 @@ def test_half_a_reply_that_was_given_up_is_shown(decode: Any) -> None:
     assert result.code == 1
 
 
+def test_text_before_the_low_level(decode: Any) -> None:
+    text = "# stagewire capture 1 protocol=asi_ms2000\n"
+    text += "0 > 57 20 58 0d\n1 < 3a 41 20 30 0d 0a\n2 > ff 42 18 61 03 3a\n3 < 01 02 03\n"
+    result = decode(text)
+    assert result.code == 0
+    assert [line.split(maxsplit=2)[2] for line in result.out.splitlines()] == [
+        r"text: 'W X\r'",
+        r"text: ':A 0\r\n'",
+        "setup SWITCH_TO_LOW_LEVEL",
+        "axis 0x18 (X) READ_MOTOR_POSITION",
+        "command READ_MOTOR_POSITION (reply) position=197121",
+    ]
+
+
 def test_one_reply_of_a_session_in_columns(decode: Any) -> None:
     options = ["--message", "READ_MOTOR_POSITION:reply", "--format", "csv"]
     rows = list(csv.DictReader(io.StringIO(decode(COMMANDS, *options).out)))

@@ -137,13 +137,25 @@ def test_options_of_the_command_line_are_those_of_a_bench() -> None:
         (["TDC001", "--tcp", "here:there"], "here:there"),
         (["TDC001", "BSC103", "--tcp", "65535"], "65536"),
         (["TDC001", "--bind", "203.0.113.9"], "203.0.113.9"),
-        (["TDC001", "--stage", "Z9"], "no stage Z9"),
+        (["TDC001", "--bind", "nosuch.invalid"], "cannot listen on nosuch.invalid:0: "),
+        (["TDC001", "--stage", "Z9"], "--stage: "),
+        (["TDC001", "--stage", "Z9"], "no stage Z9; did you mean Z8?"),
+        (["TDC001", "--travel", "0"], "(TDC001), --travel: TDC001 needs a travel"),
+        (["TDC001", "--travel", "9", "--position", "10"], ", --travel, --position: "),
+        (["TDC001", "--travel", "1 mm"], "'--travel': expected a whole number, not '1 mm'"),
+        (["TDC001", "--position", "x"], "'--position': expected a whole number, not 'x'"),
+        (["TDC001", "--seed", "1.5"], "'--seed': expected a whole number, not '1.5'"),
+        (["TDC001", "RACK"], "serve it with --bench FILE"),
+        (["RAK"], "did you mean RACK?"),
         (["TDC001", "--quirk", "none"], "long_status"),
         (["TDC001", "--fault", "to_host fly"], "duplicate"),
         (["TDC001", "--line", "wire"], "rs232"),
         (["MS2000", "--strategy", "colon_in_data"], "NAME=VALUE"),
         (["MS2000", "--strategy", "colon_in_data=maybe"], "end"),
-        (["TDC001", "--for", "-1"], "--for"),
+        *(
+            (["TDC001", "--for", time], f"'--for': expected a number of seconds, not '{time}'")
+            for time in ("-1", "inf", "nan", "x")
+        ),
         (["TDC001", "--log", "no/such/folder/log.txt"], "no/such/folder/log.txt"),
         (["--bench", "no-such-file.toml"], "no-such-file.toml"),
         (["--replay", "no-such-file.txt"], "no-such-file.txt"),
@@ -160,6 +172,7 @@ def test_called_wrongly(
     result = stagewire("virtual", *words, *([] if "--for" in words else ["--for", "0"]))
     assert result.code == 2
     assert said in result.err
+    assert "[Errno" not in result.err
     assert result.out == ""
 
 
@@ -202,6 +215,14 @@ def test_a_file_that_is_no_capture(stagewire: Stagewire, tmp_path: Path) -> None
     result = stagewire("virtual", "--replay", tmp_path / "notes.txt")
     assert result.code == 2
     assert "notes.txt" in result.err
+
+
+def test_a_capture_of_an_unknown_protocol(stagewire: Stagewire, tmp_path: Path) -> None:
+    session = tmp_path / "session.txt"
+    session.write_text("# stagewire capture 1 protocol=nothing\n")
+    result = stagewire("virtual", "--replay", session, "--for", "0")
+    assert result.code == 2
+    assert f"{session}, line 1: no protocol nothing" in result.err
 
 
 def test_a_bench_that_is_wrong_says_everything_at_once(

@@ -125,7 +125,7 @@ def _made(rng: Random, name: str, faults: list[str]) -> virtual.VirtualControlle
         options["answer_unsupported"] = rng.random() < 0.5
         options["line"] = rng.choice(("usb", "rs232"))
         options["quirks"] = rng.sample(sorted(QUIRKS), rng.choice((0, 0, 1, 2, len(QUIRKS))))
-        if rng.random() < 0.3:
+        if rng.random() < 0.3 and name != "TSC001":  # a solenoid has none
             options["travel"] = rng.choice((1, 200, 65535))
     controller: virtual.VirtualController = factory(**options)
     return controller

@@ -99,6 +99,19 @@ def test_everything_that_a_file_may_say(tmp_path: Path) -> None:
         unit.blueprint.make(SteppedClock())
 
 
+def test_ports_are_numbers_and_stages_are_named_in_any_case() -> None:
+    (unit,) = make_bench([{"name": "TDC001", "tcp": 4001, "stage": "z8"}]).units
+    assert unit.place == TcpPlace(4001)
+    assert unit.blueprint.options.channels == (Settings(stage=stages.Z8),)
+
+
+def test_problems_call_keys_as_they_are_told_to() -> None:
+    with pytest.raises(
+        BenchError, match=r"unit 1 \(TDC001\), <travel>, <position>: .*cannot stand"
+    ):
+        make_bench([{"name": "TDC001", "travel": 9, "position": 10}], called="<{}>".format)
+
+
 def test_a_unit_needs_no_more_than_its_name() -> None:
     (unit,) = make_bench([{"name": "TPZ001"}]).units
     assert (unit.place, unit.label, unit.blueprint.options) == (TcpPlace(0), "TPZ001", Options())
@@ -118,17 +131,20 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
         (
             {"name": "TDC001", "colour": 1},
             "unit 1 (TDC001), key colour",
-            "no such key; there are: name",
+            "no such key; there are: name, stage, travel",
         ),
         ({"name": "TDC001", "sede": 1}, "unit 1 (TDC001), key sede", "did you mean seed?"),
         ({"name": "TDC001", "seed": True}, "unit 1 (TDC001), key seed", "an integer, not True"),
         ({"name": "TDC001", "seed": 1.5}, "unit 1 (TDC001), key seed", "an integer, not 1.5"),
         ({"name": "TDC001", "line": "rs485"}, "unit 1 (TDC001), key line", "it is usb or rs232"),
         (
-            {"name": "TDC001", "stage": "Z9"},
+            {"name": "TDC001", "stage": "z9"},
             "unit 1 (TDC001), key stage",
-            "there are: APT_STEPPER, MLS203, Z8",
+            "no stage z9; did you mean Z8? (there are: APT_STEPPER, MLS203, Z8)",
         ),
+        ({"name": "TDC001", "stage": "rubber"}, "key stage", "no stage rubber (there are: APT"),
+        ({"name": "TSC001", "travel": 5}, "key travel", "moves nothing"),
+        ({"name": "TSG001", "faults": ["stick channel=1"]}, "key faults", "that could stick"),
         ({"name": "TDC001", "stage": "MLS203"}, "key stage", "not known (they are on: BBD101"),
         ({"name": "MS2000", "stage": "Z8"}, "key stage", "has no stage Z8 (there is none)"),
         ({"name": "TDC001", "travel": "1 mm"}, "key travel", "an integer, not '1 mm'"),
@@ -140,7 +156,8 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
         ({"name": "TDC001", "faults": ["to_host explode"]}, "key faults", "explode"),
         ({"name": "TDC001", "faults": ["to_host stick axis=9"]}, "key faults", ""),
         ({"name": "TDC001", "tcp": "here"}, "key tcp", "no place for TCP"),
-        ({"name": "TDC001", "tcp": 4001}, "key tcp", "expected a text, not 4001"),
+        ({"name": "TDC001", "tcp": 65536}, "key tcp", "'65536' is no place for TCP"),
+        ({"name": "TDC001", "tcp": True}, "key tcp", "'True' is no place for TCP"),
         ({"name": "TDC001", "tcp": "0.0.0.0:4001"}, "key tcp", "--bind 0.0.0.0"),
         ({"name": "TDC001", "tcp": "4001", "pty": True}, "key pty", "give tcp or pty, not both"),
         ({"name": "TDC001", "pty": 3}, "key pty", "expected true, or the name of a symbolic link"),
@@ -152,11 +169,13 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
             "did you mean stage?",
         ),
         ({"name": "TDC001", "travel": 3, "channel": [{}]}, "key channel", "not both"),
-        ({"name": "TDC001", "bays": ["MST601"]}, "key bays", "no such key"),
+        ({"name": "TDC001", "bays": ["MST601"]}, "key bays", 'only name = "RACK"'),
+        ({"name": "RAK"}, "key name", "did you mean RACK? (there are: BBD101"),
+        ({"name": "TDC01"}, "key name", "OST001, RACK, TDC001"),
         ({"name": "TDC001", "travel": 0}, "key travel", "needs a travel"),
         (
             {"name": "TDC001", "travel": 9, "position": 10},
-            "key travel, position",
+            "key travel, key position",
             "cannot stand at 10 of a travel of 9",
         ),
         ({"name": "MS2000", "answer_unsupported": True}, "key answer_unsupported", "stays silent"),
@@ -223,7 +242,8 @@ def test_any_number_of_units_may_take_free_ports() -> None:
     [
         ("", "key unit: there is no unit; each begins with a line [[unit]]"),
         ("unit = 3", "key unit: expected a list, not 3"),
-        ("[unit]\nname = 'TDC001'", "key unit: expected a list, not a table"),
+        ("[unit]\nname = 'TDC001'", "key unit: expected a list: each begins with a line [[unit]]"),
+        ("[[unit]]\nname = 'TDC001'\n[unit.channel]", "begins with a line [[unit.channel]]"),
         ("name = 'TDC001'", "key name: there is no such key; there are: unit"),
         ("[[unit]\n", "is no TOML file: "),
         ("[[unit]]\nseed = 1\nseed = 2", "Cannot overwrite a value"),

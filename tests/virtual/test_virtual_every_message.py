@@ -64,8 +64,9 @@ class Bench:
 
     def __init__(self, name: str, **options: Any) -> None:
         self.unit = UNITS[name]
-        travel = 1_000_000 if is_motor(name) else 200
-        self.controller = FACTORIES[name](travel=travel, **options)
+        if name != "TSC001":  # a solenoid has none
+            options["travel"] = 1_000_000 if is_motor(name) else 200
+        self.controller = FACTORIES[name](**options)
 
     def send(self, name: str, form: str, given: dict[str, Any], place: Place) -> list[Reply]:
         """Send a message; return what comes at once."""

@@ -181,6 +181,12 @@ def test_a_reply_of_a_protocol_of_commands_is_named_by_what_it_answers() -> None
     assert [data for _, data in bench.came] == [b"\x01\x02\x03"]
 
 
+def test_a_line_of_text_is_a_frame() -> None:
+    bench = Bench("to_controller drop frame every=2", unit="MS2000")
+    parts = b"W X\r", b"/\r", b"\xffB", b"\x18?:", b"\x18a\x03:"
+    assert bench.hear(b"".join(parts)) == [parts[0], parts[2], parts[4]]
+
+
 def test_the_rest_of_a_frame_is_not_waited_for_for_ever() -> None:
     """A damaged length would swallow what comes; a line with faults gives it up as one without does."""
     bench = Bench("to_controller drop frame at=99")

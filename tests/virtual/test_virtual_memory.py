@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from virtual_parrot import TICK, Notebook, Parrot
 
 import stagewire_virtual as virtual
-from stagewire.commands import ReplyReceived
+from stagewire.commands import ReplyReceived, TextReceived
 from stagewire.errors import BadValueError, StagewireError
 from stagewire.framing import Garbage
 from stagewire_apt import messages as apt
@@ -239,9 +239,37 @@ def test_a_command_that_has_no_answer_gives_none_up() -> None:
 
 def test_what_nobody_asked_for_is_garbage() -> None:
     with virtual.MS2000() as controller:
-        controller.write(b"V\r")  # the high-level format
+        controller.link.write(b"V\r")  # by somebody else
         (event,) = controller.read_frames()
         assert isinstance(event, Garbage)
+
+
+def test_text_is_answered_by_lines() -> None:
+    with virtual.MS2000() as controller:
+        controller.write(b"W X\r")
+        controller.write(b"/\r")
+        assert controller.read_frames() == [TextReceived(b":A 0\r\n"), TextReceived(b"N\r\n")]
+
+
+def test_what_is_read_as_bytes_is_answered() -> None:
+    with virtual.MS2000() as controller:
+        controller.write(ms.SwitchToLowLevel().pack())
+        controller.write(ms.ReadMotorPosition().pack(24))
+        assert controller.read() == bytes(3)
+        controller.write(ms.ReadStatusByte().pack(24))
+        (event,) = controller.read_frames()
+        assert isinstance(event, ReplyReceived)
+        assert event.request.message == ms.ReadStatusByte()
+
+
+@pytest.mark.parametrize("size", [1, 5, 6, 7, 90])
+def test_a_frame_of_which_some_was_read_as_bytes_is_not_torn(size: int) -> None:
+    with virtual.TDC001() as tdc:
+        tdc.write(REQ_INFO)
+        tdc.read(size)
+        tdc.write(REQ_INFO)
+        events = tdc.read_frames()
+        assert [len(event.raw) for event in events] == [90] * (1 if size == 90 else 2)
 
 
 def test_a_mid_frame_disconnect_leaves_half_a_frame() -> None:

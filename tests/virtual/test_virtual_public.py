@@ -9,13 +9,21 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import stagewire_virtual as virtual
+from stagewire.errors import BadValueError
 from stagewire_apt import stages
 from stagewire_virtual.controller import VirtualController
-from stagewire_virtual.errors import BadOptionError, UnknownUnitError, VirtualError
+from stagewire_virtual.errors import (
+    BadOptionError,
+    FaultError,
+    UnknownPartError,
+    UnknownUnitError,
+    VirtualError,
+)
 from stagewire_virtual.factory import Factory
 from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.units import all_units
@@ -107,10 +115,22 @@ def test_settings_of_channels() -> None:
         ({"faults": ["to_host explode"]}, "explode"),
         ({"empty_bays": [1]}, "no bay"),
         ({"stage": stages.MLS203}, "the scales of MLS203 on TDC001 are not known"),
-        ({"stage": "Z8"}, "such as stages.Z8, not 'Z8'"),
-        ({"travel": "1 mm"}, "travel is a whole number of counts, not '1 mm'"),
-        ({"position": 1.5}, "position is a whole number of counts, not 1.5"),
-        ({"channels": [{"position": 1}]}, "a list of Settings, not of {'position': 1}"),
+        ({"stage": "Z8"}, r"stage: expected .*stagewire_apt\.stages\.Z8.* not 'Z8'"),
+        ({"travel": "1 mm"}, "travel: expected a whole number, not '1 mm'"),
+        ({"travel": True}, "travel: expected a whole number, not True"),
+        ({"position": 1.5}, "position: expected a whole number, not 1.5"),
+        ({"seed": "a"}, "seed: expected a whole number, not 'a'"),
+        ({"seed": True}, "seed: expected a whole number, not True"),
+        ({"serial_number": "1"}, "serial_number: expected a whole number of eight digits, not '1'"),
+        ({"answer_unsupported": 1}, "answer_unsupported: expected True or False, not 1"),
+        ({"channels": [{"position": 1}]}, "expected a tuple of Settings, not .*'position': 1"),
+        ({"channels": Settings()}, r"channels are several; .* write channels=\[Settings"),
+        ({"quirks": [1]}, "quirks: expected a set of names"),
+        ({"empty_bays": 1}, r"write empty_bays=\[1\]"),
+        ({"empty_bays": ["1"]}, "empty_bays: expected a set of whole numbers"),
+        ({"strategies": "low"}, "strategies: expected a mapping .* not 'low'"),
+        ({"strategies": {"power_on_mode": 1}}, "strategies: expected a mapping"),
+        ({"faults": [3]}, "a fault is a text or a Fault, not 3"),
         # A type checker takes a text for a list of texts, which are its letters.
         ({"quirks": "long_status"}, r"write quirks=\['long_status'\]"),
         ({"faults": "to_host drop frame"}, r"write faults=\['to_host drop frame'\]"),
@@ -121,6 +141,40 @@ def test_what_a_unit_cannot_have_is_refused_when_it_is_made(
 ) -> None:
     with pytest.raises(VirtualError, match=what):
         virtual.TDC001(**options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "options", [{"line": "usb"}, {"quirks": "long_status"}, {"quirks": ["long_status"]}]
+)
+def test_options_check_themselves(options: dict[str, Any]) -> None:
+    (name,) = options
+    with pytest.raises(BadOptionError, match=f"^{name}: expected"):
+        Options(**options)
+
+
+@pytest.mark.parametrize("name", ["travel", "position"])
+def test_what_moves_nothing_has_no_travel(name: str) -> None:
+    with pytest.raises(BadOptionError, match="TSC001 moves nothing"):
+        virtual.TSC001(**{name: 5})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["TSC001", "TSG001"])
+def test_what_moves_nothing_cannot_stick(name: str) -> None:
+    make = getattr(virtual, name)
+    with make() as controller, pytest.raises(UnknownPartError, match="nothing of that kind"):
+        controller.instrument.stick("channel 1", True)
+    with pytest.raises(FaultError, match="no channel 1 that could stick"):
+        make(faults=["stick channel=1"])
+
+
+@pytest.mark.parametrize("seconds", ["x", None, -1, float("nan"), float("inf")])
+def test_a_time_that_cannot_pass(seconds: Any) -> None:
+    with virtual.TDC001() as tdc:
+        for wait in (tdc.advance, lambda time: tdc.read(timeout=time), tdc.read_frames):
+            with pytest.raises(BadValueError, match="seconds"):
+                wait(seconds)
+        with pytest.raises(BadValueError, match="not 'x', 0"):
+            tdc.read("x")  # type: ignore[arg-type]
 
 
 def test_a_rack_of_modules() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from stagewire.capture import Capture, CaptureReader, CaptureWriter, Heading
 from stagewire.direction import Direction
-from stagewire.errors import CaptureError, UnknownProtocolError
+from stagewire.errors import CaptureError
 from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.errors import ReplayError
 from stagewire_virtual.faults import FaultError, FaultyLine
@@ -341,6 +341,36 @@ def test_a_recording_of_an_ms2000() -> None:
     assert host.replay.ok
 
 
+def test_the_text_of_an_ms2000_is_compared_and_answered() -> None:
+    host = Host("""# stagewire capture 1 protocol=asi_ms2000 unit=MS2000
+0.0 > 57 20 58 0d
+0.1 < 3a 41 20 30 0d 0a
+0.2 > ff 42 18 61 03 3a
+0.3 < 01 02 03
+""")
+    host.send(b"W X\r")
+    assert b"".join(data for _, data in host.wait(1)) == b":A 0\r\n"
+    host.send(b"W Y\r")
+    assert str(host.replay.mismatches[0]) == (
+        "line 4: expected SWITCH_TO_LOW_LEVEL (ff 42), got 'W Y\\r'"
+    )
+    host.send(bytes.fromhex("ff42 1861033a"))
+    assert [data for _, data in host.wait(1)][-1] == b"\x01\x02\x03"
+    assert (host.replay.seen, host.replay.requests, host.replay.missing) == (3, 3, [])
+
+
+def test_lines_of_text_get_each_its_own_line() -> None:
+    host = Host("""# stagewire capture 1 protocol=asi_ms2000 unit=MS2000
+0.0 > 57 20 58 0d 0d 2f 0d ff 42 18 3f 3a
+0.1 < 3a 41 20 30 0d 0a 4e 0d 0a 62
+""")
+    answers = [(b"W X\r", b":A 0\r\n"), (b"\r", b""), (b"/\r", b"N\r\n"), (b"\xffB", b"")]
+    for request, answer in [*answers, (b"\x18?:", b"b")]:
+        host.send(request)
+        assert b"".join(data for _, data in host.wait(1)) == answer
+    assert host.replay.ok
+
+
 def test_a_unit_that_the_registry_has_not() -> None:
     host = Host("# stagewire capture 1 protocol=thorlabs_apt unit=KDC101\n0 > 140401005001\n")
     assert host.replay.unit.name == "KDC101"
@@ -374,8 +404,33 @@ def test_files(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match=r"session\.txt, line 13: 'x00000' is no time"):
         load_replay(path, SteppedClock())
     path.write_text("# stagewire capture 1 protocol=nothing\n", encoding="utf-8")
-    with pytest.raises(UnknownProtocolError, match="no protocol nothing is installed"):
+    with pytest.raises(CaptureError, match=r"session\.txt, line 1: no protocol nothing is installed"):
         load_replay(path, SteppedClock())
+
+
+REQUEST, ANSWER = "43 04 01 00", "15 04 0e 00 81 50 01"
+CUT_OFF = "line {}: the recording ends in the midst of {}, which {} ({} …)"
+
+
+@pytest.mark.parametrize(
+    ("rest", "said"),
+    [
+        ([f"15 > {REQUEST}"], [(14, "a request", "is left out", REQUEST)]),
+        ([f"15 > {REQUEST}", "15 > 50 01"], []),
+        ([f"15 > {REQUEST}", "17 > 92 04 00 00 50 01"], []),  # given up long before the end
+        ([f"15 < {ANSWER}"], [(14, "an answer", "stays so", ANSWER)]),
+        (
+            [f"15 < {ANSWER}", "16 > 43"],
+            [(15, "a request", "is left out", "43"), (14, "an answer", "stays so", ANSWER)],
+        ),
+    ],
+)
+def test_what_is_cut_off_at_the_end_is_told(
+    rest: list[str], said: list[tuple[int, str, str, str]]
+) -> None:
+    summary = Host(SESSION + "\n".join(rest)).replay.summary.splitlines()
+    told = [line for line in summary if "ends in the midst" in line]
+    assert told == [CUT_OFF.format(*each) for each in said]
 
 
 START, STOP = bytes.fromhex("110000005001"), bytes.fromhex("120000005001")

@@ -1,7 +1,7 @@
 """Which of several requests a recorded answer belongs to.
 
 Hosts send several requests before the first is answered. Then the registry says what answers what: the
-message of a frame, or the length of a reply that has no frame.
+message of a frame, or the length of a reply that has no frame. A line of text is answered by a line.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire.framed import FramedProtocol
 from stagewire.framing import End
+from stagewire_virtual.listening import is_text
 from stagewire_virtual.recording import Said, Step
 from stagewire_virtual.units import Unit
 
@@ -60,7 +61,7 @@ def _shares(burst: Sequence[Step], data: bytes, unit: Unit) -> Iterator[_Share]:
     if isinstance(unit.protocol, FramedProtocol):
         found = _by_message(burst, data, unit, unit.protocol)
     elif isinstance(unit.protocol, CommandProtocol):
-        found = _by_length(burst, len(data), unit.protocol)
+        found = _by_length(burst, data, unit.protocol)
     yield from reversed(found)
     yield len(data), burst[-1]
 
@@ -85,11 +86,15 @@ def _by_message(
     return found
 
 
-def _by_length(burst: Sequence[Step], size: int, protocol: CommandProtocol) -> list[_Share]:
+def _by_length(burst: Sequence[Step], data: bytes, protocol: CommandProtocol) -> list[_Share]:
     """Share bytes without a frame out, the last first, as far as they suffice for whole replies."""
     found: list[_Share] = []
+    size = len(data)
     for step in reversed(burst):
-        length = _reply_length(protocol, step.request)
+        if is_text(protocol, step.request):
+            length = _last_line(data[:size]) if step.request.strip() else 0
+        else:
+            length = _reply_length(protocol, step.request)
         if length > size:
             break
         found.append((length, step))
@@ -102,6 +107,11 @@ def _decoded(protocol: FramedProtocol, raw: bytes) -> Frame | None:
         return protocol.decode(raw)
     except CodecError:
         return None  # what nobody knows answers nothing
+
+
+def _last_line(data: bytes) -> int:
+    """Return the length of the line that bytes end with, 0 for none."""
+    return len(data) - data.rfind(b"\n", 0, -1) - 1 if data.endswith(b"\n") else 0
 
 
 def _reply_length(protocol: CommandProtocol, raw: bytes) -> int:

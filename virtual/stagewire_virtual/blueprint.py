@@ -11,7 +11,7 @@ from stagewire_virtual.errors import BadOptionError
 from stagewire_virtual.faults import Fault, FaultyLine
 from stagewire_virtual.instrument import Instrument
 from stagewire_virtual.making import make_instrument
-from stagewire_virtual.options import Line, Options, Settings
+from stagewire_virtual.options import Line, Options
 from stagewire_virtual.thorlabs_apt.instrument import rack_of
 from stagewire_virtual.units import Unit
 
@@ -44,7 +44,8 @@ class Blueprint:
         Raises :class:`~stagewire_virtual.errors.VirtualError` for what the unit cannot have.
         """
         for settings in self.options.channels:
-            _check(settings, self.units)
+            if settings.stage is not None:
+                check_stage(settings.stage, self.units)
         instrument: Instrument
         if self.unit is None:
             instrument = rack_of(self.bays, clock, self.options)
@@ -53,22 +54,6 @@ class Blueprint:
         if not self.faults:
             return instrument
         return FaultyLine(instrument, self.faults, self.options.seed)
-
-
-def _check(settings: Settings, units: Iterable[Unit]) -> None:
-    """Raise for settings that these units cannot have, and for what somebody took for settings."""
-    if not isinstance(settings, Settings):
-        raise BadOptionError(f"channels are a list of Settings, not of {settings!r}")
-    if not isinstance(settings.stage, Stage | None):
-        raise BadOptionError(
-            f"a stage is one of the protocol's module stages, such as stages.Z8, not {settings.stage!r}"
-        )
-    for what in ("travel", "position"):
-        value = getattr(settings, what)
-        if type(value) is not int and value is not None:
-            raise BadOptionError(f"{what} is a whole number of counts, not {value!r}")
-    if settings.stage is not None:
-        check_stage(settings.stage, units)
 
 
 def check_stage(stage: Stage, units: Iterable[Unit]) -> None:

@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import heapq
 import math
+import numbers
 import time
 from collections.abc import Callable
 from typing import Final
 
 from stagewire.errors import BadValueError
 
-__all__ = ["SECOND", "Clock", "RealClock", "SteppedClock", "Timer", "nanoseconds"]
+__all__ = ["SECOND", "Clock", "RealClock", "SteppedClock", "Timer", "nanoseconds", "passes"]
 
 SECOND: Final = 1_000_000_000
 """Nanoseconds in a second."""
@@ -29,6 +30,11 @@ _CANCELLED_AT_LEAST: Final = 64  # fewer are not worth the clearing
 def nanoseconds(seconds: float) -> int:
     """Return ``seconds`` as whole nanoseconds, to the nearest."""
     return round(seconds * SECOND)
+
+
+def passes(seconds: float) -> bool:
+    """Say whether a time can pass: a number that is not negative and has an end."""
+    return isinstance(seconds, numbers.Real) and 0 <= seconds * SECOND < math.inf
 
 
 class Timer:
@@ -114,8 +120,8 @@ class SteppedClock(Clock):
 
         Raises :class:`~stagewire.errors.BadValueError` for a time that is negative or has no end.
         """
-        if not 0 <= seconds * SECOND < math.inf:
-            raise BadValueError(f"time goes forward, not by {seconds} s")
+        if not passes(seconds):
+            raise BadValueError(f"time goes forward by a number of seconds, not by {seconds!r}")
         if self.call is None:
             self._pass(seconds)
         else:

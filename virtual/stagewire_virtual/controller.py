@@ -83,8 +83,11 @@ class VirtualController:
         """Return what it said: all, or ``size`` bytes; lets ``timeout`` seconds pass at most.
 
         See :meth:`.MemoryLink.read`. Without ``size`` it waits for the first byte, with it for all of them.
+        :meth:`read_frames` does not give out again what this completes.
         """
-        return self.link.read(size, timeout)
+        data = self.link.read(size, timeout)
+        self._hearing.heard(data)  # so that read_frames knows what has been answered
+        return data
 
     def read_frames(self, timeout: float = 0) -> list[Event]:
         """Return what it said as events, decoded by ``event.frame``, of commands by ``event.reply``.
@@ -93,7 +96,7 @@ class VirtualController:
         waits for its rest. Replies of commands have no frame: they are told by the commands that were
         written since the last reading, in order.
         """
-        return self._hearing.heard(self.read(timeout=timeout))
+        return self._hearing.heard(self.link.read(timeout=timeout))
 
     def unplug(self) -> None:
         """Pull the plug: :meth:`read` gives what came before, then it and :meth:`write` raise."""

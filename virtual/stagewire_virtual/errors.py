@@ -25,9 +25,15 @@ class VirtualError(StagewireError):
 
 
 class UnknownUnitError(VirtualError):
-    """There is no unit of that name in any installed protocol."""
+    """There is no unit of that name in any installed protocol.
+
+    :param name: what was asked for.
+    :param known: what there is.
+    """
 
     def __init__(self, name: str, known: Sequence[str]) -> None:
+        self.name = name
+        self.known = tuple(known)
         close = difflib.get_close_matches(name.upper()[:40], known, n=3)
         hint = f"; did you mean {' or '.join(close)}?" if close else ""
         super().__init__(f"there is no unit {name}{hint} (there are: {', '.join(known)})")

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from stagewire_virtual.blueprint import Blueprint, parse_line
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import BadOptionError, UnknownUnitError
-from stagewire_virtual.faults import Fault, parse_fault
-from stagewire_virtual.options import Line, Options, Settings
+from stagewire_virtual.faults import Fault
+from stagewire_virtual.faults.text import parse_faults
+from stagewire_virtual.options import Line, Options, Settings, several
 from stagewire_virtual.replay import load_replay
 from stagewire_virtual.thorlabs_apt.rack import RACK
 from stagewire_virtual.units import Unit, all_units, find_unit
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from stagewire_virtual.clock import SteppedClock
 
 __all__ = ["Factory", "factory_of", "rack", "replay_of"]
-
-_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,13 +69,13 @@ class Factory:
             seed=seed,
             serial_number=serial_number,
             line=parse_line(line),
-            quirks=frozenset(_several("quirks", quirks)),
+            quirks=frozenset(several("quirks", quirks)),
             answer_unsupported=answer_unsupported,
-            channels=tuple(channels),
-            empty_bays=frozenset(empty_bays),
-            strategies=dict(strategies or {}),
+            channels=tuple(several("channels", channels)),
+            empty_bays=frozenset(several("empty_bays", empty_bays)),
+            strategies={} if strategies is None else strategies,
         )
-        blueprint = Blueprint(unit=self.unit, options=options, faults=_faults(faults))
+        blueprint = Blueprint(unit=self.unit, options=options, faults=parse_faults(faults))
         return VirtualController(blueprint.make, clock, self.unit.name)
 
 
@@ -110,9 +109,11 @@ def rack(
     """
     modules = tuple(find_unit(name) if name else None for name in bays)
     options = Options(
-        seed=seed, quirks=frozenset(_several("quirks", quirks)), channels=tuple(channels)
+        seed=seed,
+        quirks=frozenset(several("quirks", quirks)),
+        channels=tuple(several("channels", channels)),
     )
-    blueprint = Blueprint(unit=None, bays=modules, options=options, faults=_faults(faults))
+    blueprint = Blueprint(unit=None, bays=modules, options=options, faults=parse_faults(faults))
     return VirtualController(blueprint.make, clock, RACK)
 
 
@@ -130,15 +131,3 @@ def replay_of(
     return VirtualController(
         lambda time: load_replay(path, time, lenient=lenient), clock, path.name
     )
-
-
-def _faults(faults: Iterable[Fault | str]) -> tuple[Fault, ...]:
-    given = _several("faults", faults)
-    return tuple(parse_fault(fault) if isinstance(fault, str) else fault for fault in given)
-
-
-def _several(what: str, given: Iterable[_T]) -> Iterable[_T]:
-    """Return what was given; type checkers pass a text for a list of texts, its letters."""
-    if isinstance(given, str):
-        raise BadOptionError(f"{what} are several; for one alone write {what}=[{given!r}]")
-    return given

@@ -58,7 +58,8 @@ class Instrument:
     def stick(self, part: str, stuck: bool) -> None:
         """Let an axis stick, or free it; ``part`` is named as in :class:`Row`.
 
-        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that it has not.
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that it has not, and for one
+        that moves nothing.
         """
         raise NotImplementedError
 

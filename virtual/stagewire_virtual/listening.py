@@ -1,4 +1,4 @@
-"""What a host sends, cut into frames, without waiting for ever for the rest of one."""
+"""What a host sends, cut into frames and lines of text, without waiting for ever for the rest of one."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Final
 
 from stagewire.commands import CommandProtocol
+from stagewire.commands.formats import host_framer
 from stagewire.errors import CodecError, UnsupportedError
 from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Event
@@ -14,12 +15,12 @@ from stagewire.packets import PacketProtocol
 from stagewire.protocol import Protocol
 from stagewire_virtual.clock import SECOND, Clock
 
-__all__ = ["PATIENCE", "Listener", "message_name"]
+__all__ = ["PATIENCE", "Listener", "is_text", "message_name"]
 
 PATIENCE: Final = SECOND
 """How long the rest of a frame is waited for. The APT document has no such time; without one, a length that
-was damaged would swallow what comes after it. A command without a header ends by its terminator, and is
-waited for."""
+was damaged would swallow what comes after it. A command without a header ends by its terminator, a
+line of text by its carriage return: they are waited for."""
 
 
 class _Framer(typing.Protocol):
@@ -57,6 +58,11 @@ class Listener:
         """Forget what has come of a frame."""
         self._framer, self._abandon = _framer(self._protocol)
 
+    @property
+    def pending(self) -> bytes:
+        """What has come of a frame whose rest is waited for."""
+        return self._framer.pending
+
     def hear(self, data: bytes) -> None:
         """Take what the host sends, cut at any byte."""
         self._heard = self._clock.now
@@ -80,7 +86,7 @@ class Listener:
 def _framer(protocol: Protocol) -> tuple[_Framer, Callable[[], list[Event]] | None]:
     """Return a framer of what a host sends, and what gives up the frame that it waits for."""
     if isinstance(protocol, CommandProtocol):
-        return protocol.framer(), None
+        return host_framer(protocol), None
     if isinstance(protocol, FramedProtocol):
         framer = protocol.framer(End.DEVICE)
         return framer, framer.abandon
@@ -88,6 +94,13 @@ def _framer(protocol: Protocol) -> tuple[_Framer, Callable[[], list[Event]] | No
         packets = protocol.framer()
         return packets, packets.abandon
     raise UnsupportedError(f"nothing cuts {protocol!r} into frames")
+
+
+def is_text(protocol: Protocol, request: bytes) -> bool:
+    """Say whether a request is a line of text, which ends as no command does."""
+    if not isinstance(protocol, CommandProtocol):
+        return False
+    return request[-1:] in (b"\r", b"\n") and request[-1] != protocol.marks.terminator
 
 
 def message_name(protocol: Protocol, raw: bytes) -> str | None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any, Final, TypeVar
 
 from stagewire import Stage
 from stagewire_virtual.errors import BadOptionError
 
-__all__ = ["Line", "Options", "Settings", "known_only"]
+__all__ = ["Line", "Options", "Settings", "known_only", "several"]
+
+_T = TypeVar("_T")
 
 
 class Line(enum.StrEnum):
@@ -28,11 +32,16 @@ class Settings:
     :param travel: of a stage in counts, of a piezo actuator in steps of 100 nm, of an axis of an MS-2000 in
         tenths of a micrometre.
     :param position: where it stands at the beginning, in the same unit, from the reverse end.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a value of another type.
     """
 
     stage: Stage | None = None
     travel: int | None = None
     position: int | None = None
+
+    def __post_init__(self) -> None:
+        _check(self, _SETTINGS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +57,8 @@ class Options:
         that follow; () is the default for all.
     :param empty_bays: bays of a rack without a card, counted from 0.
     :param strategies: readings of the MS-2000's document, name -> value.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a value of another type.
     """
 
     seed: int = 0
@@ -58,6 +69,9 @@ class Options:
     channels: tuple[Settings, ...] = ()
     empty_bays: frozenset[int] = frozenset()
     strategies: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __post_init__(self) -> None:
+        _check(self, _OPTIONS)
 
     def settings(self, index: int) -> Settings:
         """Return the settings of the channel that is ``index``-th, counted from 0."""
@@ -76,3 +90,66 @@ def known_only(what: str, given: Iterable[str], known: Iterable[str], unit: str)
         if name not in names:
             there = f"there are: {', '.join(names)}" if names else "there is none"
             raise BadOptionError(f"{unit} has no {what} {name} ({there})")
+
+
+def several(what: str, given: Iterable[_T]) -> Iterable[_T]:
+    """Return what was given as it is; raise for one alone.
+
+    Type checkers pass a text for a list of texts, which are its letters.
+    """
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise BadOptionError(f"{what} are several; for one alone write {what}=[{given!r}]")
+    return given
+
+
+_Fits = Callable[[Any], bool]
+
+
+def _whole(value: Any) -> bool:
+    return type(value) is int  # True is none
+
+
+def _none_or(fits: _Fits) -> _Fits:
+    return lambda value: value is None or fits(value)
+
+
+def _is(kind: type) -> _Fits:
+    return lambda value: isinstance(value, kind)
+
+
+def _all(kind: type, fits: _Fits) -> _Fits:
+    return lambda value: _is(kind)(value) and all(map(fits, value))
+
+
+def _texts_by_name(value: Any) -> bool:
+    return isinstance(value, Mapping) and all(map(_is(str), (*value, *value.values())))
+
+
+_SETTINGS: Final[Mapping[str, tuple[_Fits, str]]] = {
+    "stage": (
+        _none_or(_is(Stage)),
+        "a stage such as stagewire_apt.stages.Z8 (its name is for bench files and the command line)",
+    ),
+    "travel": (_none_or(_whole), "a whole number"),
+    "position": (_none_or(_whole), "a whole number"),
+}
+"""Whether a value is of the right type, and what is expected; by its name."""
+
+_OPTIONS: Final[Mapping[str, tuple[_Fits, str]]] = {
+    "seed": (_whole, "a whole number"),
+    "serial_number": (_none_or(_whole), "a whole number of eight digits"),
+    "line": (_is(Line), "Line.USB or Line.RS232"),
+    "quirks": (_all(AbstractSet, _is(str)), "a set of names"),
+    "answer_unsupported": (_is(bool), "True or False"),
+    "channels": (_all(tuple, _is(Settings)), "a tuple of Settings"),
+    "empty_bays": (_all(AbstractSet, _whole), "a set of whole numbers, the bays from 0"),
+    "strategies": (_texts_by_name, "a mapping such as {'power_on_mode': 'low'}"),
+}
+"""As :data:`_SETTINGS`."""
+
+
+def _check(given: object, kinds: Mapping[str, tuple[_Fits, str]]) -> None:
+    for name, (fits, expected) in kinds.items():
+        value = getattr(given, name)
+        if not fits(value):
+            raise BadOptionError(f"{name}: expected {expected}, not {value!r}")

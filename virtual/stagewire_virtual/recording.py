@@ -8,13 +8,14 @@ from typing import NamedTuple
 
 from stagewire.capture import Capture, Heading
 from stagewire.direction import Direction
-from stagewire.framing import Event, Garbage
+from stagewire.framed import FramedProtocol
+from stagewire.framing import End, Event, Garbage
 from stagewire.protocol import load_protocol
 from stagewire_virtual.clock import Clock, SteppedClock
 from stagewire_virtual.listening import Listener, message_name
 from stagewire_virtual.units import Unit, units_of
 
-__all__ = ["Requests", "Said", "Step", "steps_of", "unit_of"]
+__all__ = ["Requests", "Said", "Step", "loose_ends", "steps_of", "unit_of"]
 
 
 class Said(NamedTuple):
@@ -49,6 +50,7 @@ class Step:
 class Requests:
     """Cuts what a host sends into requests, however its bytes come.
 
+    A line of text, of a controller that takes text, too, is a request like a frame.
     Acknowledgements that keep a controller talking come when a clock of the host says so; they are no
     requests, and neither are bytes that belong to no frame.
 
@@ -108,6 +110,33 @@ def steps_of(capture: Capture, unit: Unit) -> list[Step]:
             line = recorded.line
             requests.receive(recorded.data)
     return steps or [Step(b"", 0, 0)]
+
+
+def loose_ends(capture: Capture, unit: Unit) -> list[str]:
+    """Return a sentence for each direction that ends in the midst of a frame, as in a file that was cut off.
+
+    Replies without a frame do not show it.
+    """
+    clock, protocol = SteppedClock(), unit.protocol
+    host = Listener(protocol, clock, lambda event: None)
+    controller = protocol.framer(End.HOST) if isinstance(protocol, FramedProtocol) else None
+    last: dict[Direction, int] = {}
+    for recorded in capture.recorded:
+        clock.run_until(recorded.time)
+        last[recorded.direction] = recorded.line
+        if recorded.direction is Direction.TO_CONTROLLER:
+            host.hear(recorded.data)
+        elif controller is not None:
+            controller.feed(recorded.data)
+    rests = (
+        (Direction.TO_CONTROLLER, host.pending, "a request, which is left out"),
+        (Direction.TO_HOST, controller.pending if controller else b"", "an answer, which stays so"),
+    )
+    return [
+        f"line {last[direction]}: the recording ends in the midst of {what} ({rest[:8].hex(' ')} …)"
+        for direction, rest, what in rests
+        if rest
+    ]
 
 
 def unit_of(heading: Heading) -> Unit:

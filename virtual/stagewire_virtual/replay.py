@@ -15,17 +15,19 @@ from pathlib import Path
 from typing import Final
 
 from stagewire.capture import Capture, read_capture
+from stagewire.errors import CaptureError, UnknownProtocolError
 from stagewire_virtual.answering import share_out
 from stagewire_virtual.clock import Clock, Timer
 from stagewire_virtual.errors import FaultError, ReplayError
 from stagewire_virtual.instrument import Row
-from stagewire_virtual.listening import message_name
-from stagewire_virtual.recording import Requests, Said, Step, steps_of, unit_of
+from stagewire_virtual.listening import is_text, message_name
+from stagewire_virtual.recording import Requests, Said, Step, loose_ends, steps_of, unit_of
 
 __all__ = ["Mismatch", "Replay", "load_replay"]
 
 _REMEMBERED: Final = 1000  # differences; the others are counted
 _SHOWN: Final = 10  # of them in a summary
+_WIDTH: Final = 32  # bytes of a request
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +74,7 @@ class Replay:
         self._lenient = lenient
         self._steps = steps_of(capture, self.unit)
         share_out(self._steps, self.unit)
+        self._loose_ends = loose_ends(capture, self.unit)
         self._requests = Requests(self.unit, clock, self._take)
         self._timer: Timer | None = None
         self.power_cycle()
@@ -134,7 +137,7 @@ class Replay:
 
     @property
     def summary(self) -> str:
-        """How it went, for people: one line, and one for each of the first differences."""
+        """How it went, for people: one line, one for each of the first differences, and what is cut off."""
         lines = [f"{self.seen} of {self.requests} requests came as they were recorded"]
         for what, count, found in (
             ("not due", self._differences, map(str, self.mismatches)),
@@ -144,7 +147,7 @@ class Replay:
                 lines.append(f"{count} {what}:")
                 lines += [f"  {line}" for line in islice(found, _SHOWN)]
                 lines += ["  …"] * (count > _SHOWN)
-        return "\n".join(lines)
+        return "\n".join(lines + self._loose_ends)
 
     def check(self) -> None:
         """Raise :class:`~stagewire_virtual.errors.ReplayError` with the summary unless all is well."""
@@ -201,17 +204,22 @@ class Replay:
 
     def _words(self, request: bytes) -> str:
         """Name a request, for people."""
+        if is_text(self.unit.protocol, request):
+            return repr(request[:_WIDTH].decode("latin-1"))
         name = message_name(self.unit.protocol, request) or "unknown"
-        return f"{name} ({request[:32].hex(' ')}{' …' if len(request) > 32 else ''})"
+        return f"{name} ({request[:_WIDTH].hex(' ')}{' …' if len(request) > _WIDTH else ''})"
 
 
 def load_replay(path: Path | str, clock: Clock, *, lenient: bool = False) -> Replay:
     """Return the replay of a capture in a file.
 
-    Raises :class:`~stagewire.errors.CaptureError` for what is none, :class:`OSError` for a file that
-    cannot be read, and what :class:`Replay` raises.
+    Raises :class:`~stagewire.errors.CaptureError` for what is none, and for one of a protocol that is not
+    installed, and :class:`OSError` for a file that cannot be read.
     """
-    return Replay(read_capture(path), clock, lenient=lenient)
+    try:
+        return Replay(read_capture(path), clock, lenient=lenient)
+    except UnknownProtocolError as error:
+        raise CaptureError(1, str(error), path) from None
 
 
 def _nobody_listens(data: bytes) -> None:

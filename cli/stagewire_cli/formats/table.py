@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TextIO
 
+from stagewire.commands import TextReceived
 from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire_cli.explain import explain
@@ -13,11 +14,13 @@ from stagewire_cli.formats.writer import PENDING, TextWriter
 from stagewire_cli.rendering import event_line, frame_line, frame_table, frame_title
 from stagewire_cli.terminal import console
 from stagewire_conformance.answers import Decoded, frame_answer
+from stagewire_conformance.codec import EVENT_NAMES
 from stagewire_conformance.hexes import spaced
 
 __all__ = ["TableWriter"]
 
 
+_TEXT = EVENT_NAMES[TextReceived]
 _MARKS = {"to_controller": ">", "to_host": "<"}
 """Which way bytes of a capture went, as captures spell it."""
 
@@ -59,9 +62,10 @@ class TableWriter(TextWriter):
         self.out.write(f"{self._place(offset)}  {line}\n")
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:
-        """Write bytes in one line."""
+        """Write bytes in one line, or text with its control characters spelled out."""
         what = "incomplete at the end" if kind == PENDING else kind
-        self._say(f"{self._place(offset)}  {what}: {spaced(raw)}")
+        shown = repr(raw.decode("latin-1")) if kind == _TEXT else spaced(raw)
+        self._say(f"{self._place(offset)}  {what}: {shown}")
 
     def _place(self, offset: int) -> str:
         """Return where an event stands: its offset in a stream, or its time and direction."""

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from stagewire.commands import CommandFrame, CommandProtocol
+from stagewire.commands.overheard import Asking, Replies
 from stagewire.direction import Direction
 from stagewire.errors import CodecError
 from stagewire.framed import FramedProtocol
@@ -19,7 +20,6 @@ from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.sink import Column
 from stagewire_cli.formats.typed import FrameRows, MessageRows, TypedRows, integer_type
 from stagewire_cli.hints import codecs, hints_for_frame, hints_for_packet
-from stagewire_cli.replies import Asking, Replies
 from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.codec.base import Codec, Reader
@@ -169,10 +169,12 @@ class CommandTask(Task):
         return super().reader(end)
 
     def readers(self) -> Mapping[Direction, Reader]:
-        """Return a framer of commands, and what knows by them which replies come."""
+        """Return what cuts commands and text, and what knows by them which replies come."""
         replies = Replies()
-        commands = Asking(self._reads(End.DEVICE), replies)
-        return {Direction.TO_CONTROLLER: commands, Direction.TO_HOST: replies}
+        return {
+            Direction.TO_CONTROLLER: Asking(self.protocol, replies),
+            Direction.TO_HOST: replies,
+        }
 
     def wants(self, decoded: Decoded) -> bool:
         """Whether a message is to be shown: with and without the size slot it has the same class."""

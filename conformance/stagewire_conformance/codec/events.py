@@ -1,4 +1,7 @@
-"""The events of all framers by the names that the testee protocol has for them."""
+"""The events of all framers by the names that the testee protocol has for them.
+
+Text it does not know: what a testee cuts is in one format. Recorded sessions have it.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from stagewire.commands import (
     BadCommandLength,
     CommandReceived,
     ReplyReceived,
+    TextReceived,
     UnknownCommand,
 )
 from stagewire.framing import BadLength, Event, Garbage, Received, Undocumented, Unknown
@@ -26,4 +30,5 @@ EVENT_NAMES: dict[type[Event], str] = {
     BadCommandLength: "bad_length",
     BadPacketLength: "bad_length",
     Garbage: "garbage",
+    TextReceived: "text",
 }

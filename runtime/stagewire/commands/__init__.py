@@ -27,7 +27,8 @@ byte more. A reply is its data and nothing else. Prefix, terminator and commands
 :mod:`stagewire.commands.replies`.
 
 The framer knows the low-level format alone: after a setup command that switches to another format, what comes
-is not commands. Who serves a controller stops feeding it then, and calls ``reset`` when it comes back.
+is not commands. Who serves a controller stops feeding it then, and calls ``reset`` when it comes back. Who
+only listens, such as a log, cuts both formats by :mod:`stagewire.commands.formats`.
 
 **Any chunking gives the same.** What is not all there is waited for, by no clock. The one trace of a
 chunk is that garbage is given out at the end of each feed: compare streams after
@@ -38,7 +39,12 @@ never held.
 """
 
 from stagewire.commands.command import Command, Reply, SetupCommand
-from stagewire.commands.events import BadCommandLength, CommandReceived, UnknownCommand
+from stagewire.commands.events import (
+    BadCommandLength,
+    CommandReceived,
+    TextReceived,
+    UnknownCommand,
+)
 from stagewire.commands.frame import FORMS, CommandFrame
 from stagewire.commands.framer import CommandFramer
 from stagewire.commands.marks import Marks
@@ -63,5 +69,6 @@ __all__ = [
     "Request",
     "Rule",
     "SetupCommand",
+    "TextReceived",
     "UnknownCommand",
 ]

@@ -1,4 +1,4 @@
-"""The events that a framer of commands gives out, beside :class:`~stagewire.framing.events.Garbage`.
+"""The events of commands, and of text instead, beside :class:`~stagewire.framing.events.Garbage`.
 
 The other events of :mod:`stagewire.framing` do not fit: their bytes begin with a header.
 """
@@ -13,7 +13,7 @@ TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
     from stagewire.commands.frame import CommandFrame
 
-__all__ = ["BadCommandLength", "CommandReceived", "UnknownCommand"]
+__all__ = ["BadCommandLength", "CommandReceived", "TextReceived", "UnknownCommand"]
 
 
 class CommandReceived(Event):
@@ -35,6 +35,15 @@ class CommandReceived(Event):
 
 class UnknownCommand(Event):
     """Up to a terminator, but byte 1 is the byte of no command."""
+
+    __slots__ = ()
+
+
+class TextReceived(Event):
+    """A line of text with its end, of either side; only who follows both formats gives it out.
+
+    See :mod:`stagewire.commands.formats`.
+    """
 
     __slots__ = ()
 

@@ -20,7 +20,7 @@ from stagewire_virtual.faults.flood import Flood, status_frame
 from stagewire_virtual.faults.keys import Action, Piece, one_of
 from stagewire_virtual.faults.parcel import Parcel
 from stagewire_virtual.faults.stage import Stage
-from stagewire_virtual.faults.text import parse_fault
+from stagewire_virtual.faults.text import parse_faults
 from stagewire_virtual.faults.way import Way
 from stagewire_virtual.listening import Listener, message_name
 
@@ -83,7 +83,7 @@ class FaultyLine:
         self._clock = instrument.clock
         self._asked: str | None = None  # the command that the controller is about to answer
         self._is_cut = False  # until the host sends again: then it has connected anew
-        made = [parse_fault(fault) if isinstance(fault, str) else fault for fault in faults]
+        made = parse_faults(faults)
         for fault in made:
             _check(fault, instrument.unit)
         self._named = any(fault.message for fault in made)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from stagewire_virtual.errors import FaultError
 from stagewire_virtual.faults.fault import DIRECTIONS, Fault
 from stagewire_virtual.faults.keys import KEYS, Action, Piece, one_of
+from stagewire_virtual.options import several
 
-__all__ = ["parse_fault"]
+__all__ = ["parse_fault", "parse_faults"]
 
 _ACTIONS = {action.value: action for action in Action}
 _PIECES = {piece.value: piece for piece in Piece}
@@ -25,6 +27,19 @@ def parse_fault(text: str) -> Fault:
     except FaultError as error:
         shown = text if len(text) <= 100 else f"{text[:100]}…"
         raise FaultError(f"fault {shown!r}: {error}") from None
+
+
+def parse_faults(faults: Iterable[Fault | str]) -> tuple[Fault, ...]:
+    """Return the faults that are given as text or as values.
+
+    Raises :class:`~stagewire_virtual.errors.VirtualError` for what is neither, and for one alone.
+    """
+    made: list[Fault] = []
+    for fault in several("faults", faults):
+        if not isinstance(fault, (Fault, str)):
+            raise FaultError(f"a fault is a text or a Fault, not {fault!r}")
+        made.append(parse_fault(fault) if isinstance(fault, str) else fault)
+    return tuple(made)
 
 
 def _parse(words: list[str]) -> Fault:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from stagewire.commands import CommandProtocol, CommandReceived
-from stagewire.commands.overheard import Replies
+from stagewire.commands import CommandProtocol
+from stagewire.commands.overheard import Asking, Replies
 from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Event
 from stagewire.packets import PacketProtocol
@@ -50,7 +50,7 @@ class _Frames(Hearing):
         self._framer = protocol.framer(End.HOST)
         deciding = {cls.layout.when.get("status") for cls in protocol.messages}
         # By some quirks a controller calls itself 0, or what the host is called.
-        sources = {*protocol.devices}
+        sources = {*protocol.devices, protocol.host, 0}
         for status in sorted(filter(None, deciding.intersection(statuses))):
             for source in sources:
                 self._framer.tell(source, status=status)
@@ -77,14 +77,14 @@ class _Replies(Hearing):
     """
 
     def __init__(self, protocol: CommandProtocol) -> None:
-        self._framer = protocol.framer()
         self._replies = Replies()
+        self._asking = Asking(protocol, self._replies)
+        self._has_asked = False
 
     def wrote(self, data: bytes) -> None:
-        for event in self._framer.feed(data):
-            if isinstance(event, CommandReceived):
-                self._replies.asked(event.frame)
+        self._asking.feed(data, goes_on=self._has_asked)
+        self._has_asked = True
 
     def heard(self, data: bytes) -> list[Event]:
-        self._replies.turn()
+        self._has_asked = False
         return self._replies.feed(data)

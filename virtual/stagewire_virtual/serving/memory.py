@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import ClassVar, Final
 
 from stagewire.errors import BadValueError
-from stagewire_virtual.clock import SECOND, nanoseconds
+from stagewire_virtual.clock import nanoseconds, passes
 from stagewire_virtual.errors import UnpluggedError
 from stagewire_virtual.serving.link import FarEnd, Link, Observer
 
@@ -74,9 +73,10 @@ class MemoryLink(Link):
 
         Raises :class:`~stagewire_virtual.errors.UnpluggedError` when nothing can come any more.
         """
-        if (size is not None and size < 0) or not 0 <= timeout * SECOND < math.inf:
+        if not (size is None or (isinstance(size, int) and size >= 0)) or not passes(timeout):
             raise BadValueError(
-                f"read takes a size of 0 or more, and a time that has an end, not {size}, {timeout}"
+                "read takes a size of 0 or more, and a time in seconds that has an end, "
+                f"not {size!r}, {timeout!r}"
             )
         wanted = 1 if size is None else size
         end = self.clock.now + nanoseconds(timeout)

@@ -131,6 +131,8 @@ class _Connection(asyncio.Protocol):
 
 def _why(error: OSError | OverflowError) -> str:
     """Return what the system has against it, without the number and the address, which it repeats."""
-    if isinstance(error, OSError) and error.errno is not None and error.errno > 0:
-        return os.strerror(error.errno).lower()
-    return str(error)
+    if not isinstance(error, OSError) or error.errno is None:
+        return str(error)
+    # Of a name that nobody knows the number is none of the system.
+    known = os.strerror(error.errno) if error.errno > 0 else error.strerror or str(error)
+    return known.lower()

@@ -90,7 +90,8 @@ class ServingThread:
 
         Raises what ``make`` raises, and :class:`~stagewire_virtual.errors.ServingError`.
         """
-        return self._wait(self._serve, make, place, RealClock() if clock is None else clock, label)
+        clock = RealClock() if clock is None else clock
+        return self._wait(lambda: self._serve(make, place, clock, label))
 
     def close(self, link: ServedLink) -> None:
         """Serve a link no more.
@@ -98,7 +99,7 @@ class ServingThread:
         Raises :class:`~stagewire_virtual.errors.VirtualError` when a controller failed meanwhile: nothing
         that a host sends should make it, so that this is an error in this package or in an observer.
         """
-        self._wait(self._close, link)
+        self._wait(lambda: self._close(link))
         if self._errors:
             error = self._errors.pop(0)
             raise VirtualError(
@@ -112,11 +113,11 @@ class ServingThread:
         """
         if threading.current_thread() is self._thread:
             return function(*arguments)
-        return self._wait(self._call, function, *arguments)
+        return self._wait(lambda: self._call(function, *arguments))
 
-    def _wait(self, job: Callable[..., Coroutine[Any, Any, _T]], *arguments: Any) -> _T:
+    def _wait(self, job: Callable[[], Coroutine[Any, Any, _T]]) -> _T:
         self.check()
-        return asyncio.run_coroutine_threadsafe(job(*arguments), self._loop).result()
+        return asyncio.run_coroutine_threadsafe(job(), self._loop).result()
 
     async def _call(self, function: Callable[..., _T], *arguments: Any) -> _T:
         await _let_come()

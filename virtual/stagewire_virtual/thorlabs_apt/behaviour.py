@@ -9,14 +9,13 @@ status messages.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
 if TYPE_CHECKING:
     from stagewire import Frame
-    from stagewire_virtual.instrument import Row
     from stagewire_virtual.thorlabs_apt.channel import Channel
 
-__all__ = ["Behaviour", "handles", "live", "stored"]
+__all__ = ["Behaviour", "Shown", "handles", "live", "stored"]
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
@@ -44,11 +43,21 @@ def stored(*sets: str) -> Callable[[_Method], _Method]:
     return _mark("stored", sets)
 
 
+class Shown(NamedTuple):
+    """What the live table shows of a channel; see :class:`~stagewire_virtual.instrument.Row`."""
+
+    position: str = ""
+    state: str = ""
+
+
 class Behaviour:
     """Base of the behaviours of one channel; does nothing of its own.
 
     :param channel: its parameters, its clock, and the way to the host.
     """
+
+    can_stick: ClassVar[bool] = False
+    """Whether it moves something that may stick."""
 
     _marked: ClassVar[Mapping[str, Mapping[str, str]]] = {"handles": {}, "live": {}, "stored": {}}
 
@@ -91,9 +100,9 @@ class Behaviour:
         """Return the fields of the status message of this instant, without the channel and reserved ones."""
         return {}
 
-    def row(self) -> Row | None:
+    def row(self) -> Shown:
         """Return what the live table shows of the channel."""
-        return None
+        return Shown()
 
     def method(self, kind: str, name: str) -> Callable[..., Any] | None:
         """Return the method that is marked for a message or set; ``kind`` is the name of the mark."""

@@ -206,8 +206,7 @@ class Controller:
         """Yield what the live table shows; ``where`` is put before the names of the channels."""
         flashes = ["identifying"] if self._clock.now < self._flashes_until else []
         for channel in self.channels:
-            row = channel.behaviour.row()
-            position, state = (row.position, row.state) if row else ("", "")
+            position, state = channel.behaviour.row()
             states = [state] if state else []
             yield Row(f"{where}channel {channel.ident}", position, ", ".join(states + flashes))
         if not self.channels:

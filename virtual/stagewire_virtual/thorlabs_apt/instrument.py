@@ -196,9 +196,13 @@ class AptInstrument(Instrument):
     def stick(self, part: str, stuck: bool) -> None:
         """Let an axis stick, or free it; ``part`` is named as in :class:`~stagewire_virtual.instrument.Row`.
 
-        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that it has not.
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that it has not, and for one
+        that moves nothing.
         """
-        self._channel(part).stuck = stuck
+        moving = {name: each for name, each in self._channels.items() if each.behaviour.can_stick}
+        if part not in moving:
+            raise UnknownPartError(f"{part} that could stick", list(moving))
+        moving[part].stuck = stuck
 
     @property
     def channels(self) -> tuple[Channel, ...]:

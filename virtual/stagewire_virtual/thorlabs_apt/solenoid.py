@@ -11,8 +11,9 @@ from stagewire_apt.enumerations import SolenoidInterlockMode, SolenoidOperatingM
 from stagewire_apt.flags import LedMode, StepperStatusBits
 from stagewire_apt.quantities import SOLENOID_TIME
 from stagewire_virtual.clock import Timer
-from stagewire_virtual.instrument import Row
-from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live, stored
+from stagewire_virtual.errors import BadOptionError
+from stagewire_virtual.options import Settings
+from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, Shown, handles, live, stored
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.cycles import Cycles
 
@@ -50,10 +51,16 @@ class Solenoid(Behaviour):
       ``interlock_enabled`` while the interlock is fitted.
 
     :param channel: its parameters, its clock, and the way to the host.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for settings: nothing is moved.
     """
 
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
+        if channel.settings != Settings():
+            raise BadOptionError(
+                f"{channel.unit.name} moves nothing: it has no stage, no travel and no position"
+            )
         self._interlock_closed = True
         self._held = False  # switched on in manual mode
         self._primed = False  # a trigger begins the cycles
@@ -124,7 +131,7 @@ class Solenoid(Behaviour):
             bits |= StepperStatusBits.interlock_enabled
         return {"position": int(self.on), "enc_count": 0, "status_bits": bits}
 
-    def row(self) -> Row:
+    def row(self) -> Shown:
         """Return whether the output is on, and the mode."""
         states = [SolenoidOperatingMode(self._mode).name.removeprefix("SOLENOID_").lower()]
         if self._cycles is not None:
@@ -133,7 +140,7 @@ class Solenoid(Behaviour):
             states.append("primed")
         if not self._may_work:
             states.append("interlock open")
-        return Row(f"channel {self.channel.ident}", "on" if self.on else "off", ", ".join(states))
+        return Shown("on" if self.on else "off", ", ".join(states))
 
     @live("MOT_SOL_STATE")
     def state(self) -> dict[str, int]:

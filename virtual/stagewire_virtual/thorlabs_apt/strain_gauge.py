@@ -11,8 +11,7 @@ from stagewire import Frame
 from stagewire_apt.enumerations import DisplayMode, HubAnalogueOutput
 from stagewire_apt.quantities import FORCE_CALIBRATION, TRAVEL
 from stagewire_virtual.clock import SECOND, Timer
-from stagewire_virtual.instrument import Row
-from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live
+from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, Shown, handles, live
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     FULL_SCALE,
@@ -116,7 +115,7 @@ class StrainGauge(Behaviour):
             "status_bits": self._bits.value(names),
         }
 
-    def row(self) -> Row:
+    def row(self) -> Shown:
         """Return the reading in the unit of the display."""
         share = self.reading()["reading"] / FULL_SCALE
         match self._mode:
@@ -126,9 +125,7 @@ class StrainGauge(Behaviour):
                 shown = f"{share * self._newtons:.3f} N"
             case _:
                 shown = f"{share * float(TRAVEL.from_counts(self.travel)):.3f} µm"
-        return Row(
-            f"channel {self.channel.ident}", shown, "zeroing" if self._zeroing else "reading"
-        )
+        return Shown(shown, "zeroing" if self._zeroing else "reading")
 
     @live("PZ_TSG_READING")
     def reading(self) -> dict[str, int]:

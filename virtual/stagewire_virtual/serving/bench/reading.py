@@ -3,34 +3,42 @@
 from __future__ import annotations
 
 import functools
-import importlib
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Final
 
 from stagewire import Stage
 from stagewire.errors import StagewireError
-from stagewire_virtual.blueprint import Blueprint, check_stage, parse_line
+from stagewire_virtual.blueprint import Blueprint
 from stagewire_virtual.clock import SteppedClock
-from stagewire_virtual.errors import BadOptionError, BenchError
-from stagewire_virtual.faults import Fault, parse_fault
+from stagewire_virtual.errors import BenchError
 from stagewire_virtual.options import Line, Options, Settings
 from stagewire_virtual.serving.bench.bench import Bench, BenchUnit
 from stagewire_virtual.serving.bench.tables import (
     Convert,
     Table,
-    any_table,
+    called_by_key,
     flag,
     integer,
     list_of,
     table_of,
+    tables_of,
     text,
+)
+from stagewire_virtual.serving.bench.values import (
+    fault_of,
+    line_called,
+    module_called,
+    pty_place,
+    stage_of,
+    tcp_place,
+    unit_called,
 )
 from stagewire_virtual.serving.places import Place, PtyPlace, TcpPlace, parse_tcp
 from stagewire_virtual.thorlabs_apt.rack import RACK
-from stagewire_virtual.units import Unit, find_unit
+from stagewire_virtual.units import Unit
 
 __all__ = ["load_bench", "make_bench"]
 
@@ -56,34 +64,42 @@ def load_bench(path: str | Path, bind: str | None = None) -> Bench:
         raise BenchError([f"{path}: is no TOML file: {error}"]) from error
     problems: list[str] = []
     top = Table(contents, str(path), problems)
-    tables = top.take("unit", list_of(any_table), ())
+    tables = top.take("unit", tables_of("unit"), ())
     top.refuse_others()
     if not tables and not problems:
         top.wrong("unit", "there is no unit; each begins with a line [[unit]]")
-    return _bench(tables, str(path), bind, problems)
+    return _bench(tables, str(path), bind, problems, called_by_key)
 
 
 def make_bench(
-    tables: Sequence[Mapping[str, Any]], source: str = "the command line", bind: str | None = None
+    tables: Sequence[Mapping[str, Any]],
+    source: str = "the command line",
+    bind: str | None = None,
+    called: Callable[[str], str] = called_by_key,
 ) -> Bench:
     """Make a bench of tables with the keys of a TOML file: ``[{"name": "TDC001", "tcp": "4001"}]``.
 
     :param source: where they come from; begins each line of an error.
+    :param called: gives a key the name by which an error calls it.
 
     Raises :class:`~stagewire_virtual.errors.BenchError` with everything that is wrong with it.
     """
-    return _bench(tables, source, bind, [])
+    return _bench(tables, source, bind, [], called)
 
 
 def _bench(
-    tables: Sequence[Mapping[str, Any]], source: str, bind: str | None, problems: list[str]
+    tables: Sequence[Mapping[str, Any]],
+    source: str,
+    bind: str | None,
+    problems: list[str],
+    called: Callable[[str], str],
 ) -> Bench:
     units: list[BenchUnit] = []
     taken: dict[str, str] = {}
     for number, values in enumerate(tables, 1):
         name = values.get("name")
         shown = f" ({name})" if isinstance(name, str) else ""
-        table = Table(values, f"{source}: unit {number}{shown}", problems)
+        table = Table(values, f"{source}: unit {number}{shown}", problems, called)
         unit = _unit(table, number - 1, bind)
         if unit is not None:
             _check_place(table, unit.place, taken)
@@ -99,19 +115,19 @@ def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
     if "name" not in table:
         table.wrong("name", f"missing; it is a unit such as TDC001, or {RACK} for modules in bays")
     is_rack = name.upper() == RACK
-    unit = None if is_rack else table.take("name", find_unit, None) if name else None
-    bays = table.take("bays", list_of(_module), None) if is_rack else ()
+    unit = None if is_rack else table.take("name", unit_called, None) if name else None
+    bays = table.take("bays", list_of(module_called), None) if is_rack else _no_bays(table)
     if is_rack and "bays" not in table:
         table.wrong("bays", 'missing; it lists the modules, such as ["MST601", "", "MPZ601"]')
     channels = _channels(table, [known for known in (unit, *(bays or ())) if known is not None])
     label = table.take("label", text, "") or name
     place = _place(table, bind)
-    faults = table.take("faults", list_of(_fault), ())
+    faults = table.take("faults", list_of(fault_of), ())
     options = Options(
         channels=channels,
         seed=table.take("seed", integer, index),
         serial_number=table.take("serial_number", integer, None),
-        line=table.take("line", _line, Line.USB),
+        line=table.take("line", line_called, Line.USB),
         quirks=frozenset(table.take("quirks", list_of(text), ())),
         answer_unsupported=table.take("answer_unsupported", flag, False),
         empty_bays=frozenset(table.take("empty_bays", list_of(integer), ())),
@@ -128,7 +144,7 @@ def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
 def _try(table: Table, blueprint: Blueprint) -> None:
     """Note what the unit refuses: each option by itself, lest one hide another; all of them; each fault."""
 
-    def refused(key: str, attempt: Blueprint) -> bool:
+    def refused(key: str | Sequence[str], attempt: Blueprint) -> bool:
         try:
             attempt.make(SteppedClock())
         except StagewireError as error:
@@ -139,7 +155,8 @@ def _try(table: Table, blueprint: Blueprint) -> None:
     bare = replace(blueprint, options=Options(), faults=())
     if refused("name" if blueprint.unit else "bays", bare):
         return
-    channels = "channel" if "channel" in table else ", ".join(key for key in _SHORT if key in table)
+    short = [key for key in _SHORT if key in table]
+    channels = ["channel"] if "channel" in table else short
     alone = [
         refused(
             channels if option == "channels" else option,
@@ -157,11 +174,11 @@ def _try(table: Table, blueprint: Blueprint) -> None:
 
 def _channels(table: Table, units: Sequence[Unit]) -> tuple[Settings, ...]:
     """Return the settings of the channels, of the short form or one by one."""
-    stage = functools.partial(_stage, units)
+    stage = functools.partial(stage_of, units)
     short = _settings(table, stage)
     channels = tuple(
         _channel(table.inner(values, f"channel {number}"), stage)
-        for number, values in enumerate(table.take("channel", list_of(any_table), ()), 1)
+        for number, values in enumerate(table.take("channel", tables_of("unit.channel"), ()), 1)
     )
     if short != Settings() and channels:
         table.wrong(
@@ -184,35 +201,12 @@ def _settings(table: Table, stage: Convert[Stage | None]) -> Settings:
     )
 
 
-def _stage(units: Sequence[Unit], value: Any) -> Stage | None:
-    """Return a stage of the protocol of the units, by name; None where none of them is known."""
-    name = text(value)
-    if not units:
-        return None
-    protocol = units[0].protocol
-    known = sorted(stage["name"] for stage in units[0].registry["stages"])
-    if name not in known:
-        there = f"there are: {', '.join(known)}" if known else "there is none"
-        raise BadOptionError(f"{protocol.title} has no stage {name} ({there})")
-    stage: Stage = getattr(importlib.import_module(f"{protocol.package}.stages"), name)
-    check_stage(stage, units)
-    return stage
-
-
 def _place(table: Table, bind: str | None) -> Place:
-    tcp = table.take("tcp", lambda value: parse_tcp(text(value), bind), None)
-    pty = table.take("pty", _pty, None)
+    tcp = table.take("tcp", functools.partial(tcp_place, bind), None)
+    pty = table.take("pty", pty_place, None)
     if tcp is not None and pty is not None:
         table.wrong("pty", "give tcp or pty, not both")
     return pty or tcp or parse_tcp("0", bind)
-
-
-def _pty(value: Any) -> PtyPlace | None:
-    if isinstance(value, bool):
-        return PtyPlace() if value else None
-    if not isinstance(value, str) or not value:
-        raise BadOptionError("expected true, or the name of a symbolic link to be made")
-    return PtyPlace(Path(value))
 
 
 def _check_place(table: Table, place: Place, taken: dict[str, str]) -> None:
@@ -229,15 +223,9 @@ def _check_place(table: Table, place: Place, taken: dict[str, str]) -> None:
         table.wrong(key, f"{spot} is already taken; see {first}")
 
 
-def _module(value: Any) -> Unit | None:
-    """Return the module in a bay; an empty name is an empty bay."""
-    name = text(value)
-    return find_unit(name) if name else None
-
-
-def _line(value: Any) -> Line:
-    return parse_line(text(value))
-
-
-def _fault(value: Any) -> Fault:
-    return parse_fault(text(value))
+def _no_bays(table: Table) -> tuple[Unit | None, ...]:
+    """Return the bays that can be told of a unit that is no rack of modules: none."""
+    if "bays" in table:
+        table.take("bays", lambda value: value, None)
+        table.wrong("bays", f'only name = "{RACK}", a rack of modules, has bays with names')
+    return ()

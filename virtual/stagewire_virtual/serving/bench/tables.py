@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
 from stagewire.errors import StagewireError
 
-__all__ = ["Convert", "Table", "any_table", "flag", "integer", "list_of", "table_of", "text"]
+__all__ = [
+    "Convert",
+    "Table",
+    "called_by_key",
+    "flag",
+    "integer",
+    "list_of",
+    "table_of",
+    "tables_of",
+    "text",
+]
 
 _T = TypeVar("_T")
 _D = TypeVar("_D")
@@ -42,18 +52,31 @@ class _WrongValuesError(StagewireError):
     """Values in a list that are wrong."""
 
 
+def called_by_key(key: str) -> str:
+    """Return what a problem calls the key that it is about."""
+    return f"key {key}"
+
+
 class Table:
     """A table that is read key by key.
 
     :param values: by key.
     :param where: where it stands, such as ``bench.toml: unit 2``; begins each problem.
     :param problems: where problems are added.
+    :param called: gives a key the name that it has for who wrote it.
     """
 
-    def __init__(self, values: Mapping[str, Any], where: str, problems: list[str]) -> None:
+    def __init__(
+        self,
+        values: Mapping[str, Any],
+        where: str,
+        problems: list[str],
+        called: Callable[[str], str] = called_by_key,
+    ) -> None:
         self._values = values
-        self._known: list[str] = []
+        self._known: dict[str, None] = {}  # in the order in which they were asked for
         self._problems = problems
+        self._called = called
         self.where = where
 
     def __contains__(self, key: str) -> bool:
@@ -61,7 +84,7 @@ class Table:
 
     def take(self, key: str, convert: Convert[_T], otherwise: _D) -> _T | _D:
         """Return the value of a key as ``convert`` makes it, ``otherwise`` without one that is right."""
-        self._known.append(key)
+        self._known[key] = None
         if key not in self._values:
             return otherwise
         try:
@@ -72,11 +95,13 @@ class Table:
 
     def inner(self, values: Mapping[str, Any], what: str) -> Table:
         """Return a table inside of this one; its problems are added to the same ones."""
-        return Table(values, f"{self.where}, {what}", self._problems)
+        return Table(values, f"{self.where}, {what}", self._problems, self._called)
 
-    def wrong(self, key: str, what: str) -> None:
-        """Note that something is wrong with a key."""
-        self._problems.append(f"{self.where}, key {key}: {what}")
+    def wrong(self, keys: str | Sequence[str], what: str) -> None:
+        """Note that something is wrong with a key, or with several together."""
+        names = [keys] if isinstance(keys, str) else keys
+        called = ", ".join(map(self._called, names))
+        self._problems.append(f"{self.where}, {called}: {what}")
 
     def refuse_others(self) -> None:
         """Note each key that nobody has asked for."""
@@ -134,8 +159,19 @@ def table_of(convert: Convert[_T]) -> Convert[dict[str, _T]]:
     return convert_all
 
 
-def any_table(value: Any) -> Mapping[str, Any]:
-    """Return a table as it is."""
+def tables_of(header: str) -> Convert[tuple[Mapping[str, Any], ...]]:
+    """Return what takes a list of tables as they are; each begins with a line ``[[header]]``."""
+    convert_all = list_of(_table)
+
+    def convert(value: Any) -> tuple[Mapping[str, Any], ...]:
+        if isinstance(value, Mapping):
+            raise _WrongKindError(f"a list: each begins with a line [[{header}]]", value)
+        return convert_all(value)
+
+    return convert
+
+
+def _table(value: Any) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
         raise _WrongKindError("a table", value)
     return value

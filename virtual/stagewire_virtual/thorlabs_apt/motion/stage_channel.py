@@ -7,9 +7,8 @@ from typing import Any, Final
 
 from stagewire import Frame
 from stagewire_apt import messages as m
-from stagewire_virtual.instrument import Row
 from stagewire_virtual.motion import Axis
-from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live, stored
+from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, Shown, handles, live, stored
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.motion.counters import Counter
 from stagewire_virtual.thorlabs_apt.motion.defaults import (
@@ -35,6 +34,8 @@ class StageChannel(Behaviour):
 
     :param channel: its parameters, its clock, and the way to the host.
     """
+
+    can_stick = True
 
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
@@ -119,12 +120,12 @@ class StageChannel(Behaviour):
         velocity = min(max(velocity, -_FASTEST), _FASTEST)
         return {"position": position, "velocity": velocity, **self.status_bits()}
 
-    def row(self) -> Row:
+    def row(self) -> Shown:
         """Return what the live table shows: millimetres where the scale is known, else counts."""
         counts = self._position.value
         scale = self._scales.counts_per_mm
         position = f"{float(counts / scale):.4f} mm" if scale else f"{counts} counts"
-        return Row(f"channel {self.channel.ident}", position, self._state().words)
+        return Shown(position, self._state().words)
 
     def _state(self) -> State:
         action, drive = self._drive.action, self._drive

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from stagewire import Frame
 from stagewire_apt import messages as m
 from stagewire_apt.quantities import MAXIMUM_VOLTS, TRAVEL
-from stagewire_virtual.instrument import Row
-from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, handles, live, stored
+from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, Shown, handles, live, stored
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.parameters import obey_enable_state
 from stagewire_virtual.thorlabs_apt.piezo.actuator import FULL_SCALE, finite, travel_and_share
@@ -45,6 +44,8 @@ class Piezo(Behaviour):
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for a travel or a position that cannot be.
     """
+
+    can_stick = True
 
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
@@ -139,12 +140,12 @@ class Piezo(Behaviour):
             **self.status_bits(),
         }
 
-    def row(self) -> Row:
+    def row(self) -> Shown:
         """Return voltage, position and what the channel does."""
         measured = f"{self.volts:.2f} V"
         if self._drive.has_strain_gauge:
             measured += f", {self.position:.3f} µm"
-        return Row(f"channel {self.channel.ident}", measured, self._doing())
+        return Shown(measured, self._doing())
 
     @live("PZ_PZSTATUSBITS")
     def status_bits(self) -> dict[str, int]:

@@ -1,0 +1,164 @@
+"""Both formats of a host, and the replies to them, on a line that is listened to."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from invented_commands import PROTOCOL as INVENTED
+
+from stagewire.commands import CommandFramer, CommandReceived, ReplyReceived, TextReceived
+from stagewire.commands.formats import LONGEST_LINE, FormatFramer, host_framer
+from stagewire.commands.overheard import Asking, Replies
+from stagewire.framing import Event, Garbage, join_garbage
+from stagewire_ms2000 import PROTOCOL
+
+HIGH, LOW, RESET, HUNDREDTHS = b"\xffA", b"\xffB", b"\xffR", b"\xffH"
+ASK, STATUS = b"\x18a\x03:", b"\x18?:"
+SWITCH_IN_DATA = b"\x18T\x03\xffA\x00:"
+"""A move whose data look like SWITCH_TO_HIGH_LEVEL."""
+
+
+def kinds(events: list[Event]) -> str:
+    """Return events in letters: Text, Command, Garbage, other."""
+    letters = {TextReceived: "T", CommandReceived: "C", Garbage: "G"}
+    return "".join(letters.get(type(event), "?") for event in events)
+
+
+@pytest.mark.parametrize(
+    ("sent", "found"),
+    [
+        ([b"W X\r", b"/\r"], "TT"),
+        ([b"W X\r", b"\n", b"/\r", b"\r"], "TTTT"),
+        ([b"W X\r", LOW, ASK], "TCC"),
+        ([b"W ", LOW, ASK], "GCC"),  # a line that is interrupted
+        ([ASK, STATUS], "CC"),  # nobody switched: it is no text
+        ([ASK, b"W X\r"], "C"),  # from then on it is no text either
+        ([b"a", b"\x03:", ASK], "GGC"),  # a recording that begins within a command
+        ([b":", ASK], "GC"),
+        ([HUNDREDTHS, b"W X\r"], "CT"),  # switches nothing
+        ([LOW, b"Xa\x03:", HIGH, b"W X\r"], "CCCT"),  # an axis by a letter
+        ([LOW, SWITCH_IN_DATA, ASK], "CCC"),
+        ([HIGH, b"\x18a\r", LOW, ASK], "CTCC"),  # text is what it is said to be
+        ([LOW, RESET, b"W X\r"], "CCT"),
+        ([LOW, RESET, ASK], "CCC"),
+        ([HIGH, RESET, ASK], "CCC"),
+        ([HIGH, b"\xff\r", b"\xff\xff\r"], "CTT"),  # the prefix and no setup command
+        ([b"\xff\x18:", ASK], "GC"),
+        ([LOW, HIGH, LOW, HIGH, b"W\r"], "CCCCT"),
+        ([b"x" * (LONGEST_LINE - 1) + b"\r", b"/\r"], "TT"),
+        ([b"x" * LONGEST_LINE + b"\r", b"/\r"], "GT"),
+        ([b"x" * LONGEST_LINE, LOW, ASK], "GCC"),
+    ],
+)
+@pytest.mark.parametrize("size", [1, 2, 3, 1 << 20])
+def test_what_is_text_and_what_a_command(sent: list[bytes], found: str, size: int) -> None:
+    framer = FormatFramer(PROTOCOL)
+    data = b"".join(sent)
+    events: list[Event] = []
+    for at in range(0, len(data), size):
+        events += framer.feed(data[at : at + size])
+    events = join_garbage(events)
+    assert kinds(events) == kinds(join_garbage([_like(kind, b"") for kind in found]))
+    assert b"".join(event.raw for event in events) + framer.pending == data
+    whole = [event.raw for event in events if type(event) is not Garbage]
+    assert whole == [part for part, kind in zip(sent, found, strict=False) if kind != "G"]
+
+
+def _like(kind: str, raw: bytes) -> Event:
+    if kind == "C":
+        return CommandReceived(raw, PROTOCOL.decode)
+    return TextReceived(raw) if kind == "T" else Garbage(raw)
+
+
+PIECES = [HIGH, LOW, RESET, HUNDREDTHS, ASK, STATUS, SWITCH_IN_DATA, b"W X\r", b"\xff", b"\n", b":"]
+
+
+@given(
+    parts=st.lists(st.sampled_from(PIECES) | st.binary(max_size=8), max_size=20),
+    cuts=st.lists(st.integers(0, 160), max_size=12),
+)
+def test_any_chunking_gives_the_same(parts: list[bytes], cuts: list[int]) -> None:
+    data = b"".join(parts)
+    whole, chunked = FormatFramer(PROTOCOL), FormatFramer(PROTOCOL)
+    events: list[Event] = []
+    for start, end in pairwise([0, *sorted(min(cut, len(data)) for cut in cuts), len(data)]):
+        events += chunked.feed(data[start:end])
+    assert join_garbage(events) == join_garbage(whole.feed(data))
+    assert chunked.pending == whole.pending
+    assert b"".join(event.raw for event in events) + chunked.pending == data
+
+
+@given(st.lists(st.sampled_from(PIECES) | st.binary(max_size=8), max_size=20))
+def test_the_low_level_is_cut_as_the_framer_of_commands_cuts_it(parts: list[bytes]) -> None:
+    data = b"".join(parts).replace(b"A", b"a").replace(b"R", b"r")  # nothing leaves it
+    both, commands = FormatFramer(PROTOCOL), PROTOCOL.framer()
+    assert join_garbage(both.feed(LOW + data)) == join_garbage(commands.feed(LOW + data))
+    assert both.pending == commands.pending
+
+
+@pytest.mark.parametrize("mode", [b"", HIGH, LOW])
+def test_memory_is_bounded(mode: bytes) -> None:
+    framer = FormatFramer(PROTOCOL)
+    framer.feed(mode)
+    for _ in range(50):
+        framer.feed(b"x" * 1000 + b"\xff")
+        assert len(framer.pending) <= LONGEST_LINE
+
+
+def test_a_protocol_without_text_has_commands_alone() -> None:
+    assert isinstance(host_framer(INVENTED), CommandFramer)
+    assert isinstance(host_framer(PROTOCOL), FormatFramer)
+
+
+# Replies
+
+
+def heard(*turns: tuple[bytes, bytes]) -> list[list[bytes | str]]:
+    """Return the replies of each turn: what was asked, text as its bytes, garbage in hex."""
+    replies = Replies()
+    asking = Asking(PROTOCOL, replies)
+    found: list[list[bytes | str]] = []
+    for sent, said in turns:
+        asking.feed(sent)
+        found.append([_words(event) for event in replies.feed(said)])
+    return found
+
+
+def _words(event: Event) -> bytes | str:
+    if isinstance(event, ReplyReceived):
+        return event.request.message.layout.message
+    return event.raw if isinstance(event, TextReceived) else f"garbage {event.raw.hex()}"
+
+
+@pytest.mark.parametrize(
+    ("turns", "found"),
+    [
+        ([(b"W X\r/\r", b":A 0\r\nN\r\n")], [[b":A 0\r\n", b"N\r\n"]]),
+        ([(b"INFO X\r", b"one\r\ntwo\r\n")], [[b"one\r\n", b"two\r\n"]]),  # several lines
+        (
+            [(b"/\r" + LOW + ASK, b"N\r\n\r\nN")],
+            [[b"N\r\n", "READ_MOTOR_POSITION"]],
+        ),
+        ([(b"/\r", b"N"), (LOW + STATUS, b"b")], [[], ["garbage 4e", "READ_STATUS"]]),
+        ([(b"\r\n", b"N\r\n")], [["garbage 4e0d0a"]]),  # an empty line asks nothing
+        ([(b"/\r", b"x" * LONGEST_LINE)], [["garbage " + "78" * LONGEST_LINE]]),
+    ],
+)
+def test_text_is_answered_by_lines(
+    turns: list[tuple[bytes, bytes]], found: list[list[bytes | str]]
+) -> None:
+    assert heard(*turns) == found
+
+
+def test_what_goes_on_gives_nothing_up() -> None:
+    replies = Replies()
+    asking = Asking(PROTOCOL, replies)
+    asking.feed(LOW + ASK)
+    asking.feed(STATUS, goes_on=True)
+    assert [_words(event) for event in replies.feed(b"\x01\x02\x03b")] == [
+        "READ_MOTOR_POSITION",
+        "READ_STATUS",
+    ]
