@@ -23,6 +23,7 @@ PACKAGES = {
     "stagewire_cli": ROOT / "cli",
     "stagewire_conformance": ROOT / "conformance",
     "stagewire_generator": ROOT / "generator",
+    "stagewire_virtual": ROOT / "virtual",
 }
 EXTRA = ("yaml", "jinja2", "jsonschema", "jsonschema_rs", "junitparser", "ruamel")
 MOVE = "53 04 06 00 D0 01 01 00 40 0D 03 00"
@@ -191,6 +192,7 @@ print(json.dumps([inside, available_protocols(), repr(frame.message), len(events
         (["encode", "MOT_MOVE_ABSOLUTE", "--form", "data", "chan_ident=1", "absolute_distance=200000"], MOVE),
         (["testee"], '"protocols":["asi_ms2000","thorlabs_apt"]'),
         (["conformance", "examples"], " 0 failed, "),
+        (["virtual", "--list"], "TDC001"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )  # fmt: skip

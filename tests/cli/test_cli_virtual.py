@@ -172,7 +172,7 @@ def test_called_wrongly(
     result = stagewire("virtual", *words, *([] if "--for" in words else ["--for", "0"]))
     assert result.code == 2
     assert said in result.err
-    assert "[Errno" not in result.err
+    assert "[errno" not in result.err.lower()
     assert result.out == ""
 
 

@@ -417,7 +417,7 @@ CUT_OFF = "line {}: the recording ends in the midst of {}, which {} ({} …)"
     [
         ([f"15 > {REQUEST}"], [(14, "a request", "is left out", REQUEST)]),
         ([f"15 > {REQUEST}", "15 > 50 01"], []),
-        ([f"15 > {REQUEST}", "17 > 92 04 00 00 50 01"], []),  # given up long before the end
+        (["15 > 53 04 06 00 d0 01 01 00", "17 > 92 04 00 00 50 01"], []),  # given up before the end
         ([f"15 < {ANSWER}"], [(14, "an answer", "stays so", ANSWER)]),
         (
             [f"15 < {ANSWER}", "16 > 43"],
