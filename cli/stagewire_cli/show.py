@@ -30,7 +30,7 @@ Examples:
 
 Json = dict[str, Any]
 
-_OF_COMMANDS = ("title", "keyboard", "size", "dummy")
+_OF_COMMANDS = ("title", "keyboard", "size", "dummy", "switches_to")
 Found = tuple[str, str, str, Json]  # protocol, kind, name, entry
 
 _TABLES = {

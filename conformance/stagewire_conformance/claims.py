@@ -113,6 +113,13 @@ def _unanswered(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     return not answered, f"{name} has {'a' if answered else 'no'} reply in the registry"
 
 
+def _switches_to(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
+    name = claim["command"]
+    found = _message(protocol, name).get("switches_to")
+    truth = f"{name} switches to {found}" if found else f"{name} leaves the format as it is"
+    return found == claim["switches_to"], truth
+
+
 def _firmware(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     whole = registry_of(protocol).data
     stated = _message(protocol, claim["message"]) if "message" in claim else whole
@@ -142,6 +149,7 @@ _CLAIMS: dict[str, Callable[[Protocol, _Claim], tuple[bool, str]]] = {
     "without_size": _without_size,
     "dummies": _dummies,
     "unanswered": _unanswered,
+    "switches_to": _switches_to,
     "firmware": _firmware,
     "stream": _stream,
 }

@@ -247,6 +247,7 @@ class Message:
     keyboard: str = ""  # what is typed for the byte of a command
     size: int | None = None  # what a command sends in its size slot; None: the slot is left out
     dummy: bool = False  # does nothing, and is not to be used
+    switches_to: str | None = None  # of a setup command: low_level | high_level | power_on
     firmware: tuple[Firmware, ...] = ()
     overlay: str = ""
 

@@ -18,7 +18,9 @@ from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
-    from typing import Any, ClassVar, NoReturn, Self
+    from typing import Any, ClassVar, Literal, NoReturn, Self, TypeAlias
+
+    CommandFormat: TypeAlias = Literal["low_level", "high_level", "power_on"]
 
 __all__ = [
     "Layout",
@@ -47,11 +49,14 @@ class Layout:
     :param kind: ``message``; of a protocol of commands ``command`` or ``setup``.
     :param size: of a command, the number that is sent in its size slot; None: the slot is left out.
     :param dummy: the document says that it does nothing and is not to be used.
+    :param switches_to: of a setup command, the format of what comes after it: ``low_level``, commands in
+        slots; ``high_level``, lines of text; ``power_on``, the one in which a controller wakes. None: the
+        same as before.
     """
 
     __slots__ = (
         "constants", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
-        "only_zero", "optional", "signed", "size", "unnamed", "when",
+        "only_zero", "optional", "signed", "size", "switches_to", "unnamed", "when",
     )  # fmt: skip
 
     def __init__(
@@ -71,6 +76,7 @@ class Layout:
         kind: str = "message",
         size: int | None = None,
         dummy: bool = False,
+        switches_to: CommandFormat | None = None,
     ) -> None:
         self.message = message
         self.id = id
@@ -87,6 +93,7 @@ class Layout:
         self.kind = kind
         self.size = size
         self.dummy = dummy
+        self.switches_to = switches_to
 
     def __repr__(self) -> str:
         return f"<Layout {self.message} {self.form}>"

@@ -404,7 +404,9 @@ def test_files(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match=r"session\.txt, line 13: 'x00000' is no time"):
         load_replay(path, SteppedClock())
     path.write_text("# stagewire capture 1 protocol=nothing\n", encoding="utf-8")
-    with pytest.raises(CaptureError, match=r"session\.txt, line 1: no protocol nothing is installed"):
+    with pytest.raises(
+        CaptureError, match=r"session\.txt, line 1: no protocol nothing is installed"
+    ):
         load_replay(path, SteppedClock())
 
 

@@ -272,6 +272,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "keyboard": "keyboard",
         "size": "command-size",
         "dummy": "command-dummy",
+        "switches_to": "setup-switch",
         "firmware": Elsewhere("messages"),
         "overlay": _OVERLAY,
     },

@@ -30,6 +30,7 @@ _WIRE = {
     "message-kind": "other bytes begin it: it was another kind of message or command",
     "command-size": "another number is sent in the size slot, or the slot is left out",
     "command-dummy": "commands that were sent are refused as a dummy, or the other way round",
+    "setup-switch": "what follows the setup command is read in another format",
     "exchange": "other messages are sent or waited for, or at another time",
     "layout-added": "packets that were refused, or read otherwise, are now read by this layout",
     "layout-removed": "packets of this layout are refused, or read by another one",

@@ -59,6 +59,7 @@ def _define_command(
         keyboard=entry.get("keyboard", ""),
         size=size,
         dummy=entry.get("dummy", False),
+        switches_to=entry.get("switches_to"),
         firmware=firmware(entry),
         overlay=document.overlay,
     )

@@ -1,15 +1,15 @@
 """What a host sends to a controller that takes lines of text beside commands, cut in either format.
 
-Setup commands switch, and two bytes alone cannot tell which format they are in. So the format is followed:
+Setup commands switch, and two bytes alone cannot tell which format they are in. So the format is followed,
+as the registry has it in ``switches_to`` of a setup command:
 
-1. SWITCH_TO_LOW_LEVEL: what comes is commands, cut by a :class:`~stagewire.commands.CommandFramer`.
-2. SWITCH_TO_HIGH_LEVEL: what comes is text. A line ends with a carriage return; a line feed where a line is
-   due is an empty line. The prefix and the byte of a setup command are one anywhere; a line that it
-   interrupts is garbage, and so is one of more than 4096 bytes.
-3. At the beginning and after RESET_CONTROLLER nobody can say: the document leaves open in which format a
-   controller wakes. Text is text until something is no text (neither printable ASCII, carriage return, line
-   feed, tab nor backspace; or a terminator where a line is due). From there on it is commands. No
-   documented axis is text.
+1. ``low_level``: what comes is commands, cut by a :class:`~stagewire.commands.CommandFramer`.
+2. ``high_level``: what comes is text. A line ends with a carriage return; a line feed where a line is due is
+   an empty line. The prefix and the byte of a setup command are one anywhere; a line that it interrupts is
+   garbage, and so is one of more than 4096 bytes.
+3. ``power_on``, which is that of the beginning, too: nobody can say in which format a controller wakes. Text
+   is text until something is no text (neither printable ASCII, carriage return, line feed, tab nor
+   backspace; or a terminator where a line is due). From there on it is commands. No documented axis is text.
 
 Any chunking gives the same after :func:`~stagewire.framing.join_garbage`, and less than one longest line is
 pending between feeds.
@@ -18,32 +18,27 @@ pending between feeds.
 from __future__ import annotations
 
 import re
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from stagewire.commands.events import CommandReceived, TextReceived
 from stagewire.commands.framer import CommandFramer
 from stagewire.commands.protocol import CommandProtocol
 from stagewire.framing.events import Event, Garbage, fed
 
+if TYPE_CHECKING:
+    from stagewire.message import CommandFormat
+
 __all__ = ["LONGEST_LINE", "FormatFramer", "host_framer"]
 
 LONGEST_LINE: Final = 4096
 """Bytes of a line with its end; what is longer is no text."""
 
-_UNKNOWN, _COMMANDS, _TEXT = range(3)
-# What setup commands do beside their names, the registry says in words alone.
-_SWITCHES: Final = {
-    "SWITCH_TO_HIGH_LEVEL": _TEXT,
-    "SWITCH_TO_LOW_LEVEL": _COMMANDS,
-    "RESET_CONTROLLER": _UNKNOWN,
-}
 _TEXT_BYTES: Final = rb" -~\r\n\t\b"  # for a set in a pattern
 
 
 def host_framer(protocol: CommandProtocol) -> CommandFramer | FormatFramer:
-    """Return what cuts everything that a host sends; a protocol may have no format but commands."""
-    has_text = _TEXT in map(_SWITCHES.get, protocol.marks.setup.values())
-    return FormatFramer(protocol) if has_text else protocol.framer()
+    """Return what cuts everything that a host sends; where nothing switches, that is commands alone."""
+    return FormatFramer(protocol) if _switches(protocol) else protocol.framer()
 
 
 class FormatFramer:
@@ -52,30 +47,26 @@ class FormatFramer:
     The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
     Nothing that comes from outside makes :meth:`feed` raise.
 
-    :param protocol: of the commands; one of its setup commands is SWITCH_TO_HIGH_LEVEL.
+    :param protocol: of the commands; some of its setup commands switch the format.
     """
 
     def __init__(self, protocol: CommandProtocol) -> None:
         marks = protocol.marks
         self._protocol = protocol
         self._framer = protocol.framer()
-        self._format = _UNKNOWN
+        self._format: CommandFormat = "power_on"
+        self._switches = _switches(protocol)
         self._line = b""
         self._too_long = False  # what comes up to the end of the line is garbage
         self._prefix, self._end = bytes((marks.prefix,)), bytes((marks.terminator,))
-        self._switches = {
-            self._prefix + bytes((byte,)): _SWITCHES[name]
-            for byte, name in marks.setup.items()
-            if name in _SWITCHES
-        }
         prefix, setup = re.escape(self._prefix), re.escape(bytes(marks.setup))
         pair = rb"%b[%b]" % (prefix, setup)
         self._pair = re.compile(pair, re.DOTALL)
         no_text = rb"[^%b%b]|%b[^%b]" % (_TEXT_BYTES, prefix, prefix, setup)
         ends = rb"(?P<line>\r)|(?P<setup>%b)" % pair
         self._ends = {
-            _TEXT: re.compile(ends),
-            _UNKNOWN: re.compile(rb"%b|(?P<command>%b)" % (ends, no_text)),
+            "high_level": re.compile(ends),
+            "power_on": re.compile(rb"%b|(?P<command>%b)" % (ends, no_text)),
         }
 
     @property
@@ -93,7 +84,7 @@ class FormatFramer:
         events: list[Event] = []
         at = 0
         while at < len(data):
-            take = self._take_commands if self._format == _COMMANDS else self._take_text
+            take = self._take_commands if self._format == "low_level" else self._take_text
             at = take(data, at, events)
         return events
 
@@ -118,8 +109,8 @@ class FormatFramer:
             if first == b"\n":
                 events.append(TextReceived(first))
                 return at + 1
-            if self._format == _UNKNOWN and first == self._end:
-                self._format = _COMMANDS
+            if self._format == "power_on" and first == self._end:
+                self._format = "low_level"
                 return at
         found = self._ends[self._format].search(data, at)
         if found is None:
@@ -133,7 +124,7 @@ class FormatFramer:
             if at < start:
                 events.append(Garbage(data[at:start]))
             if found.lastgroup == "command":
-                self._format = _COMMANDS
+                self._format = "low_level"
                 end = start
             else:
                 events.append(CommandReceived(found.group(), self._protocol.decode))
@@ -156,3 +147,9 @@ class FormatFramer:
     def _switch(self, command: bytes) -> None:
         """Follow a setup command that switches; others, and all that is none, change nothing."""
         self._format = self._switches.get(command, self._format)
+
+
+def _switches(protocol: CommandProtocol) -> dict[bytes, CommandFormat]:
+    """Return the two bytes of each setup command that switches, and the format that it switches to."""
+    layouts = [cls.layout for cls in protocol.messages if cls.layout.switches_to]
+    return {bytes((protocol.marks.prefix, layout.id)): layout.switches_to for layout in layouts}

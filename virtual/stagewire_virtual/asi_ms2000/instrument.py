@@ -141,17 +141,13 @@ class Ms2000Instrument(Instrument):
         if command.layout.message not in self.unit.messages:
             self._refuse(f"{command.layout.message} is not a command of this controller")
             return
-        match command:
-            case m.SwitchToHighLevel():
-                self._low_level = False
-            case m.SwitchToLowLevel():
-                self._low_level = True
-            case m.WhereInHundredths():
-                self._high.hundredths = True
-            case m.WhereInTenths():
-                self._high.hundredths = False
-            case m.ResetController():
+        match command.layout.switches_to:
+            case "power_on":
                 self.power_cycle()
+            case None:
+                self._high.hundredths = isinstance(command, m.WhereInHundredths)
+            case format:
+                self._low_level = format == "low_level"
 
     def _say(self, data: bytes) -> None:
         if data:

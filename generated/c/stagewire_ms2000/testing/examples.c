@@ -79,6 +79,11 @@ static const struct stagewire_vector vectors[] = {
         STAGEWIRE_BYTES(0xFF, 0x41),
     },
     {
+        .id = "setup-high-level-format",
+        .check = STAGEWIRE_NOTES,
+        .text = "says nothing of bytes; the registry's JSON has it",
+    },
+    {
         .id = "setup-high-level-keyboard",
         .check = STAGEWIRE_REPRODUCES,
         .layout = MS2000_LAYOUT_SWITCH_TO_HIGH_LEVEL,
@@ -91,6 +96,11 @@ static const struct stagewire_vector vectors[] = {
         STAGEWIRE_BYTES(0xFF, 0x42),
     },
     {
+        .id = "setup-low-level-format",
+        .check = STAGEWIRE_NOTES,
+        .text = "says nothing of bytes; the registry's JSON has it",
+    },
+    {
         .id = "setup-low-level-keyboard",
         .check = STAGEWIRE_REPRODUCES,
         .layout = MS2000_LAYOUT_SWITCH_TO_LOW_LEVEL,
@@ -101,6 +111,11 @@ static const struct stagewire_vector vectors[] = {
         .check = STAGEWIRE_REPRODUCES,
         .layout = MS2000_LAYOUT_RESET_CONTROLLER,
         STAGEWIRE_BYTES(0xFF, 0x52),
+    },
+    {
+        .id = "setup-reset-format",
+        .check = STAGEWIRE_NOTES,
+        .text = "says nothing of bytes; the registry's JSON has it",
     },
     {
         .id = "setup-reset-keyboard",

@@ -43,6 +43,7 @@ class SwitchToHighLevel(SetupCommand):
         form="request",
         fields=(),
         kind="setup",
+        switches_to="high_level",
     )
 
 
@@ -64,6 +65,7 @@ class SwitchToLowLevel(SetupCommand):
         form="request",
         fields=(),
         kind="setup",
+        switches_to="low_level",
     )
 
 
@@ -106,6 +108,7 @@ class ResetController(SetupCommand):
         form="request",
         fields=(),
         kind="setup",
+        switches_to="power_on",
     )
 
 

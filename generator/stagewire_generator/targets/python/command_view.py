@@ -18,7 +18,7 @@ from stagewire_generator.targets.python.class_view import (
 )
 from stagewire_generator.targets.python.documentation import class_doc, command_doc
 from stagewire_generator.targets.python.field_view import code, field_view, packed
-from stagewire_generator.targets.python.source import call
+from stagewire_generator.targets.python.source import call, literal
 
 __all__ = ["command_views"]
 
@@ -41,13 +41,16 @@ def command_views(protocol: Protocol, message: Message) -> list[ClassView]:
 def _setup(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
     prefix = f"0x{protocol.framing['prefix']:02X}"
     first = f"``{message.name}`` ({prefix} {_byte(message)}), two bytes."
+    more = ['kind="setup"']
+    if message.switches_to:
+        more.append(f"switches_to={literal(message.switches_to)}")
     return ClassView(
         name=name,
         kind="empty",
         base="SetupCommand",
         doc=command_doc(protocol, message, layout, first),
         slots="__slots__ = ()",
-        layout=_layout(message, layout, ['kind="setup"']),
+        layout=_layout(message, layout, more),
     )
 
 

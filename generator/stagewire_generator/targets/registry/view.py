@@ -182,6 +182,8 @@ def _message(message: Message) -> Json:
         }
     if message.kind == "command":
         data |= {"size": message.size, "dummy": message.dummy}
+    if message.kind == "setup":
+        data["switches_to"] = message.switches_to
     return data
 
 

@@ -130,6 +130,7 @@ _CLAIMS: dict[str, _Claim] = {
     "without_size": _without_size,
     "dummies": _dummies,
     "unanswered": _unanswered,
+    "switches_to": _no_bytes,
     "firmware": _no_bytes,
     "stream": _stream,
 }
