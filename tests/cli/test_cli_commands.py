@@ -351,6 +351,7 @@ def test_show(stagewire: Stagewire) -> None:
     assert "message STOP_MOTOR (asi_ms2000)" in both
     assert "message SWITCH_TO_LOW_LEVEL (asi_ms2000)" in both
     assert "no size slot" in both
+    assert "switches_to: low_level" in both
     assert "dummy: True" in stagewire("show", "READ_START_SPEED").out
 
 

@@ -344,6 +344,16 @@ def statement(**claim: Any) -> Json:
         ),
         ({"unanswered": "START_MOTOR"}, {"unanswered": "READ_STATUS"}, "has a reply"),
         ({"unanswered": "START_MOTOR"}, {"unanswered": "READ_MINDS"}, "no message READ_MINDS"),
+        (
+            {"command": "SWITCH_TO_LOW_LEVEL", "switches_to": "low_level"},
+            {"switches_to": "high_level"},
+            "SWITCH_TO_LOW_LEVEL switches to low_level",
+        ),
+        (
+            {"command": "RESET_CONTROLLER", "switches_to": "power_on"},
+            {"command": "WHERE_IN_TENTHS"},
+            "leaves the format as it is",
+        ),
         ({"firmware": "3.3", "message": "STOP_MOTOR"}, {"firmware": "3.2"}, "for firmware 3.3"),
         ({"firmware": "3.2"}, {"firmware": "9.9"}, "of the protocol"),
         (

@@ -86,6 +86,7 @@ class Case:
     :param may_write: the one folder below the working folder that the command may write to. Temporary
         files may come and go in their own folder.
     :param may_start: the programs that the command may run.
+    :param may_listen: whether the command may wait for connections, from this machine alone.
     :param holds: raises :class:`Wrong` unless what came of it is right.
     """
 
@@ -95,6 +96,7 @@ class Case:
     base: Path | None = None
     may_write: str = ""
     may_start: tuple[str, ...] = ()
+    may_listen: bool = False
     holds: Callable[[Case, Ran], None] = _nothing
 
 
@@ -195,7 +197,7 @@ class Sandbox:
             stack.enter_context(_replaced(metadata, {"entry_points": _entry_points}))
             stack.enter_context(_environment(self._environment))
             stack.enter_context(contextlib.chdir(self.work))
-            watch = _Watch([self.root / "tmp", *([allowed] if allowed else [])], case.may_start)
+            watch = _Watch([self.root / "tmp", *([allowed] if allowed else [])], case)
             stack.enter_context(_replaced(sys.modules[__name__], {"_watch": watch}))
             stack.enter_context(_limited(self.seconds))
             try:
@@ -285,6 +287,7 @@ def _limited(seconds: float) -> Iterator[None]:
 # The watch. An audit hook stays for as long as the process lives: it looks at a variable of the module.
 
 _TO_WRITE = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+_HERE = ("127.0.0.1", "::1")
 _PATHS = {  # event -> its arguments that are paths that change, each with the open folder it begins at
     "os.chmod": ((0, 2),), "os.chown": ((0, 3),), "os.link": ((1, 3),), "os.mkdir": ((0, 2),),
     "os.remove": ((0, 1),), "os.rename": ((0, 2), (1, 3)), "os.rmdir": ((0, 1),),
@@ -299,21 +302,24 @@ _NEVER = frozenset({
 class _Watch:
     """What a case may touch, and what it would have touched beside that."""
 
-    def __init__(self, folders: list[Path], programs: tuple[str, ...]) -> None:
+    def __init__(self, folders: list[Path], case: Case) -> None:
         self.folders = folders
-        self.programs = programs
+        self.case = case
         self.escapes: list[str] = []
 
     def see(self, event: str, arguments: tuple[Any, ...]) -> None:
         """Look at one event before it happens; end the run if it must not."""
-        if event in _NEVER:
-            what = str(arguments[0]) if arguments else ""
-            if event != "subprocess.Popen" or what not in self.programs:
-                self._end(f"{event} {what}")
+        if event in _NEVER and not self._may(event, arguments):
+            self._end(f"{event} {', '.join(map(str, arguments[:2]))}")
         for path in _changed(event, arguments):
             inside = any(Path(path).is_relative_to(folder) for folder in self.folders)
             if not inside and path != os.devnull:
                 self._end(f"{event} {path}")
+
+    def _may(self, event: str, arguments: tuple[Any, ...]) -> bool:
+        if event == "subprocess.Popen":
+            return str(arguments[0]) in self.case.may_start
+        return event == "socket.bind" and self.case.may_listen and arguments[1][0] in _HERE
 
     def _end(self, what: str) -> NoReturn:
         self.escapes.append(what)

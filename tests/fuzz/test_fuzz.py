@@ -6,6 +6,7 @@ The long runs are programs: ``atheris_codec.py``, ``memory_growth.py`` and ``use
 from __future__ import annotations
 
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -43,6 +44,9 @@ CASES = {
     "testee": 60,
     "conformance": 12,
     "arguments": 120,
+    "bench": 60,
+    "replay": 60,
+    "fault": 60,
 }
 
 
@@ -231,6 +235,15 @@ def starts(arguments: Sequence[str]) -> int:
     return subprocess.call(["true"])
 
 
+def listens(address: str) -> Main:
+    def main(arguments: Sequence[str]) -> int:
+        with socket.socket() as line:
+            line.bind((address, 0))
+        return 0
+
+    return main
+
+
 def prints(text: str, code: int = 0) -> Main:
     def main(arguments: Sequence[str]) -> int:
         print(text)
@@ -254,6 +267,7 @@ def prints(text: str, code: int = 0) -> Main:
         (writes("out/../../precious/file.txt"), "must not: open"),
         (removes, "must not: os.remove"),
         (starts, "must not: subprocess.Popen"),
+        (listens("127.0.0.1"), "must not: socket.bind"),
     ],
 )
 def test_a_broken_command_is_found(
@@ -273,6 +287,16 @@ def test_writing_where_it_may_is_no_fault(
     monkeypatch.setattr(stagewire_cli.main, "main", writes("out/made.txt"))
     ran = sandbox.run(Case((), files={"out/readme.txt": b""}, may_write="out"))
     assert (ran.folder / "out" / "made.txt").read_text(encoding="utf-8") == "x"
+
+
+def test_who_may_listen_does_so_on_this_machine_alone(
+    sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stagewire_cli.main, "main", listens("127.0.0.1"))
+    sandbox.run(Case((), may_listen=True))
+    monkeypatch.setattr(stagewire_cli.main, "main", listens("0.0.0.0"))
+    with pytest.raises(Wrong, match=r"must not: socket.bind .*'0\.0\.0\.0'"):
+        sandbox.run(Case((), may_listen=True))
 
 
 def test_a_failure_is_made_small_and_can_be_repeated(

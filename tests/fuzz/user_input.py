@@ -5,7 +5,7 @@
 
 The targets are the files of a spec (as text and as trees), the folder that is generated into, two specs
 or revisions to compare, hex on the command line, captures in every format, fields, names, testee
-lines, and command lines as such. No command reads TOML: there is nothing to feed it yet. ``conformance
+lines, benches, recordings and faults of virtual controllers, and command lines as such. ``conformance
 examples`` reads what is installed: only its options are tried.
 
 Whatever comes: no traceback, no hang, an exit code of 0, 1 or 2, and no file anywhere but where the
@@ -31,6 +31,7 @@ from random import Random
 import command_cases
 import diff_cases
 import spec_cases
+import virtual_cases
 from sandbox import Case, Content, Sandbox, Wrong
 
 __all__ = ["TARGETS", "Failure", "fuzz", "smaller"]
@@ -47,6 +48,9 @@ TARGETS: dict[str, Callable[[Random], Case]] = {
     "testee": command_cases.testee,
     "conformance": command_cases.conformance,
     "arguments": command_cases.arguments,
+    "bench": virtual_cases.bench,
+    "replay": virtual_cases.replay,
+    "fault": virtual_cases.fault,
 }
 LIMIT = 5.0
 """Seconds after which a case hangs."""

@@ -51,6 +51,12 @@ SETUP = {
     "WHERE_IN_TENTHS": (84, "T"),
 }
 
+SWITCHES = {
+    "SWITCH_TO_HIGH_LEVEL": "high_level",
+    "SWITCH_TO_LOW_LEVEL": "low_level",
+    "RESET_CONTROLLER": "power_on",
+}
+
 AXES = {
     "X": (24, "Ctrl<X>", False),
     "Y": (25, "Ctrl<Y>", False),
@@ -165,6 +171,7 @@ def test_command(row: list[str]) -> None:
 def test_setup_command(name: str) -> None:
     message = MESSAGES[name]
     assert (message["id"], message["keyboard"]) == SETUP[name]
+    assert message["switches_to"] == SWITCHES.get(name)
     assert message["pages"] == [1]
     assert message["chapter"] == "setup"
     layouts = by_form(message)

@@ -254,7 +254,7 @@ BY_HAND = {
 }  # fmt: skip
 # What a framing has no place for, or nothing in the spec that has it.
 NOT_IN = {
-    "good_spec": {"command-dummy", "command-size", "message-kind"},
+    "good_spec": {"command-dummy", "command-size", "message-kind", "setup-switch"},
     "good_commands": {
         "address", "controller-unit-removed", "layout-context", "layout-only-zero", "message-direction",
         "unit-address", "unit-also-at", "unit-channels", "unit-keep-alive", "unit-prefix", "unit-rate",
@@ -262,7 +262,7 @@ NOT_IN = {
     },
     "good_packets": {
         "address", "command-dummy", "command-size", "controller-unit-removed", "layout-context",
-        "layout-only-zero", "message-kind", "unit-address", "unit-also-at", "unit-channels",
+        "layout-only-zero", "message-kind", "setup-switch", "unit-address", "unit-also-at", "unit-channels",
         "unit-keep-alive", "unit-prefix", "unit-rate", "unit-status",
     },
 }  # fmt: skip

@@ -201,6 +201,7 @@ def test_formatting_of_little(
 COMMAND_FORMATS = {
     "u8": 1, "s24": 3, "char[3]": 3, "u24": 3, "u16": 2, "u8[3]": 3, "s16": 2
 }  # fmt: skip
+SWITCHES = ("", "low_level", "high_level", "power_on")
 STEMS = (
     "a", "a_field", "a_field_with_a_long_name", "a_field_with_a_longer_name",
     "a_field_with_a_name_longer_than_that", "a_field_with_a_name_that_is_longer_than_any_of_them",
@@ -248,6 +249,7 @@ def many_commands(spec: Path, words: str) -> None:
     setup = {
         f"S_{'Y' * n}": {
             "byte": 0x60 + n, "page": 1, "title": "Setup", "summary": text(n), "note": text(7 * n),
+            **({"switches_to": SWITCHES[n % 4]} if n % 4 else {}),
         }
         for n in range(1, 40)
     }  # fmt: skip

@@ -205,7 +205,7 @@ def test_facts_of_commands(command_files: dict[str, str]) -> None:
     facts = {
         "WAKE": {
             "kind": "setup", "id": 0x57, "keyboard": "W", "direction": "to_controller",
-            "firmware": [{"version": "1.3", "note": "at once", "page": 1}],
+            "firmware": [{"version": "1.3", "note": "at once", "page": 1}], "switches_to": "low_level",
         },
         "MOOD": {"kind": "command", "id": 0x3F, "size": None, "dummy": False, "firmware": []},
         "SPIN": {"kind": "command", "id": 0x53, "size": 2, "dummy": True, "title": "Spin (about)"},
@@ -213,6 +213,7 @@ def test_facts_of_commands(command_files: dict[str, str]) -> None:
     for name, wanted in facts.items():
         assert {key: messages[name][key] for key in wanted} == wanted
     assert {"size", "dummy"}.isdisjoint(messages["WAKE"])  # it has no slot
+    assert "switches_to" not in messages["MOOD"]
     tail = data["enumerations"]["axis"]["values"]["TAIL"]
     assert (tail["value"], tail["keyboard"], tail["reserved"]) == (0x1B, "ESC", True)
     assert data["quantities"]["distance"]["scale"]["counts_per_um"] == {

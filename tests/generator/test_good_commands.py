@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 import yaml
 
+from stagewire.commands import CommandReceived, TextReceived
+from stagewire.commands.formats import host_framer
 from stagewire_conformance import run
 
 ROOT = Path(__file__).parents[2]
@@ -45,6 +47,21 @@ def test_the_package_works(turtle: Any) -> None:
     assert m.Name("Bo").pack(1).hex(" ") == "01 4e 04 42 6f 00 00 2e"
     assert turtle.quantities.DISTANCE.to_counts(1) == 10
     assert turtle.enumerations.Axis.TAIL == 0x1B
+
+
+def test_a_host_is_cut_in_either_format(turtle: Any) -> None:
+    """What switches says the registry, whatever it is called."""
+    framer = host_framer(turtle.PROTOCOL)
+    mood = b"\x01?."
+    events = framer.feed(b"\xfe\x47" + mood + b"\r" + b"\xfe\x57" + mood + b"\xfe\x47hay\r")
+    assert [(type(event), event.raw) for event in events] == [
+        (CommandReceived, b"\xfe\x47"),
+        (TextReceived, mood + b"\r"),
+        (CommandReceived, b"\xfe\x57"),
+        (CommandReceived, mood),
+        (CommandReceived, b"\xfe\x47"),
+        (TextReceived, b"hay\r"),
+    ]
 
 
 def keys(data: Any) -> Iterator[str]:
@@ -91,5 +108,5 @@ def test_it_has_every_key_of_the_language(good_commands: Path) -> None:
     claims = {key for e in examples for key in e.get("claim", ())}
     assert claims >= {
         "bit", "of", "member", "format", "sizes", "without_size", "dummies", "unanswered",
-        "firmware", "message", "stream",
+        "firmware", "message", "stream", "command", "switches_to",
     }  # fmt: skip

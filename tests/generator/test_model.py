@@ -110,6 +110,10 @@ def test_a_command_and_its_reply_are_one(commands: Protocol) -> None:
     assert (name.title, name.keyboard, name.words, name.pages) == ("Name", "N", ("name",), (8,))
     assert [(fact.version, fact.page) for fact in name.firmware] == [("1.5", None)]
     assert [m.name for m in commands.messages if m.dummy] == ["SPIN"]
+    assert {m.name: m.switches_to for m in commands.messages if m.switches_to} == {
+        "SLEEP": "high_level",
+        "WAKE": "low_level",
+    }
     assert [fact.version for fact in commands.firmware] == ["1.2", "1.4"]
     request, reply = name.layouts
     assert [(f.name, f.offset, f.format.kind) for f in request.fields] == [

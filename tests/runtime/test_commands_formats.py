@@ -8,8 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from invented_commands import PROTOCOL as INVENTED
+from invented_commands import layout
 
-from stagewire.commands import CommandFramer, CommandReceived, ReplyReceived, TextReceived
+from stagewire.commands import (
+    Command,
+    CommandFramer,
+    CommandProtocol,
+    CommandReceived,
+    ReplyReceived,
+    SetupCommand,
+    TextReceived,
+)
 from stagewire.commands.formats import LONGEST_LINE, FormatFramer, host_framer
 from stagewire.commands.overheard import Asking, Replies
 from stagewire.framing import Event, Garbage, join_garbage
@@ -111,6 +120,56 @@ def test_memory_is_bounded(mode: bytes) -> None:
 def test_a_protocol_without_text_has_commands_alone() -> None:
     assert isinstance(host_framer(INVENTED), CommandFramer)
     assert isinstance(host_framer(PROTOCOL), FormatFramer)
+
+
+class Ask(Command):
+    __slots__ = ()
+    layout = layout("ASK", 0x61, "request", (), 0, size=None)
+
+
+class Chat(SetupCommand):
+    __slots__ = ()
+    layout = layout("CHAT", 0x61, "request", (), 0, kind="setup", switches_to="high_level")
+
+
+class Obey(SetupCommand):
+    __slots__ = ()
+    layout = layout("OBEY", 0x62, "request", (), 0, kind="setup", switches_to="low_level")
+
+
+class Start(SetupCommand):
+    __slots__ = ()
+    layout = layout("START", 0x63, "request", (), 0, kind="setup", switches_to="power_on")
+
+
+class Blink(SetupCommand):
+    __slots__ = ()
+    layout = layout("BLINK", 0x64, "request", (), 0, kind="setup")
+
+
+SWITCHING = CommandProtocol(
+    "switching",
+    title="Commands and text",
+    package="switching",
+    messages=(Ask, Chat, Obey, Start, Blink),
+    prefix=0x01,
+    terminator=0x3B,
+    axes={},
+)
+
+
+@pytest.mark.parametrize(
+    ("sent", "found"),
+    [
+        ([b"\x01a", b"2a;\r", b"\x01d", b"\x02\r"], "CTCT"),
+        ([b"\x01b", b"2a;", b"\x01d", b"2a;"], "CCCC"),
+        ([b"\x01c", b"2a;\r", b"\x01d", b"\x02a;", b"2a;"], "CTCCC"),
+    ],
+)
+def test_what_switches_says_the_layout_whatever_its_name(sent: list[bytes], found: str) -> None:
+    events = host_framer(SWITCHING).feed(b"".join(sent))
+    assert [event.raw for event in events] == sent
+    assert kinds(events) == found
 
 
 # Replies

@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from virtual_motor import MotorHost
+from virtual_motor import told, under_way
 
 from stagewire_apt import messages as m
 from stagewire_virtual.clock import SECOND
-
-
-def motor(name: str, **settings: int) -> MotorHost:
-    """Moves at 10,000 counts/s and 20,000 counts/s²."""
-    host = MotorHost(name, **{"travel": 1_000_000, "position": 500_000, **settings})
-    host.say(m.MotSetVelParams(1, 0, 20_000, 10_000))
-    return host
 
 
 @pytest.mark.parametrize(
@@ -28,7 +21,7 @@ def motor(name: str, **settings: int) -> MotorHost:
 def test_the_end_of_a_move_carries_the_status_of_that_instant(
     name: str, completed: type, stopped: type, bits: int
 ) -> None:
-    host = motor(name)
+    host = told(name)
     host.say(m.MotMoveRelative(1, 25_000))
     host.wait(10)
     host.say(m.MotMoveVelocity(1, 2))
@@ -44,7 +37,7 @@ def test_the_end_of_a_move_carries_the_status_of_that_instant(
 @pytest.mark.parametrize("advance", [0.000_000_001, 0.001, 0.37, 100])
 def test_the_instant_does_not_depend_on_who_looks_when(advance: float) -> None:
     """1,000 counts take twice √(1000/20000) s."""
-    host = motor("TDC001")
+    host = told("TDC001")
     host.say(m.MotMoveRelative(1, 1_000))
     host.wait(0.4472135)
     for _ in range(100):
@@ -58,7 +51,7 @@ def test_the_instant_does_not_depend_on_who_looks_when(advance: float) -> None:
 
 @pytest.mark.parametrize("name", ["TDC001", "BSC001", "BBD101"])
 def test_a_stuck_axis_moves_on_in_words_but_not_in_place(name: str) -> None:
-    host = motor(name)
+    host = told(name)
     host.stick(True)
     host.say(m.MotMoveRelative(1, 25_000))
     for _ in range(100):
@@ -71,9 +64,7 @@ def test_a_stuck_axis_moves_on_in_words_but_not_in_place(name: str) -> None:
 
 
 def test_an_axis_that_gets_stuck_stays_where_it_is() -> None:
-    host = motor("BSC001")
-    host.say(m.MotMoveRelative(1, 25_000))
-    host.wait(1)
+    host = under_way("BSC001")
     host.stick(True)
     host.wait(60)
     assert (host.position, host.said) == (7_500, [])
@@ -83,7 +74,7 @@ def test_an_axis_that_gets_stuck_stays_where_it_is() -> None:
 @pytest.mark.parametrize(("name", "limit"), [("TDC001", 65_535), ("BBD101", 20_000)])
 def test_an_excessive_position_error_stops_a_servo(name: str, limit: int) -> None:
     """Page 62: the bit is set and the axis is stopped; 2,500 counts in 0.5 s, then 10,000 a second."""
-    host = motor(name)
+    host = told(name)
     if name == "BBD101":
         loop = m.MotSetPmdPositionLoopParams(1, 65, 175, 80_000, 600, 5, 3277, 0, 1000, limit)
         host.say(loop)
@@ -106,7 +97,7 @@ def test_an_excessive_position_error_stops_a_servo(name: str, limit: int) -> Non
 
 
 def test_enabling_forgets_a_motion_error() -> None:
-    host = motor("TDC001")
+    host = told("TDC001")
     host.stick(True)
     host.say(m.MotMoveRelative(1, 200_000))
     host.wait(60)
@@ -117,7 +108,7 @@ def test_enabling_forgets_a_motion_error() -> None:
 
 
 def test_a_stepper_never_notices() -> None:
-    host = motor("BSC001")
+    host = told("BSC001")
     host.stick(True)
     host.say(m.MotMoveVelocity(1, 1))
     host.wait(1000)
@@ -127,7 +118,7 @@ def test_a_stepper_never_notices() -> None:
 
 @pytest.mark.parametrize("mode", [1, 2])
 def test_a_stuck_axis_can_be_stopped(mode: int) -> None:
-    host = motor("TDC001")
+    host = told("TDC001")
     host.stick(True)
     host.say(m.MotMoveRelative(1, 25_000))
     host.wait(1)
@@ -137,9 +128,7 @@ def test_a_stuck_axis_can_be_stopped(mode: int) -> None:
 
 
 def test_who_gets_stuck_while_it_stops_has_stopped() -> None:
-    host = motor("TDC001")
-    host.say(m.MotMoveRelative(1, 25_000))
-    host.wait(1)
+    host = under_way("TDC001")
     host.say(m.MotMoveStop(1, 2))
     host.wait(0.25)
     host.stick(True)
@@ -147,9 +136,7 @@ def test_who_gets_stuck_while_it_stops_has_stopped() -> None:
 
 
 def test_an_axis_that_is_freed_goes_to_where_it_was_going() -> None:
-    host = motor("TDC001")
-    host.say(m.MotMoveAbsolute(1, 25_000))
-    host.wait(1)
+    host = under_way("TDC001")
     host.stick(True)
     host.wait(2)
     host.stick(False)
@@ -160,7 +147,7 @@ def test_an_axis_that_is_freed_goes_to_where_it_was_going() -> None:
 
 
 def test_a_power_cycle_frees_nobody() -> None:
-    host = motor("BSC001")
+    host = told("BSC001")
     host.stick(True)
     host.instrument.power_cycle()
     host.say(m.MotMoveRelative(1, 1_000))
@@ -169,7 +156,7 @@ def test_a_power_cycle_frees_nobody() -> None:
 
 
 def test_a_suspended_host_hears_of_no_end() -> None:
-    host = motor("TDC001")
+    host = told("TDC001")
     host.say(m.MotSuspendEndOfMoveMsgs())
     host.say(m.MotMoveRelative(1, 1_000))
     host.wait(5)

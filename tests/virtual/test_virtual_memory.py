@@ -304,6 +304,18 @@ def test_closing_is_harmless_when_done_twice() -> None:
         link.write(b"x")
 
 
+@pytest.mark.parametrize(
+    ("fault", "noted"),
+    [("stick channel=1", "channel 1 is stuck"), ("to_host flood count=2", "begins")],
+)
+def test_a_fault_that_begins_at_once_is_noted_too(fault: str, noted: str) -> None:
+    book = Notebook()
+    line = FaultyLine(virtual.TDC001().instrument, [fault])
+    link = MemoryLink(line, observer=book)
+    link.write(b"")
+    assert book.notes == [f"{fault}: {noted}"]
+
+
 def test_faults_and_refusals_are_noted() -> None:
     book = Notebook()
     line = FaultyLine(Parrot(SteppedClock()), ["to_host drop frame at=1"])

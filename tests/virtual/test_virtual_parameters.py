@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from virtual_apt_host import host_of
+from virtual_apt_host import BAY, host_of
 from virtual_sets import UNITS, address_of, channel_of, plain_sets, wanted_values
 
 from stagewire_apt import messages as m
@@ -14,8 +14,9 @@ LIVING = {
     "PZ_SET_OUTPUTPOS",
     "PZ_SET_OUTPUTMAXVOLTS",
     "MOT_SET_PMDSTAGEAXISPARAMS",
+    "PZ_SET_IOSETTINGS",
 }
-"""Sets that act, or tell what is there: what is told is as the tests of the behaviours show."""
+"""Sets that act, tell what is there or are not of one channel alone: they have tests of their own."""
 
 
 @pytest.mark.parametrize("unit", UNITS)
@@ -124,6 +125,23 @@ def test_a_channel_is_enabled_until_it_is_disabled():
     assert far.ask(m.ModReqChanEnableState(2)) == [m.ModGetChanEnableState(2, 2)]
     far.say(m.ModSetChanEnableState(2, 1))
     assert far.instrument.channel(2).enabled
+
+
+@pytest.mark.parametrize("channel", [1, 2])
+def test_the_output_filter_is_that_of_all_channels_and_the_current_limit_is_not(channel):
+    """The filter "is not channel specific and the Chan Ident parameter is ignored" (page 119)."""
+
+    def settings():
+        answers = [far.ask(m.PzReqIoSettings(ident), BAY) for ident in (1, 2)]
+        return [(answer.amp_current_lim, answer.amp_lp_filter) for [answer] in answers]
+
+    far = host_of("MPZ601")
+    far.say(m.PzSetIoSettings(3 - channel, 0, 1, 0), BAY)
+    assert settings() == [(0, 1), (0, 1)]
+    far.say(m.PzSetIoSettings(channel, 2, 3, 0), BAY)
+    assert settings() == [(2 if ident == channel else 0, 3) for ident in (1, 2)]
+    far.instrument.power_cycle()
+    assert settings() == [(0, 0), (0, 0)]
 
 
 def test_what_a_set_announces_is_sent_unasked():

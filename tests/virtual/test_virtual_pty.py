@@ -109,13 +109,39 @@ def test_a_symbolic_link_is_there_for_as_long(tmp_path: Path) -> None:
     assert not name.is_symlink()
 
 
+def answers(name: Path) -> bool:
+    with port(str(name)) as line:
+        line.write(b"hello")
+        return line.read(5) == b"hello"
+
+
 def test_what_an_earlier_server_left_behind_is_replaced(tmp_path: Path) -> None:
     name = tmp_path / "x-stage"
-    with parrot().pty(tmp_path / "other"):
-        name.symlink_to(os.readlink(tmp_path / "other"))
-        with parrot().pty(name), port(str(name)) as line:
-            line.write(b"hello")
-            assert line.read(5) == b"hello"
+    with parrot().pty() as served:
+        gone = Path(served.url).with_name("999999")
+    name.symlink_to(gone)
+    with parrot().pty(name):
+        assert answers(name)
+    assert not name.is_symlink()
+
+
+def test_the_same_pseudo_terminal_again_is_no_other_server(tmp_path: Path) -> None:
+    """Systems give the lowest number that is free, so that a server that was killed finds its own link."""
+    name = tmp_path / "x-stage"
+    with parrot().pty() as served:
+        device = served.url
+    name.symlink_to(device)
+    with parrot().pty(name):
+        if os.readlink(name) == device:  # nobody else came first
+            assert answers(name)
+
+
+def test_the_link_of_another_server_is_not_taken_over(tmp_path: Path) -> None:
+    name = tmp_path / "x-stage"
+    with parrot().pty(name):
+        with pytest.raises(ServingError, match=r"symbolic link .*: File exists; choose a name"):
+            parrot().pty(name)
+        assert answers(name)
 
 
 @pytest.mark.parametrize("kind", ["file", "folder", "link to a file"])

@@ -15,6 +15,7 @@ import pytest
 
 import stagewire_virtual as virtual
 from stagewire.errors import BadValueError
+from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import (
@@ -189,6 +190,35 @@ def test_a_rack_of_modules() -> None:
         virtual.rack("MST602")
     with pytest.raises(BadOptionError, match="no module of a rack"):
         virtual.rack("TDC001")
+
+
+def test_frames_of_modules_are_read_with_the_status_that_they_send() -> None:
+    with virtual.rack(None, "MST601") as rack:
+        rack.write(m.MotMoveStop(1, 1).pack(dest=0x22, source=0x01))
+        (event,) = rack.read_frames()
+        assert event.frame.message == m.MotMoveStoppedStepper(
+            1, 0, 0, event.frame.message.status_bits
+        )
+
+
+def test_a_rack_of_modules_takes_the_options_of_a_unit() -> None:
+    options: dict[str, Any] = {"serial_number": 99000007, "answer_unsupported": True}
+    with virtual.rack("MST601", None, line="rs232", quirks=["zero_addresses"], **options) as rack:
+        rack.write(bytes.fromhex("05 00 00 00 11 01"))  # HW_REQ_INFO
+        (event,) = rack.read_frames()
+        assert int.from_bytes(event.raw[6:10], "little") == 99000007
+        rack.write(
+            bytes.fromhex("60 00 0a 00 11 01")
+        )  # RACK_REQ_BAYUSED of a bay that is not there
+        assert rack.read() == bytes.fromhex("80 00 00 00 00 00")  # HW_RESPONSE
+    with pytest.raises(BadOptionError, match="usb or rs232"):
+        virtual.rack("MST601", line="rs485")
+
+
+@pytest.mark.parametrize("bay", [["MST601"], 1, virtual.MST601])
+def test_a_bay_has_the_name_of_a_module(bay: Any) -> None:
+    with pytest.raises(BadOptionError, match=r'a bay has the name .* rack\("MST601", None\); not '):
+        virtual.rack("MST601", bay)
 
 
 def test_a_recorded_session_is_played_back(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from virtual_apt_host import BAY, MOTHERBOARD, USB, Host, host_of
 
 from stagewire.errors import EncodeError
 from stagewire_apt import messages as m
+from stagewire_apt import stages
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
 from stagewire_virtual.options import Options, Settings
@@ -214,6 +215,16 @@ def test_a_stuck_axis_stays_where_it_is_and_goes_on_when_freed(host):
 def test_an_option_that_a_unit_cannot_have_is_refused(unit, options, message):
     with pytest.raises(BadOptionError, match=message):
         host_of(unit, **options)
+
+
+def test_a_stage_has_to_be_known_on_one_of_the_modules():
+    with_stage = {"channels": (Settings(stage=stages.MLS203),)}
+    unknown = "the scales of MLS203 on MST601 are not known"
+    for make in (rack, host_of):
+        with pytest.raises(BadOptionError, match=unknown):
+            make("MST601", **with_stage)
+    assert rack("MST601", "MPZ601", channels=(Settings(stage=stages.APT_STEPPER),))
+    assert rack(None, None).instrument.channels == ()
 
 
 @pytest.mark.parametrize(

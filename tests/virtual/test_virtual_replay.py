@@ -69,7 +69,7 @@ class Host:
 
 def test_what_followed_a_request_follows_it_after_the_same_time() -> None:
     host = Host()
-    host.replay.connected()
+    host.replay.host_came()
     assert host.send() == [(0.0, HOMED)]
     host.clock.advance(100)
     assert host.send(IDENTIFY) == []
@@ -109,7 +109,7 @@ def test_chunks_and_acknowledgements_make_no_difference(sizes: list[int], acks: 
 def test_without_a_connection_the_beginning_is_said_at_the_first_request() -> None:
     host = Host()
     assert host.send(IDENTIFY) == [(0.0, HOMED)]
-    host.replay.connected()  # too late
+    host.replay.host_came()  # too late
     assert host.send() == []
 
 
@@ -220,7 +220,7 @@ def test_who_sends_as_was_recorded_gets_what_was_recorded(said: list[tuple[int, 
         lines.append(f"{now} {'>' if of_host else '<'} {data.hex()}\n")
     host = Host(HEADING + "".join(lines))
     start = said[0][0] if said else 0
-    host.replay.connected()
+    host.replay.host_came()
     for when, data in sent:
         host.clock.run_until((when - start) * SECOND)
         host.replay.receive(data)
@@ -301,7 +301,7 @@ def test_differences_are_bounded_and_counted() -> None:
 def test_a_recording_without_requests(text: str) -> None:
     host = Host(text)
     assert host.replay.ok
-    host.replay.connected()
+    host.replay.host_came()
     assert [data.hex() for _, data in host.wait(0)] == (["00"] if "<" in text else [])
     assert [row.state for row in host.replay.rows()] == ["at its end"]
     host.send(ASK)
@@ -380,6 +380,14 @@ def test_a_unit_that_the_registry_has_not() -> None:
     assert nameless.replay.unit.name == "recorded"
 
 
+def test_through_a_line_with_faults_it_hears_that_a_host_has_come() -> None:
+    came: list[bytes] = []
+    line = FaultyLine(Host().replay, ["to_host drop frame message=MOT_GET_VELPARAMS"])
+    line.on_send = came.append
+    line.host_came()
+    assert came == [HOMED]
+
+
 def test_faults_on_the_line_of_a_replay() -> None:
     host = Host()
     line = FaultyLine(host.replay, ["to_host drop frame message=MOT_GET_VELPARAMS"])
@@ -390,7 +398,7 @@ def test_faults_on_the_line_of_a_replay() -> None:
         host.clock.advance(1)
     host.clock.advance(5)
     assert came == [HOMED, VELPARAMS[:6], VELPARAMS[6:], HOMED]
-    with pytest.raises(FaultError, match="channel 1: a recording has no axis that could stick"):
+    with pytest.raises(FaultError, match="no channel 1 in a recording that could stick"):
         FaultyLine(host.replay, ["stick channel=1"])
     with pytest.raises(FaultError, match="give hex=BYTES"):
         FaultyLine(Host("# stagewire capture 1 protocol=thorlabs_apt\n").replay, ["to_host flood"])

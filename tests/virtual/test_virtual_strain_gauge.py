@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from virtual_actuator_host import ActuatorHost
 
+from stagewire.errors import BadValueError
 from stagewire_apt import messages as m
 from stagewire_apt.flags import BpcStatusBits
 
@@ -141,6 +142,15 @@ def test_noise_is_that_of_the_seed_and_of_the_sample():
     assert readings(1, False) != readings(2, False)
     assert len(set(readings(1, False))) > 10
     assert all(abs(value) < 0.06 * FULL for value, _ in readings(1, False))
+
+
+@pytest.mark.parametrize("name", ["noise", "signal"])
+@pytest.mark.parametrize("share", [float("nan"), float("inf")])
+def test_what_no_message_holds_is_refused_when_it_is_set(name, share):
+    host = ActuatorHost("TSG001")
+    with pytest.raises(BadValueError, match="a signal is a share of full scale"):
+        setattr(host.behaviour, name, share)
+    assert reading(host) == (0, 0)
 
 
 @pytest.mark.parametrize(

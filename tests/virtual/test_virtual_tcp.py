@@ -126,6 +126,19 @@ def test_what_is_said_to_nobody_is_lost() -> None:
             assert read(line, 5) == b"hello"
 
 
+def test_what_a_fault_holds_back_does_not_reach_the_next_host() -> None:
+    tdc = virtual.TDC001(clock=SteppedClock(), faults=["to_host delay frame by=5"])
+    with tdc.tcp() as served:
+        with host(served) as line:
+            line.sendall(REQ_INFO)
+            until(lambda: served.call(lambda: served.link.received) == len(REQ_INFO))
+        until(lambda: not served.link.connected)
+        with host(served):
+            until(lambda: served.link.connected)
+            served.advance(10)
+            assert served.link.sent == 0
+
+
 def test_a_host_that_does_not_read_costs_bounded_memory_and_loses_whole_frames() -> None:
     frame = 1000
     with parrot().tcp() as served, host(served) as line:

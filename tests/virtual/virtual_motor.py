@@ -6,6 +6,7 @@ from typing import Any
 
 from stagewire import Frame, FramedMessage, Stage
 from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.instrument import Row
 from stagewire_virtual.making import make_instrument
@@ -125,3 +126,18 @@ class MotorHost:
 
     def stick(self, stuck: bool) -> None:
         self.instrument.stick(self.row.part, stuck)
+
+
+def told(name: str, velocity: int = 10_000, acceleration: int = 20_000) -> MotorHost:
+    """A motor in counts that moves at 10,000 counts/s and 20,000 counts/s², half-way along its travel."""
+    host = MotorHost(name, travel=1_000_000, position=500_000)
+    host.say(m.MotSetVelParams(1, 0, acceleration, velocity))
+    return host
+
+
+def under_way(name: str) -> MotorHost:
+    """The same after 1 s of a move to 25,000 counts, which takes 3 s: at 7,500 counts and 10,000 counts/s."""
+    host = told(name)
+    host.say(m.MotMoveAbsolute(1, 25_000))
+    host.wait(1)
+    return host

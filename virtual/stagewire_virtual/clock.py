@@ -132,7 +132,7 @@ class SteppedClock(Clock):
 
 
 class RealClock(Clock):
-    """The machine's monotonic clock. Timers run when :meth:`catch_up` is called."""
+    """The machine's monotonic clock. Timers run when :meth:`run_until` is called."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -143,10 +143,6 @@ class RealClock(Clock):
     def now(self) -> int:
         """The time in nanoseconds; while a timer runs, the instant that it was set for."""
         return self._now if self._running else max(self._now, time.monotonic_ns() - self._start)
-
-    def catch_up(self) -> None:
-        """Run all that is due by now."""
-        self.run_until(time.monotonic_ns() - self._start)
 
     def run_until(self, when: int) -> None:
         """Let time go on to the instant ``when``, running what is due on the way, in order."""

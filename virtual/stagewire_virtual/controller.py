@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
 
 from stagewire.framing import Event
 from stagewire_virtual.clock import SECOND, SteppedClock
+from stagewire_virtual.closing import Closing
 from stagewire_virtual.errors import VirtualError
 from stagewire_virtual.instrument import Instrument
-from stagewire_virtual.replay import Replay
 from stagewire_virtual.served import ServedController
 from stagewire_virtual.serving.hearing import Hearing, hearing_of
 from stagewire_virtual.serving.link import Maker, at_this_instant
 from stagewire_virtual.serving.memory import MemoryLink
 from stagewire_virtual.serving.places import Place, PtyPlace, parse_tcp
-from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
 
 __all__ = ["VirtualController"]
 
 
-class VirtualController:
+class VirtualController(Closing):
     """A virtual controller in memory, whose time is stepped by who holds it; a context manager.
 
     ``write`` and ``read`` are what a serial port has. What is written is taken at once; nothing else happens
@@ -47,22 +45,11 @@ class VirtualController:
         self._hearing = _hearing_of(self.instrument)
         self._served = ExitStack()
 
-    def __enter__(self) -> VirtualController:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
     def __repr__(self) -> str:
         return f"<VirtualController {self.label}: {self.clock.now / SECOND} s>"
 
     @property
-    def instrument(self) -> Instrument | Replay:
+    def instrument(self) -> Instrument:
         """The controller itself, for what does not go over a line, such as an axis that sticks."""
         return self.link.instrument
 
@@ -143,9 +130,7 @@ class VirtualController:
         return self._served.enter_context(served)
 
 
-def _hearing_of(instrument: Instrument | Replay) -> Hearing:
+def _hearing_of(instrument: Instrument) -> Hearing:
     """Return the hearing for what an instrument says."""
-    units = [instrument.unit]
-    if isinstance(instrument, AptInstrument):
-        units += [channel.unit for channel in instrument.channels]  # of a rack of modules
-    return hearing_of(instrument.unit.protocol, {unit.facts.get("status") for unit in units})
+    statuses = {unit.facts.get("status") for unit in instrument.units}
+    return hearing_of(instrument.unit.protocol, statuses)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stagewire_virtual.blueprint import Blueprint, parse_line
+from stagewire_virtual.blueprint import Blueprint
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import BadOptionError, UnknownUnitError
 from stagewire_virtual.faults import Fault
 from stagewire_virtual.faults.text import parse_faults
-from stagewire_virtual.options import Line, Options, Settings, several
+from stagewire_virtual.options import Line, Options, Settings, parse_line, several
 from stagewire_virtual.replay import load_replay
 from stagewire_virtual.thorlabs_apt.rack import RACK
 from stagewire_virtual.units import Unit, all_units, find_unit
@@ -94,7 +94,10 @@ def rack(
     *bays: str | None,
     channels: Sequence[Settings] = (),
     seed: int = 0,
+    serial_number: int | None = None,
+    line: Line | str = Line.USB,
     quirks: Iterable[str] = (),
+    answer_unsupported: bool = False,
     clock: SteppedClock | None = None,
     faults: Iterable[Fault | str] = (),
 ) -> VirtualController:
@@ -107,10 +110,18 @@ def rack(
     All others: see :class:`Factory`. Raises :class:`~stagewire_virtual.errors.VirtualError` for a unit
     that is no module, and for what the rack cannot have.
     """
+    for bay in bays:
+        if not isinstance(bay, str | None):
+            raise BadOptionError(
+                f'a bay has the name of its module or None, as in rack("MST601", None); not {bay!r}'
+            )
     modules = tuple(find_unit(name) if name else None for name in bays)
     options = Options(
         seed=seed,
+        serial_number=serial_number,
+        line=parse_line(line),
         quirks=frozenset(several("quirks", quirks)),
+        answer_unsupported=answer_unsupported,
         channels=tuple(several("channels", channels)),
     )
     blueprint = Blueprint(unit=None, bays=modules, options=options, faults=parse_faults(faults))

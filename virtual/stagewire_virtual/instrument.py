@@ -26,7 +26,7 @@ class Row:
 
 
 class Instrument:
-    """A virtual controller without a line: the base of all of them.
+    """A virtual controller without a line: the base of all of them, and of what is played in place of one.
 
     Whoever serves it feeds what the host sends to :meth:`receive`, sets :attr:`on_send` to take what the
     controller says, one call for each frame, and lets the clock go on. Nothing that a host sends makes it
@@ -42,6 +42,14 @@ class Instrument:
         self.on_send: Callable[[bytes], None] = _nobody_listens
         self.on_refusal: Callable[[str], None] = _nobody_asks
         """Told in a sentence why something that the host sent was not done; for logs."""
+
+    @property
+    def units(self) -> Sequence[Unit]:
+        """All that speak here: the unit, and what is in its bays."""
+        return [self.unit]
+
+    def host_came(self) -> None:
+        """Hear that a host has come; what has no wire for that does not notice."""
 
     def receive(self, data: bytes) -> None:
         """Take what the host sends, cut at any byte."""

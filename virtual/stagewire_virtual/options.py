@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -12,7 +12,7 @@ from typing import Any, Final, TypeVar
 from stagewire import Stage
 from stagewire_virtual.errors import BadOptionError
 
-__all__ = ["Line", "Options", "Settings", "known_only", "several"]
+__all__ = ["Line", "Options", "Settings", "check_stage", "known_only", "parse_line", "several"]
 
 _T = TypeVar("_T")
 
@@ -78,6 +78,31 @@ class Options:
         if not self.channels:
             return Settings()
         return self.channels[min(index, len(self.channels) - 1)]
+
+
+def parse_line(name: Line | str) -> Line:
+    """Return the line of a name: ``usb`` or ``rs232``.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for another one.
+    """
+    try:
+        return Line(name)
+    except ValueError:
+        known = " or ".join(line.value for line in Line)
+        raise BadOptionError(f"there is no line {name!r}; it is {known}") from None
+
+
+def check_stage(stage: Stage, units: Collection[str]) -> None:
+    """Refuse a stage whose scales are known on none of the units, which are given by name.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError`, which lists those where they are known.
+    """
+    known = sorted({name for names in stage.controllers.values() for name in names})
+    if units and not set(units) & set(known):
+        raise BadOptionError(
+            f"the scales of {stage.name} on {' or '.join(units)} are not known "
+            f"(they are on: {', '.join(known)}); without a stage everything is in counts"
+        )
 
 
 def known_only(what: str, given: Iterable[str], known: Iterable[str], unit: str) -> None:

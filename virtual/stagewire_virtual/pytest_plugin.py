@@ -1,8 +1,9 @@
 """The fixture ``virtual`` for the tests of users.
 
-One line in the outermost ``conftest.py`` asks for it: ``pytest_plugins = ["stagewire_virtual.pytest_plugin"]``. It is not
-announced to pytest for every run: an announced plugin has all of its distribution rewritten for assertions, at each start,
-also in the tests of those who never use it, and claims the name ``virtual`` in all of them.
+One line in the outermost ``conftest.py`` asks for it:
+``pytest_plugins = ["stagewire_virtual.pytest_plugin"]``. It is not announced to pytest for every run: an
+announced plugin has all of its distribution rewritten for assertions, at each start, also in the tests of
+those who never use it, and claims the name ``virtual`` in all of them.
 """
 
 from __future__ import annotations

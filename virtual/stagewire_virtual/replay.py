@@ -8,7 +8,7 @@ asks something else gets no answer, and the difference is noted, with the line o
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
@@ -18,10 +18,10 @@ from stagewire.capture import Capture, read_capture
 from stagewire.errors import CaptureError, UnknownProtocolError
 from stagewire_virtual.answering import share_out
 from stagewire_virtual.clock import Clock, Timer
-from stagewire_virtual.errors import FaultError, ReplayError
-from stagewire_virtual.instrument import Row
+from stagewire_virtual.errors import ReplayError, UnknownPartError
+from stagewire_virtual.instrument import Instrument, Row
 from stagewire_virtual.listening import is_text, message_name
-from stagewire_virtual.recording import Requests, Said, Step, loose_ends, steps_of, unit_of
+from stagewire_virtual.recording import Requests, Step, loose_ends, steps_of, unit_of
 
 __all__ = ["Mismatch", "Replay", "load_replay"]
 
@@ -49,8 +49,8 @@ class Mismatch:
         return f"line {self.line}: expected {self.expected}, got {self.got}"
 
 
-class Replay:
-    """What was recorded of a controller; whoever serves a virtual controller can serve it.
+class Replay(Instrument):
+    """What was recorded of a controller; it is served like any other.
 
     Requests are compared frame by frame, however the host cuts its bytes; what is no request is said in
     :class:`~stagewire_virtual.recording.Requests`. What is still to be said keeps its order.
@@ -68,9 +68,7 @@ class Replay:
     """
 
     def __init__(self, capture: Capture, clock: Clock, *, lenient: bool = False) -> None:
-        self.unit = unit_of(capture.heading)
-        self.clock = clock
-        self.on_send: Callable[[bytes], None] = _nobody_listens
+        super().__init__(unit_of(capture.heading), clock)
         self._lenient = lenient
         self._steps = steps_of(capture, self.unit)
         share_out(self._steps, self.unit)
@@ -85,15 +83,16 @@ class Replay:
             self._timer.cancel()
         self._timer = None
         self._requests.begin_anew()
-        self._due: list[Said] = []  # what comes next in the recording first; delays are instants
+        # What is still to be said, the first of the recording first: its place there, when, the bytes.
+        self._due: list[tuple[int, int, bytes]] = []
         self._next = 0  # the step that is waited for; 0 is what was said before any request
         self._skipped: list[Step] = []
         self._differences = 0
         self.mismatches: list[Mismatch] = []
         """The requests that were not those of the recording; the first thousand of them."""
 
-    def connected(self) -> None:
-        """Hear that a host has connected: what was recorded before any request is said now."""
+    def host_came(self) -> None:
+        """Hear that a host has come: what was recorded before any request is said now."""
         if not self._next:
             self._play(0)
 
@@ -110,8 +109,8 @@ class Replay:
         return [Row("replay", f"{self.seen} of {self.requests} requests", waits)]
 
     def stick(self, part: str, stuck: bool) -> None:
-        """Refuse: raises :class:`~stagewire_virtual.errors.FaultError`."""
-        raise FaultError(f"{part}: a recording has no axis that could stick")
+        """Refuse: raises :class:`~stagewire_virtual.errors.UnknownPartError`."""
+        raise UnknownPartError(f"{part} in a recording that could stick", [])
 
     # How it went
 
@@ -163,7 +162,7 @@ class Replay:
 
     def _take(self, request: bytes) -> None:
         """Answer a request as it was answered, or note that it is another one."""
-        self.connected()  # if nobody has said so
+        self.host_came()  # if nobody has said so
         steps, place = self._steps, self._next
         if place < len(steps) and steps[place].request == request:
             self._play(place)
@@ -191,16 +190,16 @@ class Replay:
         """Say what followed a step, each in its time, behind what was said before it in the recording."""
         self._next = place + 1
         for said in self._steps[place].said:
-            heapq.heappush(self._due, said._replace(delay=self.clock.now + said.delay))
+            heapq.heappush(self._due, (said.place, self.clock.now + said.delay, said.data))
         self._say()
 
     def _say(self) -> None:
         """Say what is due, and wait for what is due next."""
-        while self._due and self._due[0].delay <= self.clock.now:
-            self.on_send(heapq.heappop(self._due).data)
+        while self._due and self._due[0][1] <= self.clock.now:
+            self.on_send(heapq.heappop(self._due)[2])
         if self._timer is not None:
             self._timer.cancel()
-        self._timer = self.clock.call_at(self._due[0].delay, self._say) if self._due else None
+        self._timer = self.clock.call_at(self._due[0][1], self._say) if self._due else None
 
     def _words(self, request: bytes) -> str:
         """Name a request, for people."""
@@ -220,7 +219,3 @@ def load_replay(path: Path | str, clock: Clock, *, lenient: bool = False) -> Rep
         return Replay(read_capture(path), clock, lenient=lenient)
     except UnknownProtocolError as error:
         raise CaptureError(1, str(error), path) from None
-
-
-def _nobody_listens(data: bytes) -> None:
-    """Take what is said while no line is connected."""

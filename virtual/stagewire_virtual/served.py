@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, TypeVar
 
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.closing import Closing
 from stagewire_virtual.errors import VirtualError
 from stagewire_virtual.instrument import Instrument
-from stagewire_virtual.replay import Replay
 from stagewire_virtual.serving.link import Maker, ServedLink, at_this_instant
 from stagewire_virtual.serving.places import Place
 from stagewire_virtual.serving.thread import ServingThread
@@ -19,7 +18,7 @@ __all__ = ["ServedController"]
 _T = TypeVar("_T")
 
 
-class ServedController:
+class ServedController(Closing):
     """A virtual controller that other programs, or a serial port in this one, reach by :attr:`url`.
 
     It lives in a thread, the same for all that are served, and in real time, unless it was made with a
@@ -45,17 +44,6 @@ class ServedController:
             self._thread.leave()
             raise
 
-    def __enter__(self) -> ServedController:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
     def __repr__(self) -> str:
         return f"<ServedController {self.label}: {self.url}{' (closed)' if self._closed else ''}>"
 
@@ -65,7 +53,7 @@ class ServedController:
         return self.link.url
 
     @property
-    def instrument(self) -> Instrument | Replay:
+    def instrument(self) -> Instrument:
         """The controller itself; to be touched within :meth:`call` only."""
         return self.link.instrument
 

@@ -151,5 +151,6 @@ class FormatFramer:
 
 def _switches(protocol: CommandProtocol) -> dict[bytes, CommandFormat]:
     """Return the two bytes of each setup command that switches, and the format that it switches to."""
-    layouts = [cls.layout for cls in protocol.messages if cls.layout.switches_to]
-    return {bytes((protocol.marks.prefix, layout.id)): layout.switches_to for layout in layouts}
+    prefix = protocol.marks.prefix
+    layouts = (cls.layout for cls in protocol.messages)
+    return {bytes((prefix, one.id)): one.switches_to for one in layouts if one.switches_to}

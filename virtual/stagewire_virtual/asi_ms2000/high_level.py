@@ -14,11 +14,11 @@ from stagewire_virtual.asi_ms2000.servo_axis import ServoAxis
 
 __all__ = ["HighLevel"]
 
-LONGEST: Final = 255
+_LONGEST: Final = 255
 """How many characters of a line are kept; no command is longer, and what is longer is no command."""
-UNKNOWN_COMMAND: Final = ":N-1"
-UNKNOWN_AXIS: Final = ":N-2"
-MISSING_PARAMETER: Final = ":N-3"
+_UNKNOWN_COMMAND: Final = ":N-1"
+_UNKNOWN_AXIS: Final = ":N-2"
+_MISSING_PARAMETER: Final = ":N-3"
 
 
 class HighLevel:
@@ -40,7 +40,7 @@ class HighLevel:
     def feed(self, byte: int) -> bytes:
         """Take a byte and return the answer to the line that it ends; empty when it ends none."""
         if byte != ord("\r"):
-            if len(self._line) <= LONGEST:
+            if len(self._line) <= _LONGEST:
                 self._line.append(byte)
             return b""
         line = bytes(self._line)
@@ -48,7 +48,7 @@ class HighLevel:
         words = line.decode("latin-1").upper().split()
         if not words:
             return b""
-        answer = UNKNOWN_COMMAND if len(line) > LONGEST else self._answer(words[0], words[1:])
+        answer = _UNKNOWN_COMMAND if len(line) > _LONGEST else self._answer(words[0], words[1:])
         return answer.encode("ascii") + b"\r\n"
 
     def _answer(self, command: str, parameters: Sequence[str]) -> str:
@@ -56,14 +56,14 @@ class HighLevel:
             return "B" if any(axis.busy for axis in self._axes.values()) else "N"
         if command in ("W", "WHERE"):
             return self._where(parameters)
-        return UNKNOWN_COMMAND
+        return _UNKNOWN_COMMAND
 
     def _where(self, axes: Sequence[str]) -> str:
         """Return positions in the order of the axes, whatever the order in which they were asked for."""
         if not axes:
-            return MISSING_PARAMETER
+            return _MISSING_PARAMETER
         if any(name not in self._axes for name in axes):
-            return UNKNOWN_AXIS
+            return _UNKNOWN_AXIS
         found = [self._position(axis) for name, axis in self._axes.items() if name in axes]
         return " ".join([":A", *found])
 

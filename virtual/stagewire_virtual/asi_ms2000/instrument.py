@@ -144,7 +144,7 @@ class Ms2000Instrument(Instrument):
         match command.layout.switches_to:
             case "power_on":
                 self.power_cycle()
-            case None:
+            case None:  # the other two say how WHERE answers
                 self._high.hundredths = isinstance(command, m.WhereInHundredths)
             case format:
                 self._low_level = format == "low_level"

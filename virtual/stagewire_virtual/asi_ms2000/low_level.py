@@ -13,14 +13,14 @@ from stagewire_virtual.units import Unit
 
 __all__ = ["LowLevel"]
 
-IDENTIFICATION: Final = "EMOT :"
+_IDENTIFICATION: Final = "EMOT :"
 """What X, Y and Z answer (section 7); the F axis, of which the document says nothing, answers the same."""
 
 _READ: Final[Mapping[type[Command], Callable[[ServoAxis], Reply]]] = {
     m.ReadStatus: lambda axis: m.ReadStatusReply(Busy.BUSY if axis.busy else Busy.NOT_BUSY),
     m.ReadMotorPosition: lambda axis: m.ReadMotorPositionReply(_low_bytes(axis.position, 3)),
     m.ReadIncrementValue: lambda axis: m.ReadIncrementValueReply(axis.increment),
-    m.ReadIdentification: lambda axis: m.ReadIdentificationReply(IDENTIFICATION),
+    m.ReadIdentification: lambda axis: m.ReadIdentificationReply(_IDENTIFICATION),
     m.ReadMotorPositionAndStatus: lambda axis: m.ReadMotorPositionAndStatusReply(
         _low_bytes(axis.position, 3), axis.status
     ),

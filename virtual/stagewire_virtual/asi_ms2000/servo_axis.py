@@ -22,9 +22,9 @@ TRAVEL: Final = 1_000_000
 """How far apart the ends of a stage are that nothing is told of: 100 mm."""
 SETTLING: Final = 20 * SECOND // 1000
 """Nanoseconds in which a servo settles after a move; the axis is busy then, without motor signal."""
-TOP_SPEED: Final = 6000
+_TOP_SPEED: Final = 6000
 """Of a new controller, in µm/s: that of the examples of sections 24 and 25."""
-RAMP_TIME: Final = 100
+_RAMP_TIME: Final = 100
 """Of a new controller, in milliseconds; section 22 advises more than 50."""
 
 _COUNTS_PER_SPEED: Final = float(POSITION.counts_per_unit / SPEED.counts_per_unit)
@@ -64,8 +64,8 @@ class ServoAxis:
         self.enabled = True
         self.joystick_enabled = True
         self.increment = 0
-        self.ramp_time = RAMP_TIME
-        self.top_speed = TOP_SPEED
+        self.ramp_time = _RAMP_TIME
+        self.top_speed = _TOP_SPEED
 
     # What it is told
 

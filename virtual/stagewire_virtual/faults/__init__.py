@@ -3,7 +3,7 @@
 :func:`parse_fault` reads ``to_host drop frame every=10``; a :class:`FaultyLine` stands between a link and a
 controller and does it. The same seed, the same bytes and the same clock give the same faults. What each
 can have is in :mod:`stagewire_virtual.faults.keys`, what it does in
-:mod:`stagewire_virtual.faults.stage`.
+:mod:`stagewire_virtual.faults.effect`.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ from stagewire_virtual.units import Unit
 
 __all__ = ["Flood", "status_frame"]
 
-COUNT: Final = 100
-PERIOD: Final = 0.01
+_COUNT: Final = 100
+_PERIOD: Final = 0.01  # seconds: ten times as often as status updates come
 
 
 class Flood:
@@ -37,8 +37,8 @@ class Flood:
         self._clock = clock
         self._send = send
         self._data = data
-        self._count = count or COUNT
-        self._period = nanoseconds(PERIOD if period is None else period)
+        self._count = count or _COUNT
+        self._period = nanoseconds(_PERIOD if period is None else period)
         self._left = 0
 
     def begin(self) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from random import Random
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from stagewire.commands import CommandProtocol
 from stagewire.direction import Direction
@@ -15,19 +15,16 @@ from stagewire.framing import Event, Garbage
 from stagewire.protocol import Protocol
 from stagewire_virtual.clock import nanoseconds
 from stagewire_virtual.errors import FaultError, VirtualError
+from stagewire_virtual.faults.effect import Effect
 from stagewire_virtual.faults.fault import DIRECTIONS, Fault
 from stagewire_virtual.faults.flood import Flood, status_frame
 from stagewire_virtual.faults.keys import Action, Piece, one_of
 from stagewire_virtual.faults.parcel import Parcel
-from stagewire_virtual.faults.stage import Stage
 from stagewire_virtual.faults.text import parse_faults
 from stagewire_virtual.faults.way import Way
+from stagewire_virtual.instrument import Instrument
 from stagewire_virtual.listening import Listener, message_name
-
-if TYPE_CHECKING:
-    from stagewire_virtual.instrument import Instrument
-    from stagewire_virtual.replay import Replay
-    from stagewire_virtual.units import Unit
+from stagewire_virtual.units import Unit
 
 __all__ = ["FaultyLine", "Happened"]
 
@@ -69,12 +66,12 @@ class FaultyLine:
     """
 
     def __init__(
-        self, instrument: Instrument | Replay, faults: Iterable[Fault | str] = (), seed: int = 0
+        self, instrument: Instrument, faults: Iterable[Fault | str] = (), seed: int = 0
     ) -> None:
         self.instrument = instrument
         self.on_send: Callable[[bytes], None] = _nobody_listens
         """Called with what arrives at the host."""
-        self.on_disconnect: Callable[[], None] = _nobody_asks
+        self.on_disconnect: Callable[[], None] = _nobody_is_there
         """Called when the line is cut; who serves it closes the connection."""
         self.on_fault: Callable[[Happened], None] = _nobody_wonders
         """Called with what a fault did, when it did."""
@@ -98,6 +95,11 @@ class FaultyLine:
         for number, fault in enumerate(made):
             self._install(fault, seed, number)
         instrument.on_send = self._said
+
+    def host_came(self) -> None:
+        """Hear that a host has come: what is on its way to the one before it is lost."""
+        self._ways[Direction.TO_HOST].clear()
+        self.instrument.host_came()
 
     def receive(self, data: bytes) -> None:
         """Take what the host sends, cut at any byte."""
@@ -161,7 +163,7 @@ class FaultyLine:
             return
         origin = f"{seed}/{number}" if fault.seed is None else f"{fault.seed}"
         chance = Random(f"{origin}/faults/{fault.direction.name}")
-        way.stages = (*way.stages, Stage(fault, chance, self._report, begin))
+        way.effects = (*way.effects, Effect(fault, chance, self._report, begin))
 
     def _begin_flood(self, fault: Fault, way: Way) -> Callable[[], None]:
         def send(data: bytes) -> None:
@@ -186,16 +188,16 @@ class FaultyLine:
             self._at(begin + fault.lasting, fault, f"{part} is free", partial(stick, part, False))
 
     def _at(self, seconds: float, fault: Fault, what: str, act: Callable[[], None]) -> None:
-        """Let a fault do something after so many seconds; at once for none."""
+        """Let a fault do something after so many seconds, and report it.
+
+        By the clock for none, too: who serves the line wants to be told, and is not there yet.
+        """
 
         def now() -> None:
             self._report(fault, what)
             act()
 
-        if seconds:
-            self._clock.call_later(nanoseconds(seconds), now)
-        else:
-            now()
+        self._clock.call_later(nanoseconds(seconds), now)
 
     def _report(self, fault: Fault | None, what: str) -> None:
         happened = Happened(self._clock.now, fault, what)
@@ -240,7 +242,7 @@ def _nobody_listens(data: bytes) -> None:
     """Take what arrives while no line is connected."""
 
 
-def _nobody_asks() -> None:
+def _nobody_is_there() -> None:
     """Take the news of a cut while no line is connected."""
 
 

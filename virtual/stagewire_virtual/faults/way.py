@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
 from stagewire_virtual.clock import Clock, Timer
+from stagewire_virtual.faults.effect import Effect
 from stagewire_virtual.faults.parcel import MOST_HELD, Parcel
-from stagewire_virtual.faults.stage import Stage
 
 __all__ = ["Way"]
 
@@ -29,7 +29,7 @@ class Way:
         hand_on: Callable[[Parcel], None],
         lost: Callable[[str], None],
     ) -> None:
-        self.stages: Sequence[Stage] = ()
+        self.effects: Sequence[Effect] = ()
         self._clock = clock
         self._hand_on = hand_on
         self._lost = lost
@@ -48,9 +48,9 @@ class Way:
     def take(self, parcel: Parcel) -> None:
         """Send a parcel through the faults."""
         parcels = [parcel]
-        for stage in self.stages:
+        for effect in self.effects:
             parcels = list(
-                self._within(len(parcel.data), chain.from_iterable(map(stage.apply, parcels)))
+                self._within(len(parcel.data), chain.from_iterable(map(effect.apply, parcels)))
             )
         for one in parcels:
             self.send(one)

@@ -8,15 +8,14 @@ from typing import ClassVar, Final, TypeAlias
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.faults import FaultyLine, Happened
 from stagewire_virtual.instrument import Instrument
-from stagewire_virtual.replay import Replay
 
 __all__ = ["BACKLOG", "FarEnd", "Link", "Maker", "Observer", "Run", "ServedLink", "at_this_instant"]
 
 BACKLOG: Final = 64 * 1024
 """Bytes that are kept for a host that does not read; frames beyond them are dropped whole."""
 
-FarEnd: TypeAlias = Instrument | Replay | FaultyLine
-"""What a host talks to: an instrument or a replay, by itself or behind faults."""
+FarEnd: TypeAlias = Instrument | FaultyLine
+"""What a host talks to: an instrument, by itself or behind faults."""
 
 Maker: TypeAlias = Callable[[Clock], FarEnd]
 """Makes a far end on a clock."""
@@ -52,7 +51,7 @@ class Link:
         self, far_end: FarEnd, *, label: str = "", observer: Observer | None = None
     ) -> None:
         self.far_end = far_end
-        self.instrument: Instrument | Replay
+        self.instrument: Instrument
         """What is at the end of the line, behind the faults if there are some."""
         if isinstance(far_end, FaultyLine):
             self.instrument = far_end.instrument
@@ -60,8 +59,7 @@ class Link:
             far_end.on_fault = self._note_fault
         else:
             self.instrument = far_end
-        if isinstance(self.instrument, Instrument):
-            self.instrument.on_refusal = self.note
+        self.instrument.on_refusal = self.note
         far_end.on_send = self._say
         self.label = label
         self.observer = observer or Observer()
@@ -109,8 +107,7 @@ class Link:
 
     def _greet(self) -> None:
         """Let the far end know that a host has come."""
-        if isinstance(self.instrument, Replay):
-            self._run(self.instrument.connected)
+        self._run(self.far_end.host_came)
 
     def _take(self, data: bytes) -> None:
         """Take bytes of the host."""

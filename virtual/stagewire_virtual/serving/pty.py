@@ -87,9 +87,10 @@ class PtyLink(ServedLink):
     def _hang_up(self) -> None:
         terminal, self._terminal = self._terminal, None
         if terminal is not None:
-            if self.symlink is not None and _points_to(self.symlink, terminal.name):
-                self.symlink.unlink()
             terminal.close()
+            if self.symlink is not None and _points_to(self.symlink, terminal.name):
+                with contextlib.suppress(OSError):  # its folder may be somebody else's by now
+                    self.symlink.unlink()
 
     def _backlog(self) -> int:
         return len(self._terminal.waiting) if self._terminal else 0
@@ -153,8 +154,15 @@ class _Terminal:
 
 
 def _point(symlink: Path, device: str) -> None:
-    """Make a symbolic link to a device, in place of one that a server left behind; raises OSError."""
-    if symlink.is_symlink() and Path(os.readlink(symlink)).parent == Path(device).parent:
+    """Make a symbolic link to a device, in place of one that a server left behind.
+
+    Its pseudo-terminal is gone, or is the new one: systems number them anew. One that is there belongs to
+    another server. Raises :class:`OSError` for that, and for whatever else has the name.
+    """
+    if _points_to(symlink, device):
+        return
+    beside = symlink.is_symlink() and Path(os.readlink(symlink)).parent == Path(device).parent
+    if beside and not symlink.exists():
         symlink.unlink()
     symlink.symlink_to(device)
 

@@ -14,7 +14,7 @@ from stagewire_virtual.clock import Clock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
 from stagewire_virtual.instrument import Instrument, Row
 from stagewire_virtual.listening import Listener
-from stagewire_virtual.options import Options, known_only
+from stagewire_virtual.options import Options, check_stage, known_only
 from stagewire_virtual.thorlabs_apt import identity
 from stagewire_virtual.thorlabs_apt.behaviours import behaviour_of
 from stagewire_virtual.thorlabs_apt.channel import Channel
@@ -60,6 +60,10 @@ class AptInstrument(Instrument):
         super().__init__(unit, clock)
         known_only("quirk", options.quirks, QUIRKS, unit.name)
         known_only("strategy", options.strategies, (), unit.name)
+        built = [unit] if modules is None else [module for module in modules if module is not None]
+        for settings in options.channels:
+            if settings.stage is not None:
+                check_stage(settings.stage, [each.name for each in built])
         self._options = options
         self._listener = Listener(unit.protocol, clock, self._take)
         self._connected = True  # until the host disconnects
@@ -203,6 +207,11 @@ class AptInstrument(Instrument):
         if part not in moving:
             raise UnknownPartError(f"{part} that could stick", list(moving))
         moving[part].stuck = stuck
+
+    @property
+    def units(self) -> Sequence[Unit]:
+        """The unit, and that of each channel, which is another one in a rack of modules."""
+        return [self.unit, *(channel.unit for channel in self.channels)]
 
     @property
     def channels(self) -> tuple[Channel, ...]:

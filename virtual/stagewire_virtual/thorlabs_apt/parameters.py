@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Final
 
 from stagewire import Frame, FramedMessage
@@ -21,6 +21,12 @@ SAVING: Final = frozenset({"MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS"})
 
 _ENABLE_STATE: Final = "MOD_CHANENABLESTATE"
 """The set that switches a channel on and off: kept as any other, and obeyed (page 17)."""
+
+_COMMON: Final[Mapping[str, Collection[str]]] = {"PZ_IOSETTINGS": ("amp_lp_filter",)}
+"""Values of a set that a controller has once for all its channels; the first one keeps them (page 119).
+
+The one unit that has the set has no message that would save it.
+"""
 
 _BOTH: Final = 3  # CHANBOTH: pages 27 and 93 name it, no page gives it a number
 
@@ -89,6 +95,8 @@ class Parameters:
                 self._controller.refuse(frame, f"{facts.name}: {why}")
                 continue
             channel.parameters[facts.set_name].update(values)
+            for name in _COMMON.get(facts.set_name, ()):
+                self._channels[0].parameters[facts.set_name][name] = values[name]
             obey_enable_state(channel)
             if stored := channel.behaviour.method("stored", facts.set_name):
                 stored(frame)
@@ -118,6 +126,8 @@ class Parameters:
         """Return the GET of a set: the values that live, else those that were stored."""
         facts = self._facts[get]
         values = dict(channel.parameters[facts.set_name])
+        for name in _COMMON.get(facts.set_name, ()):
+            values[name] = self._channels[0].parameters[facts.set_name][name]
         if live := channel.behaviour.method("live", facts.set_name):
             values.update(live())
         if facts.names_channel:

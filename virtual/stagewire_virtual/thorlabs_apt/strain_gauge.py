@@ -21,7 +21,7 @@ from stagewire_virtual.thorlabs_apt.piezo.actuator import (
 )
 from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
 
-__all__ = ["SAMPLE_TIME", "SMOOTHED_SAMPLES", "StrainGauge"]
+__all__ = ["SAMPLE_TIME", "SMOOTHED_SAMPLES", "Signal", "StrainGauge"]
 
 SAMPLE_TIME: Final = SECOND // 500
 """Readings are sampled at 500 Hz (page 129)."""
@@ -32,6 +32,7 @@ SMOOTHED_SAMPLES: Final = 16
 _FULL_SCALE_VOLTS: Final = 10  # of the voltage on display; the document has no figure (page 129)
 
 Signal = float | Callable[[float], float]
+"""A share of full scale, or one for each time in seconds."""
 
 
 class StrainGauge(Behaviour):
@@ -58,8 +59,7 @@ class StrainGauge(Behaviour):
         super().__init__(channel)
         self.travel, share = travel_and_share(channel.settings)
         """Of the actuator that is measured, in steps of 100 nm."""
-        self.noise = 0.0
-        """Standard deviation of the noise on each sample, as a share of full scale; made of the seed."""
+        self._noise = 0.0
         self._noise_seed = channel.random.getrandbits(64)
         self._bits = StatusBits(channel.unit)
         # Each signal with the sample from which it holds, at most one a sample: the last ones are enough.
@@ -94,6 +94,15 @@ class StrainGauge(Behaviour):
         if self._signals[-1][0] == self._sample:
             self._signals.pop()
         self._signals.append((self._sample, signal))
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the noise on each sample, as a share of full scale; made of the seed."""
+        return self._noise
+
+    @noise.setter
+    def noise(self, share: float) -> None:
+        self._noise = finite(share)
 
     def power_on(self) -> None:
         """Begin anew: not zeroed. What is measured stays."""
@@ -184,6 +193,6 @@ class StrainGauge(Behaviour):
             self._signals[0][1],
         )
         share = finite(signal(sample * SAMPLE_TIME / SECOND)) if callable(signal) else signal
-        if self.noise:
-            share += random.Random(self._noise_seed + sample).gauss(0.0, self.noise)
+        if self._noise:
+            share += random.Random(self._noise_seed + sample).gauss(0.0, self._noise)
         return round(min(max(share, -1.0), 1.0) * FULL_SCALE)

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from stagewire import Stage
-from stagewire_virtual.blueprint import check_stage, parse_line
 from stagewire_virtual.errors import BadOptionError, UnknownUnitError
 from stagewire_virtual.faults import Fault, parse_fault
-from stagewire_virtual.options import Line
+from stagewire_virtual.options import Line, check_stage, parse_line
 from stagewire_virtual.serving.bench.tables import text
 from stagewire_virtual.serving.places import PtyPlace, TcpPlace, parse_tcp
 from stagewire_virtual.thorlabs_apt.rack import RACK
@@ -46,7 +45,7 @@ def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
         raise BadOptionError(f"{protocol.title} has no stage {name}{hint} ({there})")
     stages = importlib.import_module(f"{protocol.package}.stages")
     stage: Stage = getattr(stages, known[name.upper()])
-    check_stage(stage, units)
+    check_stage(stage, [unit.name for unit in units])
     return stage
 
 

@@ -60,7 +60,7 @@ class State:
 def _motion(state: State) -> dict[str, bool]:
     """Return the bits that steppers and DC servos share.
 
-    A jog or a homing run is a motion, too: clients that ask for the bits of a motion only must not take it
+    A jog or a homing run is a motion, too: hosts that ask for the bits of a motion only must not take it
     for rest.
     """
     forward, reverse = state.direction > 0, state.direction < 0

@@ -13,13 +13,13 @@ from stagewire_virtual.faults.fault import Fault
 from stagewire_virtual.faults.keys import Action, Piece
 from stagewire_virtual.faults.parcel import Parcel, bytes_of, joined
 
-__all__ = ["Stage"]
+__all__ = ["Effect"]
 
 _SHOWN: Final = 16  # bytes of a piece in a report
 
 
-class Stage:
-    """One fault among those of a direction.
+class Effect:
+    """What one fault does among those of a direction.
 
     :param fault: what goes wrong.
     :param chance: its own stream of chance.
