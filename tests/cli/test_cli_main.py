@@ -19,7 +19,17 @@ from stagewire_cli import show
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-COMMANDS = ["check", "generate", "diff", "show", "decode", "encode", "virtual", "testee", "conformance"]
+COMMANDS = [
+    "check",
+    "generate",
+    "diff",
+    "show",
+    "decode",
+    "encode",
+    "virtual",
+    "testee",
+    "conformance",
+]
 RUN = "from stagewire_cli.main import run; run()"
 
 
