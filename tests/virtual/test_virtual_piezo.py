@@ -163,6 +163,22 @@ def test_smooth_modes_change_over_slowly_and_then_follow_as_the_others():
     assert host.status().op_voltage == 0
 
 
+def test_a_loop_is_opened_as_slowly():
+    host = ActuatorHost("BPC201")
+    host.tell(m.PzSetOutputVolts(1, voltage=16000))
+    host.tell(m.PzSetPosControlMode(1, CLOSED_SMOOTH))
+    host.to(2000)
+    assert host.status().op_voltage == 0
+    host.tell(m.PzSetPosControlMode(1, OPEN_SMOOTH))
+    host.to(2250)
+    assert host.status().op_voltage == round(FULL / 4)
+    host.to(3000)
+    assert host.status().op_voltage == 16000
+    host.tell(m.PzSetOutputVolts(1, voltage=0))
+    host.to(3005)
+    assert host.status().op_voltage == 0
+
+
 def test_zero_is_what_is_read_at_zero_volts():
     host = ActuatorHost("BPC201", travel=200, position=20)
     tenth = round(FULL / 10)

@@ -16,9 +16,10 @@ import serial
 from virtual_parrot import TICK, Notebook, Parrot
 
 import stagewire_virtual as virtual
-from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.clock import Clock, SteppedClock
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import ServingError
+from stagewire_virtual.faults import FaultyLine
 from stagewire_virtual.serving.link import BACKLOG
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
@@ -91,6 +92,42 @@ def test_hanging_up_is_an_error_to_the_program_and_there_is_another_one() -> Non
             with port(served.url) as again:
                 again.write(b"again")
                 assert again.read(5) == b"again"
+
+
+def test_what_was_said_before_can_be_read_after_the_plug_was_pulled() -> None:
+    """Systems throw away what waits in a terminal that hangs up: a frame of which half came is that half."""
+
+    def make(clock: Clock) -> FaultyLine:
+        return FaultyLine(Parrot(clock), ["to_host disconnect at=7"])
+
+    with VirtualController(make).pty() as served:
+        first = served.url
+        with port(first) as line:
+            line.write(EVERY_BYTE)
+            until(lambda: served.url != first)  # cut, and nothing read yet
+            assert line.read(7) == EVERY_BYTE[:7]
+            with pytest.raises((serial.SerialException, OSError)):
+                line.read(1)
+
+
+def test_what_nobody_reads_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stagewire_virtual.serving.pty._GRACE", 0.02)
+    with parrot().pty() as served, port(served.url) as line:
+        device = Path(served.url)
+        line.write(b"left")
+        until(lambda: line.in_waiting == 4)
+        served.unplug()
+        until(lambda: not device.exists())
+
+
+def test_closing_does_not_wait_for_what_nobody_reads() -> None:
+    with parrot().pty() as served, port(served.url) as line:
+        line.write(b"left")
+        until(lambda: line.in_waiting == 4)
+        device = Path(served.url)
+        served.unplug()
+        served.close()
+        assert not device.exists()
 
 
 def test_a_symbolic_link_is_there_for_as_long(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
+import struct
 from pathlib import Path
 
 from stagewire_virtual.errors import ServingError
@@ -13,6 +14,8 @@ from stagewire_virtual.serving.link import FarEnd, Observer, Run, ServedLink
 __all__ = ["PtyLink"]
 
 _CHUNK = 64 * 1024
+_GRACE = 1.0  # seconds in which a program may read what came before the plug was pulled
+_LOOK = 0.01  # seconds; what is written to a pseudo-terminal takes a moment to be there
 
 
 class PtyLink(ServedLink):
@@ -35,6 +38,7 @@ class PtyLink(ServedLink):
         super().__init__(far_end, label=label, observer=observer)
         self.symlink = symlink
         self._terminal: _Terminal | None = None
+        self._leaving: set[_Terminal] = set()
 
     @property
     def url(self) -> str:
@@ -54,15 +58,19 @@ class PtyLink(ServedLink):
     async def close(self) -> None:
         """Hang up, and remove the symbolic link."""
         self._hang_up()
+        for terminal in list(self._leaving):
+            terminal.close()
 
     def disconnect(self) -> None:
         """Hang up: a program that has it open meets an error, as when a plug is pulled.
 
+        It can read what was said before, for a second: when a terminal hangs up, systems throw away
+        what waits there.
         Another pseudo-terminal is there at once, behind the same symbolic link; without one,
         :attr:`url` changes.
         """
         if self._terminal is not None:
-            self._hang_up()
+            self._hang_up(at_once=False)
             try:
                 self._plug_in()
             except ServingError as error:
@@ -84,10 +92,14 @@ class PtyLink(ServedLink):
         self._terminal = terminal
         self._greet()
 
-    def _hang_up(self) -> None:
+    def _hang_up(self, at_once: bool = True) -> None:
         terminal, self._terminal = self._terminal, None
         if terminal is not None:
-            terminal.close()
+            self._leaving.add(terminal)
+            if at_once:
+                terminal.close()
+            else:
+                terminal.leave()
             if self.symlink is not None and _points_to(self.symlink, terminal.name):
                 with contextlib.suppress(OSError):  # its folder may be somebody else's by now
                     self.symlink.unlink()
@@ -114,6 +126,7 @@ class _Terminal:
         self._loop = asyncio.get_running_loop()
         self.waiting = bytearray()
         """What the system does not take yet."""
+        self._looking: asyncio.TimerHandle | None = None
         try:
             self._master, self._slave = pty.openpty()
         except OSError as error:
@@ -130,12 +143,40 @@ class _Terminal:
         if len(self.waiting) == len(data):
             self._flush()
 
+    def leave(self) -> None:
+        """Hear and say nothing any more; hang up when the program has read what is there, or had its time."""
+        self._fall_silent()
+        self._look_again(self._loop.time() + _GRACE)
+
     def close(self) -> None:
         """Hang up; what waits is lost."""
-        self._loop.remove_reader(self._master)
-        self._loop.remove_writer(self._master)
+        self._fall_silent()
+        if self._looking is not None:
+            self._looking.cancel()
         os.close(self._master)
         os.close(self._slave)
+        self._link._leaving.discard(self)
+
+    def _fall_silent(self) -> None:
+        self._loop.remove_reader(self._master)
+        self._loop.remove_writer(self._master)
+
+    def _look_again(self, end: float) -> None:
+        self._looking = self._loop.call_later(_LOOK, self._look, end)
+
+    def _look(self, end: float) -> None:
+        if self._unread() and self._loop.time() < end:
+            self._look_again(end)
+        else:
+            self.close()
+
+    def _unread(self) -> int:
+        """Return how many bytes the program has not read yet."""
+        import fcntl
+        import termios
+
+        (count,) = struct.unpack("i", fcntl.ioctl(self._slave, termios.FIONREAD, bytes(4)))
+        return int(count)
 
     def _flush(self) -> None:
         with contextlib.suppress(BlockingIOError):
