@@ -191,7 +191,11 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
             "(RACK), key bays",
             "did you mean MST601",
         ),
-        ({"name": "RACK", "bays": ["TDC001"]}, "(RACK), key bays", "is no module of a rack"),
+        (
+            {"name": "RACK", "bays": ["TDC001"]},
+            "(RACK), key bays",
+            "is no module of a rack (there are: MPZ601, MST601)",
+        ),
     ],
 )
 def test_what_is_wrong_is_named_with_its_key_and_what_was_expected(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 from stagewire.framing import BadLength, Event, Received, Undocumented, Unknown
 from stagewire.framing.events import FrameEvent
@@ -252,13 +252,20 @@ def rack_of(
     """
     modules = [unit for unit in units if unit is not None]
     for unit in modules:
-        if unit.facts.get("address") != "bay":
-            raise BadOptionError(f"{unit.name} is no module of a rack (MPZ601 and MST601 are)")
+        if not _is_module(unit.facts):
+            known = [entry["name"] for entry in unit.registry["units"] if _is_module(entry)]
+            raise BadOptionError(
+                f"{unit.name} is no module of a rack (there are: {', '.join(known)})"
+            )
     if len(units) > BAYS:
         raise BadOptionError(f"a rack has at most {BAYS} bays, not {len(units)}")
     registry = modules[0].registry if modules else PROTOCOL.registry()
     protocol = modules[0].protocol if modules else PROTOCOL
     return AptInstrument(modular_rack(protocol, registry, len(units)), clock, options, units)
+
+
+def _is_module(facts: Mapping[str, Any]) -> bool:
+    return facts.get("address") == "bay"
 
 
 def _check_bays(empty: Iterable[int], bays: int, unit: Unit) -> None:

@@ -24,8 +24,6 @@ _AMPLIFIER_TIME = SECOND // 200
 _SMOOTH_TIME = SECOND
 # From zero to full scale when a smooth mode opens or closes the loop; "over a longer period" (page 94).
 
-_SLEW_DIVISOR = 19000  # slew rates are value x maximum volts / 19000 in V/ms (page 123)
-
 _SMOOTH_MODES = (PositionControlMode.OPEN_LOOP_SMOOTH, PositionControlMode.CLOSED_LOOP_SMOOTH)
 _LOWEST = -FULL_SCALE - 1
 
@@ -49,6 +47,9 @@ class Drive:
         self._timer: Timer | None = None
         self.external_signal = 0.0
         self.potentiometer = 0.0
+        slew_rate = channel.unit.registry["quantities"]["slew_rate"]["scale"]
+        self._slew_counts: int = slew_rate["counts_at_setting"]
+        # By as much a slew rate is divided, in shares of the maximum voltage for each ms (page 123).
         self.generator = WaveformGenerator(channel.unit, channel.clock, self._waveform_over)
         self.reset()
 
@@ -172,7 +173,7 @@ class Drive:
     def _crossing(self, closed: bool, least: int) -> float:
         """Return nanoseconds for a count at the slew rate of a loop; the whole range takes ``least``."""
         slew = self._channel.parameter("PZ_TPZ_SLEWRATES", "slew_closed" if closed else "slew_open")
-        return max(least, MILLISECOND * _SLEW_DIVISOR / slew if slew else 0) / FULL_SCALE
+        return max(least, MILLISECOND * self._slew_counts / slew if slew else 0) / FULL_SCALE
 
     @property
     def _asked(self) -> int:
