@@ -15,18 +15,30 @@ __all__ = [
     "DamagedError",
     "DecodeError",
     "EncodeError",
+    "LimitError",
+    "LinkOpenError",
     "MissingFieldError",
+    "MotionStopped",
+    "MotionTimeout",
+    "MotionUnderWayError",
     "OutOfRangeError",
     "OutstandingReplyError",
+    "ReplyTimeout",
+    "SessionClosedError",
     "StagewireError",
     "TrailingBytesError",
+    "TransportError",
+    "TransportLost",
     "TruncatedError",
     "UnknownFieldError",
     "UnknownMessageError",
     "UnknownProtocolError",
     "UnknownScaleError",
+    "UnknownTravelError",
     "UnsupportedError",
     "UnusableProtocolError",
+    "WrongModeError",
+    "WrongUnitError",
 ]
 
 
@@ -149,3 +161,62 @@ class UnusableProtocolError(UnknownProtocolError):
 
 class UnknownScaleError(StagewireError):
     """The scale of a quantity is not known for this stage, controller or setting."""
+
+
+class UnknownTravelError(StagewireError):
+    """A limit cannot be checked: the document gives no travel, and the user gave none."""
+
+
+class LimitError(OutOfRangeError):
+    """A target outside the travel; nothing was sent."""
+
+
+class TransportError(StagewireError):
+    """The line to a controller cannot be used."""
+
+
+class LinkOpenError(TransportError):
+    """The line cannot be opened: no such port, no permission, nobody there."""
+
+
+class TransportLost(TransportError):
+    """The line was open and is gone, whatever kind of line it is.
+
+    What was being done may have been done or not; nothing is sent again. The state is unknown until it
+    is read again, on a line that was opened again.
+    """
+
+
+class SessionClosedError(StagewireError):
+    """The session was closed by this side; nothing was sent."""
+
+
+class ReplyTimeout(StagewireError, TimeoutError):
+    """No reply came in time. A late one is not taken for the reply to something else."""
+
+
+class MotionTimeout(ReplyTimeout):
+    """The end of a motion was not reported in time; it may still be under way."""
+
+
+class MotionStopped(StagewireError):
+    """A motion was stopped before its end.
+
+    :param message: what the controller said.
+    """
+
+    def __init__(self, text: str, message: object = None) -> None:
+        super().__init__(text)
+        self.message = message
+
+
+class MotionUnderWayError(StagewireError):
+    """A motion is under way on this channel, or one may be; nothing was sent."""
+
+
+class WrongUnitError(StagewireError):
+    """The controller at the other end is another one than was named."""
+
+
+class WrongModeError(StagewireError):
+    """The controller expects another format now, such as lines of text; nothing was sent."""
