@@ -3,7 +3,7 @@
 #   make test   formatting, types, import rules and all tests
 # What takes long or needs a quiet machine is apart:
 #   make bench  speed and memory against their bounds
-#   make soak   256 virtual controllers in one process for a minute: time, memory, one core
+#   make soak   256 virtual controllers for a minute, and as many sessions; a day of ten axes; eight threads
 #   make fuzz   thirty million executions of the codecs, everything that a user can feed to the command, and that a
 #               host can say to a virtual controller
 # Each has its own virtual environment below .venv/.
@@ -13,7 +13,9 @@ SPEC := spec
 OUT := generated
 REPORT := build/junit.xml
 
-BENCHMARKS := codec_speed framing_speed commands columns start_up framing_time capture_memory framing_experiment c_speed
+BENCHMARKS := codec_speed framing_speed commands columns start_up round_trip opening stop_latency silent framing_time \
+	capture_memory framing_experiment c_speed
+SOAKS := virtual_soak many_sessions threads endurance
 EXECUTIONS := 10000000
 C_EXECUTIONS := 20000000
 SECONDS := 60
@@ -56,14 +58,10 @@ c-sizes: .venv/test/ready tools
 	.venv/test/bin/python tests/c/sizes.py --renew "$(REASON)"
 
 bench: .venv/bench/ready tools
-	@failed=; for program in $(BENCHMARKS); do \
-		echo "== $$program"; \
-		.venv/bench/bin/python benchmarks/$$program.py || failed="$$failed $$program"; \
-	done; \
-	test -z "$$failed" || { echo "over a bound:$$failed"; exit 1; }
+	$(call programs,bench,$(BENCHMARKS))
 
 soak: .venv/test/ready
-	.venv/test/bin/python benchmarks/virtual_soak.py
+	$(call programs,test,$(SOAKS))
 
 fuzz: .venv/fuzz/ready tools
 	.venv/fuzz/bin/python tests/fuzz/atheris_codec.py --executions $(EXECUTIONS) --seed $(SEED)
@@ -91,6 +89,15 @@ define environment
 @$(PYTHON) -m venv .venv/$(1)
 @.venv/$(1)/bin/python -m pip install --disable-pip-version-check --editable '.[$(2)]'
 @touch $@
+endef
+
+# $(1) the environment, $(2) programs of benchmarks/; all run, and then it fails if one did
+define programs
+@failed=; for program in $(2); do \
+	echo "== $$program"; \
+	.venv/$(1)/bin/python benchmarks/$$program.py || failed="$$failed $$program"; \
+done; \
+test -z "$$failed" || { echo "over a bound:$$failed"; exit 1; }
 endef
 
 clean:

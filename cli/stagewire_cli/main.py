@@ -22,9 +22,13 @@ from stagewire_cli import (
     conformance,
     decode,
     diff,
+    doctor,
     encode,
     format,
     generate,
+    monitor,
+    motion,
+    ports,
     schemas,
     show,
     testee,
@@ -62,6 +66,12 @@ app.command("decode", epilog=decode.EXAMPLE)(decode.decode)
 app.command("encode", epilog=encode.EXAMPLE)(encode.encode)
 app.command("testee", epilog=testee.EXAMPLE)(testee.testee)
 app.command("virtual", epilog=virtual.EXAMPLE)(virtual.virtual)
+app.command("list", epilog=ports.EXAMPLE)(ports.list_ports)
+app.command("doctor", epilog=doctor.EXAMPLE)(doctor.doctor)
+app.command("monitor", epilog=monitor.EXAMPLE)(monitor.monitor)
+app.command("move", epilog=motion.MOVE_EXAMPLE)(motion.move)
+app.command("home", epilog=motion.HOME_EXAMPLE)(motion.home)
+app.command("stop", epilog=motion.STOP_EXAMPLE)(motion.stop)
 app.add_typer(conformance.app, name="conformance")
 
 

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint import (
+    check_devices,
     check_errata,
     check_framing,
     check_layouts,
@@ -96,4 +97,5 @@ def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     check_names(protocol, next(iter(files.get("units", [])), None), diagnostics)
     check_layouts(protocol, diagnostics)
     check_framing(protocol, files["protocol"][0], diagnostics)
+    check_devices(protocol, files.get("quantities", ()), diagnostics)
     return protocol

@@ -22,7 +22,7 @@ _HEAD = """\
 `stagewire check` and `stagewire generate` report everything that is wrong with a spec in one run, sorted by
 file and line, and then end with exit code 1; nothing is written. Each message reads
 
-```
+```text
 spec/thorlabs_apt/messages/motor.yaml:97:3: SW031 MOT_VELPARAMS: the fields take 14 bytes, the length is 12
     hint: correct the length or the fields
 ```

@@ -94,6 +94,7 @@ class FlagBit:
     name: str
     bit: int
     note: str
+    motion: bool = False  # set for as long as something moves
 
     @property
     def mask(self) -> int:
@@ -182,6 +183,7 @@ class Field:
     open: bool = False  # the document says that its list of values or bits is not complete
     default: int | None = None
     constant: int | None = None
+    target: str = ""  # absolute | relative: what is moved to, or by
     quantity: Quantity | None = None
     enum: Enumeration | None = None
     flags: FlagTable | None = None
@@ -249,6 +251,10 @@ class Message:
     dummy: bool = False  # does nothing, and is not to be used
     switches_to: str | None = None  # of a setup command: low_level | high_level | power_on
     firmware: tuple[Firmware, ...] = ()
+    group: str = ""  # the first of its words, if that names a group of messages
+    addressee: str = ""  # motherboard | unit | every; empty: the controller in a bay
+    tells: str = ""  # identity | bays
+    call: Json = field(default_factory=dict)  # name of the method, and defaults of its arguments
     overlay: str = ""
 
     @property
@@ -336,6 +342,7 @@ class Protocol:
     enumerations: tuple[Enumeration, ...]
     flags: tuple[FlagTable, ...]
     quantities: tuple[Quantity, ...]
+    settings: Json  # name -> what tells it; of an overlay with its name
     controllers: tuple[Controller, ...]
     stages: tuple[Stage, ...]
     units: Json

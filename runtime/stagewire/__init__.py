@@ -3,8 +3,8 @@
 The runtime knows no message of any protocol. It cuts streams into frames (:mod:`stagewire.framing`),
 carries messages (:mod:`stagewire.message`, :mod:`stagewire.frame`), reads commands that have no
 header (:mod:`stagewire.commands`) and packets in a shape of their own (:mod:`stagewire.packets`), finds
-protocols (:mod:`stagewire.protocol`), converts units exactly (:mod:`stagewire.quantities`) and says
-what went wrong (:mod:`stagewire.errors`).
+protocols (:mod:`stagewire.protocol`) and controllers (:mod:`stagewire.discovery`), converts units exactly
+(:mod:`stagewire.quantities`) and says what went wrong (:mod:`stagewire.errors`).
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
     from typing import Any
 
+    from stagewire.discovery import discover as discover
+    from stagewire.discovery import open as open
     from stagewire.quantities import Scale, Stage, UnknownScale
 
 __all__ = [
@@ -39,16 +41,22 @@ __all__ = [
     "StagewireError",
     "UnknownScale",
     "available_protocols",
+    "discover",
     "load_protocol",
+    "open",
 ]
 
 __version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> Any:
-    """Import the exact fractions of quantities when they are first asked for; they take long."""
+    """Import the exact fractions of quantities, and what finds controllers, when they are asked for."""
     if name in ("Scale", "Stage", "UnknownScale"):
         from stagewire import quantities
 
         return getattr(quantities, name)
+    if name in ("discover", "open"):
+        from stagewire import discovery
+
+        return getattr(discovery, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

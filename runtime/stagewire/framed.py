@@ -85,6 +85,8 @@ class FramedProtocol(Protocol):
     :param host: address of the host.
     :param devices: addresses that controllers have.
     :param nameless: messages that the document names without an id, and why they cannot be used.
+    :param channel: the field that says which channel of a controller a message is about; None: a
+        controller has no channels.
     """
 
     def __init__(
@@ -96,11 +98,13 @@ class FramedProtocol(Protocol):
         host: int,
         devices: frozenset[int],
         nameless: Mapping[str, str],
+        channel: str | None = None,
     ) -> None:
         super().__init__(name, title, package, messages, nameless)
         self.messages: tuple[type[FramedMessage], ...] = tuple(self.messages)
         self.host = host
         self.devices = devices
+        self.channel = channel
         self._shapes: dict[int, _Shapes] = {}
         # What a header alone decides -> unpack, size, destination, source. A controller says the same
         # few things again and again. No more than _REMEMBERED_HEADERS, whatever comes.

@@ -52,11 +52,12 @@ class Layout:
     :param switches_to: of a setup command, the format of what comes after it: ``low_level``, commands in
         slots; ``high_level``, lines of text; ``power_on``, the one in which a controller wakes. None: the
         same as before.
+    :param unsolicited: it may come without being asked for.
     """
 
     __slots__ = (
         "constants", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
-        "only_zero", "optional", "signed", "size", "switches_to", "unnamed", "when",
+        "only_zero", "optional", "signed", "size", "switches_to", "unnamed", "unsolicited", "when",
     )  # fmt: skip
 
     def __init__(
@@ -77,6 +78,7 @@ class Layout:
         size: int | None = None,
         dummy: bool = False,
         switches_to: CommandFormat | None = None,
+        unsolicited: bool = False,
     ) -> None:
         self.message = message
         self.id = id
@@ -94,6 +96,7 @@ class Layout:
         self.size = size
         self.dummy = dummy
         self.switches_to = switches_to
+        self.unsolicited = unsolicited
 
     def __repr__(self) -> str:
         return f"<Layout {self.message} {self.form}>"

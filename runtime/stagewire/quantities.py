@@ -127,8 +127,11 @@ class UnknownScale:
 class Stage:
     """A stage and its scales on each controller that the registry knows it on.
 
+    One that the registry does not know is made by :meth:`of_user`.
+
     :param scales: controller -> quantity -> scale.
     :param controllers: controller -> the units that it stands for.
+    :param by_user: whether its scales are those of a user, who answers for them on any controller.
     """
 
     name: str
@@ -136,6 +139,16 @@ class Stage:
     page: int
     scales: Mapping[str, Mapping[str, Scale | UnknownScale]]
     controllers: Mapping[str, tuple[str, ...]]
+    by_user: bool = False
+
+    @classmethod
+    def of_user(cls, name: str, **scales: Scale) -> Stage:
+        """Make a stage that the registry does not know, with scales by quantity.
+
+        ``Stage.of_user("rotary", position=Scale.counts_per("mm", 1919))``: the quantities are those of the
+        registry, such as ``position``, ``velocity`` and ``acceleration``, and so are their units.
+        """
+        return cls(name, "a stage of yours", 0, {"": dict(scales)}, {"": ()}, by_user=True)
 
     def scale(self, quantity: str, controller: str) -> Scale | UnknownScale:
         """Return the scale of ``quantity`` on ``controller`` (its family, or a unit of it).
@@ -143,7 +156,7 @@ class Stage:
         Raises :class:`UnknownScaleError` when the registry has none; nothing is guessed.
         """
         for family, scales in self.scales.items():
-            if controller == family or controller in self.controllers[family]:
+            if self.by_user or controller == family or controller in self.controllers[family]:
                 if quantity in scales:
                     return scales[quantity]
                 known = ", ".join(sorted(scales))

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
+import fenced
+from fenced import ROOT
 
 __all__ = ["ROOT", "blocks"]
 
-ROOT = Path(__file__).parents[2]
-_PAGE = (ROOT / "docs" / "build-systems.md").read_text(encoding="utf-8")
 
-
-def blocks(language: str) -> list[str]:
-    """Return the blocks of the page that are written in a language."""
-    return re.findall(rf"^```{language}\n(.*?)^```", _PAGE, re.M | re.S)
+def blocks(language: str | None = None) -> list[str]:
+    """Return the blocks of the page that are written in a language, or all."""
+    return [block.text for block in fenced.blocks(ROOT / "docs" / "build-systems.md", language)]

@@ -29,6 +29,12 @@ COMMANDS = [
     "virtual",
     "testee",
     "conformance",
+    "list",
+    "doctor",
+    "monitor",
+    "move",
+    "home",
+    "stop",
 ]
 RUN = "from stagewire_cli.main import run; run()"
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from language_server import LanguageServer
 
+from language_server import LanguageServer
 from stagewire_generator.formatting import find
 from stagewire_generator.schemas import KINDS
 

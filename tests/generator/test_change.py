@@ -175,10 +175,11 @@ class Bare(ast.NodeTransformer):
     """Takes away docstrings and arguments that are texts for people; sorts what has no order."""
 
     TEXTS: ClassVar = {  # place of the text
-        "Bit": 1, "Stage": 1, "UnknownScale": 1, "FramedProtocol": 1, "CommandProtocol": 1,
+        "Bit": 1, "Stage": 1, "UnknownScale": 1, "FramedProtocol": 1, "CommandProtocol": 1, "Known": 1,
     }  # fmt: skip
     KEYWORDS: ClassVar = {
         "Stage": {"page"},
+        "Unit": {"title", "page", "messages_from", "pause_source"},
         "counts_per": {"printed", "source"},
         "unit_per": {"printed", "source"},
     }
@@ -194,11 +195,11 @@ class Bare(ast.NodeTransformer):
                 and isinstance(statement.value.value, str)
             )
         ]
-        if not isinstance(node, ast.FunctionDef):
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             node.body.sort(key=ast.dump)
         return node
 
-    visit_Module = visit_ClassDef = visit_FunctionDef = body
+    visit_Module = visit_ClassDef = visit_FunctionDef = visit_AsyncFunctionDef = body
 
     def visit_Call(self, node: ast.Call) -> ast.Call:
         self.generic_visit(node)

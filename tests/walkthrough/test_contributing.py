@@ -8,7 +8,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from walk import Walk, blocks
+from walk import Walk
+
+from fenced import blocks
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "contributing.md"

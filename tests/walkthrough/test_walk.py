@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from walk import Walk, blocks
+from walk import Walk
+
+from fenced import blocks
 
 TRUE = """\
 # Title

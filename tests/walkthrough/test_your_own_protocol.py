@@ -14,7 +14,9 @@ import venv
 from pathlib import Path
 
 import pytest
-from walk import Walk, blocks
+from walk import Walk
+
+from fenced import blocks
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "your-own-protocol.md"

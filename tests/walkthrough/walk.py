@@ -1,7 +1,6 @@
 """Does what a Markdown document tells its reader to do, block by block, and compares what it shows.
 
-- A paragraph that begins with ``File `path```` makes the next block that file; with ``In `path```` the next
-  block is added to its end. Nothing else stands between the two.
+- A block that is a file (``fenced.Block``) is written, or added to the end of the file that is there.
 - A block of ``console`` has commands after ``$ ``, continued after a backslash, and below each what it
   prints. ``…`` stands for any number of lines, or for any text within a line. A command ends with 0 unless
   it says ``# exit status N``.
@@ -20,51 +19,18 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["ANY", "Block", "Walk", "blocks"]
+from fenced import Block, said
+
+__all__ = ["ANY", "Walk"]
 
 ANY = "…"
 
-_BLOCK = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.M | re.S)
-_FILE = re.compile(r"(?P<how>File|In) `(?P<path>[^`]+)`")
 _COMMAND = re.compile(r"^\$ (.*(?:(?<=\\)\n.*)*)\n((?:(?!\$ ).*\n)*)", re.M)
 _STATUS = re.compile(r"# exit status (\d+)")
-_PRINTED = re.compile(r"print\(.*\) +# (.*)$", re.M)
-_SECTION = re.compile(r"^## (.*)$", re.M)
 _PROGRESS = re.compile(r"^\.\.\. .*\n", re.M)
-
-
-@dataclass(frozen=True)
-class Block:
-    """One fenced block: where it stands, its language and text, and the file that it is, if any."""
-
-    section: str
-    line: int
-    language: str
-    text: str
-    path: str | None = None
-    added: bool = False
-
-
-def blocks(document: Path) -> Iterator[Block]:
-    """Yield the fenced blocks of a document in order."""
-    page = document.read_text(encoding="utf-8")
-    end = 0
-    for found in _BLOCK.finditer(page):
-        paragraphs = page[end : found.start()].strip().split("\n\n")
-        file = _FILE.match(paragraphs[-1])
-        yield Block(
-            section=(_SECTION.findall(page[: found.start()]) or [""])[-1],
-            line=page.count("\n", 0, found.start()) + 1,
-            language=found["language"],
-            text=found["text"],
-            path=file and file["path"],
-            added=file is not None and file["how"] == "In",
-        )
-        end = found.end()
 
 
 class Walk:
@@ -101,7 +67,7 @@ class Walk:
         elif block.language == "python":
             script = self._state / "block.py"
             script.write_text(block.text, encoding="utf-8")
-            shown = "".join(f"{line}\n" for line in _PRINTED.findall(block.text))
+            shown = "".join(f"{line}\n" for line in said(block))
             self._compare(block, f"python {shlex.quote(str(script))}", shown)
         else:
             raise AssertionError(f"line {block.line}: nothing runs a block of {block.language!r}")
@@ -136,9 +102,9 @@ class Walk:
         code, printed = self._run(command)
         where = f"line {block.line}: {command}"
         assert code == status, f"{where}\nends with {code}, not {status}\n{printed}"
-        said = _PROGRESS.sub("", "".join(f"{line.rstrip()}\n" for line in printed.splitlines()))
-        if not re.fullmatch(_pattern(shown), said):
-            both = (shown.splitlines(), said.splitlines(), "the document", "what happens")
+        happens = _PROGRESS.sub("", "".join(f"{line.rstrip()}\n" for line in printed.splitlines()))
+        if not re.fullmatch(_pattern(shown), happens):
+            both = (shown.splitlines(), happens.splitlines(), "the document", "what happens")
             diff = "\n".join(difflib.unified_diff(*both, lineterm=""))
             raise AssertionError(f"{where}\n{diff}")
 

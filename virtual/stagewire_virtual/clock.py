@@ -132,17 +132,21 @@ class SteppedClock(Clock):
 
 
 class RealClock(Clock):
-    """The machine's monotonic clock. Timers run when :meth:`run_until` is called."""
+    """The machine's monotonic clock. Timers run when :meth:`run_until` is called.
 
-    def __init__(self) -> None:
+    :param reading: tells the time in nanoseconds since whenever; another one may go by an event loop.
+    """
+
+    def __init__(self, reading: Callable[[], int] = time.monotonic_ns) -> None:
         super().__init__()
-        self._start = time.monotonic_ns()
+        self._reading = reading
+        self._start = reading()
         self._running = False
 
     @property
     def now(self) -> int:
         """The time in nanoseconds; while a timer runs, the instant that it was set for."""
-        return self._now if self._running else max(self._now, time.monotonic_ns() - self._start)
+        return self._now if self._running else max(self._now, self._reading() - self._start)
 
     def run_until(self, when: int) -> None:
         """Let time go on to the instant ``when``, running what is due on the way, in order."""

@@ -97,6 +97,7 @@ _FRAMING = Data(
         "maximum_length": "framing",
         "host": "framing",
         "devices": "framing",
+        "channel": "framing",
         "prefix": "framing",
         "terminator": "framing",
         "axes": Names("framing", "enumeration"),
@@ -142,6 +143,25 @@ _EXCHANGE = Data(
         "unsolicited": "exchange",
         "keeps_alive": "exchange",
         "counts_for_keep_alive": "exchange",
+        "halted_by": Names("exchange", "message"),
+        "stored/read": Names("exchange", "message"),
+        "stored/field": "exchange",
+        "ends_when/read": Names("exchange", "message"),
+        "ends_when/field": "exchange",
+        "ends_when/value": "exchange",
+    }
+)
+_CALL = Data({"name": "call", "defaults/*": Entries("field", "call-default", "call-default")})
+_SETTINGS = Data(
+    {
+        "*": Entries("setting", "setting-added", "setting-removed"),
+        "*/overlay": _OVERLAY,
+        "*/unit": "setting",
+        "*/page": "page",
+        "*/summary": "text",
+        "*/told_by/*": Entries("set", "setting", "setting"),
+        "*/told_by/*/field": "setting",
+        "*/told_by/*/values/*": Entries("value", "setting", "setting"),
     }
 )
 _UNITS = Data(
@@ -173,6 +193,8 @@ _UNITS = Data(
         "families/*/like": "list-messages",
         "families/*/also_at/addresses": "unit-also-at",
         "families/*/also_at/source": "text",
+        "families/*/pause/ms": "unit-pause",
+        "families/*/pause/source": "text",
         "lists/*": Entries("list", "list-added", "list-removed"),
         "lists/*/overlay": _OVERLAY,
         "lists/*/title": "text",
@@ -237,6 +259,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "enumerations": Elsewhere("tables"),
         "flags": Elsewhere("tables"),
         "quantities": Elsewhere("scales"),
+        "settings": _SETTINGS,
         "controllers": Elsewhere("scales"),
         "stages": Elsewhere("scales"),
         "units": _UNITS,
@@ -274,6 +297,10 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "dummy": "command-dummy",
         "switches_to": "setup-switch",
         "firmware": Elsewhere("messages"),
+        "group": Ignored("one of its words, which are compared"),
+        "addressee": "addressee",
+        "tells": "exchange",
+        "call": _CALL,
         "overlay": _OVERLAY,
     },
     model.Firmware: {
@@ -305,6 +332,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "open": "field-open",
         "default": "field-default",
         "constant": "field-constant",
+        "target": "field-target",
         "quantity": Elsewhere("fields"),
         "enum": Names("field-enumeration", "enumeration"),
         "flags": Names("field-flags", "flags"),
@@ -349,7 +377,12 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "place": _PLACE,
         "overlay": _OVERLAY,
     },
-    model.FlagBit: {"name": _PAIRED, "bit": "bit-number", "note": "text"},
+    model.FlagBit: {
+        "name": _PAIRED,
+        "bit": "bit-number",
+        "note": "text",
+        "motion": "bit-motion",
+    },
     model.Quantity: {
         "name": _PAIRED,
         "unit": "quantity-unit",

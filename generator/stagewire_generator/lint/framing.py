@@ -34,6 +34,11 @@ def _header(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> Non
     """Check the addresses: they leave the bit free that announces a packet, and tell host from device."""
     framing = protocol.framing
     host, flag = framing["host"], framing["data_flag"]
+    channel = framing.get("channel")
+    fields = {field.name for m in protocol.messages for x in m.layouts for field in x.all_fields}
+    if channel is not None and channel not in fields:
+        what = f"no message has a field {channel}, which is to name the channel"
+        diagnostics.add(head.place("framing", "channel"), "SW021", what)
     free = "an address leaves the bit free that announces a packet; see the document"
     if host & flag:
         what = f"the host's address {host:#04x} holds the data flag"

@@ -32,6 +32,11 @@ _IN_MESSAGES = _IN_CHAPTERS | frozenset({
 _IN_FLAGS = _IN_CHAPTERS | frozenset({"Bit", "Flags"})
 _IN_ENUMERATIONS = _KEPT | frozenset({"Enumeration"})
 _IN_STAGES = _KEPT | frozenset({"Scale", "Stage", "UnknownScale"})
+_IN_UNITS = _KEPT | frozenset({
+    "AxesDevice", "Axis", "Bay", "Channel", "ChannelsBay", "ChannelsDevice", "FACTS", "ModuleDevice",
+    "PROTOCOL", "RackDevice", "SingleChannelDevice", "SingleChannelModule", "UNITS"
+})  # fmt: skip
+_PARTS_OF_UNITS = ("Axis", "Bay", "Channel")  # what the classes of their parts end with
 # What the methods of a generated message call, or give a value to.
 _IN_METHODS = frozenset({
     "self", "cls", "raw", "draft", "bytes", "classmethod", "property", "check_addresses",
@@ -205,6 +210,14 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
                 what = f"{path[0]}.{path[1]}: no {kind} is named {name}"
                 diagnostics.add(place, "SW021", what)
 
+    for name in data["units"]:
+        if name in _IN_UNITS:
+            place = document.place("units", name)
+            diagnostics.add(place, "SW023", f"the unit {name} is reserved")
+        for part in _PARTS_OF_UNITS:
+            if name.removesuffix(part) in data["units"] and name.endswith(part):
+                what = f"the unit {name} is what a class of {name.removesuffix(part)} is called"
+                diagnostics.add(document.place("units", name), "SW022", what)
     for section in ("units", "lists"):
         names = data.get(section, {})
         _apart([(name, document.place(section, name)) for name in names], diagnostics)

@@ -20,7 +20,7 @@ __all__ = ["SECTIONS", "compose"]
 
 SECTIONS: dict[str, tuple[str, ...]] = {
     "overlay": ("formats", "contexts"),
-    "quantities": ("quantities",),
+    "quantities": ("settings", "quantities"),
     "stages": ("controllers", "stages"),
     "units": ("families", "units", "lists", "addresses", "known_prefixes", "hardware_types"),
     "messages": (

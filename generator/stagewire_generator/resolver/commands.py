@@ -61,6 +61,7 @@ def _define_command(
         dummy=entry.get("dummy", False),
         switches_to=entry.get("switches_to"),
         firmware=firmware(entry),
+        call=entry.get("call", {}),
         overlay=document.overlay,
     )
     add_message(tables, message)

@@ -65,7 +65,8 @@ def define_flags(tables: Tables) -> None:
         if format is None:
             continue
         bits = tuple(
-            FlagBit(key, bit["bit"], bit.get("note", "")) for key, bit in entry["bits"].items()
+            FlagBit(key, bit["bit"], bit.get("note", ""), bit.get("motion", False))
+            for key, bit in entry["bits"].items()
         )
         summary = entry.get("summary", "")
         tables.flags[name] = FlagTable(

@@ -70,6 +70,7 @@ def resolve_field(
         place=place,
         default=entry.get("default"),
         constant=entry.get("constant", entry.get("value")),
+        target=entry.get("target", ""),
         flags_by_unit=by_unit,
         note=entry.get("note", ""),
         overlay=document.overlay,

@@ -47,6 +47,9 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         layouts=layouts,
         errata=(),
         place=place,
+        group=group.lower(),
+        addressee=entry.get("addressee", ""),
+        call=entry.get("call", {}),
         overlay=document.overlay,
     )
     add_message(tables, message)

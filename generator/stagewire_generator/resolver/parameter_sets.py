@@ -64,6 +64,9 @@ def _define_member(
         layouts=layouts,
         errata=(),
         place=owner.place,
+        group=group.lower(),
+        addressee=entry.get("addressee", ""),
+        tells=entry.get("tells", ""),
         overlay=document.overlay,
     )
     add_message(tables, message)

@@ -19,7 +19,7 @@ from stagewire_generator.resolver.errata import define_errata
 from stagewire_generator.resolver.framing import resolve_framing
 from stagewire_generator.resolver.messages import define_messages
 from stagewire_generator.resolver.parameter_sets import define_parameter_sets
-from stagewire_generator.resolver.scales import define_quantities, resolve_stages
+from stagewire_generator.resolver.scales import define_quantities, resolve_settings, resolve_stages
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document
 
@@ -62,6 +62,7 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         enumerations=tuple(tables.enumerations.values()),
         flags=tuple(tables.flags.values()),
         quantities=tuple(tables.quantities.values()),
+        settings=resolve_settings(tables),
         controllers=controllers,
         stages=stages,
         units=_data(files, "units"),

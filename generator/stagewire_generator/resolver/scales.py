@@ -11,7 +11,7 @@ from stagewire_generator.model import Controller, Factor, Json, Quantity, Stage
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["define_quantities", "resolve_stages"]
+__all__ = ["define_quantities", "resolve_settings", "resolve_stages"]
 
 _FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
 _RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
@@ -27,6 +27,14 @@ def define_quantities(tables: Tables) -> None:
         tables.quantities[name] = Quantity(
             name, unit, entry["page"], entry["summary"], factor, rule, place, document.overlay
         )
+
+
+def resolve_settings(tables: Tables) -> Json:
+    """Return the settings that decide on scales, sorted by name; each with the overlay that it comes from."""
+    settings: dict[str, Json] = {}
+    for document, name, entry, _ in tables.entries("quantities", "settings", settings):
+        settings[name] = {**entry, **({"overlay": document.overlay} if document.overlay else {})}
+    return {name: settings[name] for name in sorted(settings)}
 
 
 def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage, ...]]:

@@ -547,6 +547,7 @@ PROTOCOL = FramedProtocol(
     host=0x01,
     devices=frozenset({0x11, 0x21, 0x22, 0x23, 0x24, 0x25, 0x26, 0x27, 0x28, 0x29, 0x2A, 0x50}),
     nameless={"MOT_SET_MOVEVELPARAMS": "the document gives it no id"},
+    channel="chan_ident",
 )
 
 decode = PROTOCOL.decode

@@ -65,6 +65,7 @@ class HwDisconnect(FramedMessage):
         optional=("param1", "param2"),
         unnamed=("param1", "param2"),
         only_zero=True,
+        unsolicited=True,
     )
     _unpack = Struct("<2xBB2x").unpack_from
     param1: int
@@ -658,6 +659,7 @@ class HwResponse(FramedMessage):
         fields=("param1", "param2"),
         optional=("param1", "param2"),
         unnamed=("param1", "param2"),
+        unsolicited=True,
     )
     _unpack = Struct("<2xBB2x").unpack_from
     param1: int
@@ -715,6 +717,7 @@ class HwRichResponse(UndocumentedMessage):
         fields=("data", "param1", "param2"),
         optional=("param1", "param2"),
         unnamed=("param1", "param2"),
+        unsolicited=True,
     )
 
 

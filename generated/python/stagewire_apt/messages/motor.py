@@ -2185,6 +2185,7 @@ class MotMoveHomed(FramedMessage):
         fields=("chan_ident", "param2"),
         optional=("param2",),
         unnamed=("param2",),
+        unsolicited=True,
     )
     _unpack = Struct("<2xBB2x").unpack_from
     chan_ident: int
@@ -3012,6 +3013,7 @@ class MotMoveCompletedHeader(FramedMessage):
         fields=("chan_ident", "param2"),
         optional=("param2",),
         unnamed=("param2",),
+        unsolicited=True,
     )
     _unpack = Struct("<2xBB2x").unpack_from
     chan_ident: int
@@ -3086,6 +3088,7 @@ class MotMoveCompletedDc(FramedMessage):
         length=14,
         optional=("reserved",),
         when={"status": "dc"},
+        unsolicited=True,
     )
     _unpack = Struct("<6xHlhHL").unpack_from
     chan_ident: int
@@ -3198,6 +3201,7 @@ class MotMoveCompletedStepper(FramedMessage):
         fields=("chan_ident", "position", "enc_count", "status_bits"),
         length=14,
         when={"status": "stepper"},
+        unsolicited=True,
     )
     _unpack = Struct("<6xHllL").unpack_from
     chan_ident: int
@@ -3272,6 +3276,7 @@ class MotMoveCompletedUndecided(UndecidedMessage):
         form="data:undecided",
         fields=("data",),
         length=14,
+        unsolicited=True,
     )
     shared = ("chan_ident", "position", "status_bits")
 
@@ -3390,6 +3395,7 @@ class MotMoveStoppedHeader(FramedMessage):
         fields=("chan_ident", "param2"),
         optional=("param2",),
         unnamed=("param2",),
+        unsolicited=True,
     )
     _unpack = Struct("<2xBB2x").unpack_from
     chan_ident: int
@@ -3464,6 +3470,7 @@ class MotMoveStoppedDc(FramedMessage):
         length=14,
         optional=("reserved",),
         when={"status": "dc"},
+        unsolicited=True,
     )
     _unpack = Struct("<6xHlhHL").unpack_from
     chan_ident: int
@@ -3576,6 +3583,7 @@ class MotMoveStoppedStepper(FramedMessage):
         fields=("chan_ident", "position", "enc_count", "status_bits"),
         length=14,
         when={"status": "stepper"},
+        unsolicited=True,
     )
     _unpack = Struct("<6xHllL").unpack_from
     chan_ident: int
@@ -3650,6 +3658,7 @@ class MotMoveStoppedUndecided(UndecidedMessage):
         form="data:undecided",
         fields=("data",),
         length=14,
+        unsolicited=True,
     )
     shared = ("chan_ident", "position", "status_bits")
 
@@ -3943,6 +3952,7 @@ class MotGetStatusUpdate(FramedMessage):
         form="data",
         fields=("chan_ident", "position", "enc_count", "status_bits"),
         length=14,
+        unsolicited=True,
     )
     _unpack = Struct("<6xHllL").unpack_from
     chan_ident: int
@@ -4094,6 +4104,7 @@ class MotGetDcStatusUpdate(FramedMessage):
         fields=("chan_ident", "position", "velocity", "reserved", "status_bits"),
         length=14,
         optional=("reserved",),
+        unsolicited=True,
     )
     _unpack = Struct("<6xHlhHL").unpack_from
     chan_ident: int

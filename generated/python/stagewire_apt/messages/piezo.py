@@ -721,6 +721,7 @@ class PzGetMaxTravel(FramedMessage):
         form="data",
         fields=("chan_ident", "travel"),
         length=4,
+        unsolicited=True,
     )
     _unpack = Struct("<6xHH").unpack_from
     chan_ident: int
@@ -1394,6 +1395,7 @@ class PzGetPzStatusUpdate(FramedMessage):
         form="data",
         fields=("chan_ident", "op_voltage", "position", "status_bits"),
         length=10,
+        unsolicited=True,
     )
     _unpack = Struct("<6xHhhL").unpack_from
     chan_ident: int
@@ -2003,6 +2005,7 @@ class PzGetOutputMaxVolts(FramedMessage):
         form="data",
         fields=("chan_ident", "voltage", "flags"),
         length=6,
+        unsolicited=True,
     )
     _unpack = Struct("<6xHHH").unpack_from
     chan_ident: int

@@ -26,14 +26,14 @@ from stagewire_generator.targets.documentation import (
 )
 from stagewire_generator.targets.python.source import docstring, paragraph
 
-__all__ = ["class_doc", "command_doc", "message_doc", "where"]
+__all__ = ["MARKUP", "class_doc", "command_doc", "message_doc", "where"]
 
 
 def _class(table: Enumeration | FlagTable) -> str:
     return f":class:`~.{camel(table.name)}`"
 
 
-_MARKUP = Markup(name=lambda name: f"``{name}``", table=_class)
+MARKUP = Markup(name=lambda name: f"``{name}``", table=_class)
 
 
 def class_doc(
@@ -50,9 +50,9 @@ def class_doc(
     """
     parts = [first, *(paragraph(text, 4) for text in paragraphs if text)]
     lines = [
-        paragraph(f":param {field.name}: {field_facts(field, _MARKUP)}.", 4, 4) for field in fields
+        paragraph(f":param {field.name}: {field_facts(field, MARKUP)}.", 4, 4) for field in fields
     ]
-    lines_of_errata = [paragraph(erratum_text(e, _MARKUP), 4, 4) for e in errata]
+    lines_of_errata = [paragraph(erratum_text(e, MARKUP), 4, 4) for e in errata]
     parts += ["\n    ".join(block) for block in (lines, lines_of_errata) if block]
     return docstring("\n\n    ".join(parts))
 
@@ -71,7 +71,7 @@ def message_doc(
         first += f"; {where(protocol, message.pages)}"
     return class_doc(
         f"{first}.",
-        message_paragraphs(protocol, message, layout, _MARKUP),
+        message_paragraphs(protocol, message, layout, MARKUP),
         layout.all_fields if layout else (),
         errata_of(protocol, message.errata),
     )
@@ -82,7 +82,7 @@ def command_doc(protocol: Protocol, message: Message, layout: Layout, first: str
     dummy = "A dummy function: refused unless ``allow_dummy`` is given."
     return class_doc(
         first,
-        command_paragraphs(protocol, message, layout, _MARKUP, dummy),
+        command_paragraphs(protocol, message, layout, MARKUP, dummy),
         layout.fields,
         errata_of(protocol, message.errata),
     )
@@ -90,4 +90,4 @@ def command_doc(protocol: Protocol, message: Message, layout: Layout, first: str
 
 def where(protocol: Protocol, pages: Sequence[int], overlay: str = "") -> str:
     """Return where in the document something stands, as a docstring names it."""
-    return documentation.where(protocol, pages, _MARKUP, overlay)
+    return documentation.where(protocol, pages, MARKUP, overlay)

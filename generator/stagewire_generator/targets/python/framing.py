@@ -54,6 +54,8 @@ def _framed_protocol(protocol: Protocol) -> str:
         _frozenset("devices", devices),
         _nameless(protocol),
     ]
+    if "channel" in framing:
+        lines.append(f"channel={literal(framing['channel'])}")
     return call("PROTOCOL = FramedProtocol", lines, "", 0, 0)
 
 

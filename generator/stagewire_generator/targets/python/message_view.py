@@ -75,6 +75,7 @@ def _plain(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         more.append(bracketed("when={", pairs, "}", 8, WIDTH - 1))
     if layout.only_zero:
         more.append("only_zero=True")
+    more += _unsolicited(message)
     return ClassView(
         name=name,
         kind="plain",
@@ -96,6 +97,10 @@ def _id(message: Message) -> str:
     return f"0x{message.id:04X}"
 
 
+def _unsolicited(message: Message) -> list[str]:
+    return ["unsolicited=True"] if message.exchange.get("unsolicited") else []
+
+
 def _undocumented(protocol: Protocol, message: Message) -> ClassView:
     arguments = [
         literal(message.name),
@@ -105,6 +110,7 @@ def _undocumented(protocol: Protocol, message: Message) -> ClassView:
         'fields=("data", "param1", "param2")',
         'optional=("param1", "param2")',
         'unnamed=("param1", "param2")',
+        *_unsolicited(message),
     ]
     return ClassView(
         name=message.class_name,
@@ -136,6 +142,7 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
         'form="data:undecided"',
         'fields=("data",)',
         f"length={first.length}",
+        *_unsolicited(message),
     ]
     choices = " or ".join(f"{k} {v}" for layout in layouts for k, v in layout.when.items())
     text = (

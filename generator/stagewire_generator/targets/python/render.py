@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from stagewire_generator.model import Protocol
-from stagewire_generator.targets.python.view import package_view
+from stagewire_generator.targets.python.devices import DevicesView
+from stagewire_generator.targets.python.view import PackageView, package_view
 from stagewire_generator.targets.registry import registry_text
 from stagewire_generator.targets.templates import Templates, TemplatesError
 from stagewire_generator.targets.vectors import vectors_text
@@ -33,11 +34,40 @@ def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
     for chapter in view.chapters:
         text = templates.render("chapter.py.j2", package=view, chapter=chapter)
         files[f"{folder}/messages/{chapter.name}.py"] = text
+    if view.devices:
+        files |= _devices(templates, view, view.devices, folder)
     if templates.of_a_user:
         _check_syntax(files)
     files[f"{folder}/registry.json"] = registry_text(protocol)
     files[f"{folder}/vectors.json"] = vectors_text(protocol)
     files[f"{folder}/py.typed"] = ""
+    return files
+
+
+def _devices(
+    templates: Templates, package: PackageView, devices: DevicesView, folder: str
+) -> dict[str, str]:
+    """Return path -> text of the device classes, those for threads and those for asyncio."""
+
+    def rendered(name: str, **values: object) -> str:
+        return templates.render(name, package=package, devices=devices, **values)
+
+    files = {
+        f"{folder}/devices/{name}.py": rendered(f"device_{name}.py.j2")
+        for name in ("facts", "tables")
+    }
+    files[f"{folder}/devices/values/__init__.py"] = rendered("device_values.py.j2")
+    for module in devices.values:
+        text = rendered("device_values_chapter.py.j2", module=module)
+        files[f"{folder}/devices/values/{module.name}.py"] = text
+    for side in devices.sides:
+        within = f"{folder}/{side.package}"
+        files[f"{within}/__init__.py"] = rendered("device_package.py.j2", side=side)
+        files[f"{within}/units.py"] = rendered("device_units.py.j2", side=side)
+        files[f"{within}/parts/__init__.py"] = rendered("device_parts.py.j2", side=side)
+        for module in side.parts:
+            text = rendered("device_parts_chapter.py.j2", side=side, module=module)
+            files[f"{within}/parts/{module.name}.py"] = text
     return files
 
 

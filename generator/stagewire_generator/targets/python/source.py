@@ -18,6 +18,7 @@ __all__ = [
     "bracketed",
     "call",
     "docstring",
+    "exported",
     "imported",
     "integer",
     "list_of",
@@ -128,15 +129,32 @@ def list_of(items: Sequence[str]) -> str:
     return "[\n" + "".join(f"    {item},\n" for item in items) + "]"
 
 
+def exported(names: Sequence[str]) -> str:
+    """Return the value of ``__all__``, sorted as the linter wants it: constants, classes, functions."""
+    return list_of([literal(name) for name in sorted(names, key=_rank)])
+
+
+def _rank(name: str) -> tuple[int, list[str | int], str]:
+    kind = 0 if name.isupper() else 1 if name[:1].isupper() else 2
+    return kind, natural(name), name
+
+
 def natural(name: str) -> list[str | int]:
     """Return a key that sorts ``Bay2`` before ``Bay10``."""
     return [int(part) if part.isdigit() else part for part in re.split(r"([0-9]+)", name)]
 
 
-def imported(module: str, names: Sequence[str]) -> str:
+def imported(module: str, names: Sequence[str], indent: int = 0) -> str:
     """Return an import statement, in brackets if it is long; the names as a linter sorts them."""
-    names = sorted(names, key=lambda n: (not n[:1].isupper(), natural(n.lower()), n))
+
+    def rank(name: str) -> tuple[int, list[str | int], str]:
+        kind = 0 if name.isupper() and len(name) > 1 else 1 if name[:1].isupper() else 2
+        return kind, natural(name.lower()), name
+
+    names = sorted(names, key=rank)
     line = f"from {module} import {', '.join(names)}"
-    if len(line) <= WIDTH:
+    if indent + len(line) <= WIDTH:
         return line
-    return f"from {module} import (\n" + "".join(f"    {name},\n" for name in names) + ")"
+    pad = " " * indent
+    body = "".join(f"{pad}    {name},\n" for name in names)
+    return f"from {module} import (\n{body}{pad})"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from stagewire_generator.model import Factor, Overlay, Protocol
 from stagewire_generator.targets.documentation import sentence
 from stagewire_generator.targets.python.class_view import ClassView
+from stagewire_generator.targets.python.devices import DevicesView, devices_view
 from stagewire_generator.targets.python.documentation import where
 from stagewire_generator.targets.python.framing import framing_of
 from stagewire_generator.targets.python.imports import class_imports, uses_self, uses_struct
@@ -23,10 +24,8 @@ from stagewire_generator.targets.python.source import (
     WIDTH,
     bracketed,
     docstring,
+    exported,
     imported,
-    list_of,
-    literal,
-    natural,
     paragraph,
     tuple_of,
     width,
@@ -37,6 +36,8 @@ _SELF = (
     "if TYPE_CHECKING:",
     "    from typing import Self",
 )
+
+_EXPORTED = ("PROTOCOL", "decode", "enumerations", "flags", "messages", "quantities", "stages")
 
 __all__ = ["ChapterView", "PackageView", "package_view"]
 
@@ -74,6 +75,8 @@ class PackageView:
     quantities_all: str
     messages_all: str
     messages: str  # the statement that lists the classes
+    devices: DevicesView | None  # of a protocol with units
+    package_all: str
     protocol_imports: tuple[str, ...]
     protocol: str
 
@@ -96,6 +99,7 @@ def package_view(protocol: Protocol) -> PackageView:
         if quantity.factor
     )
     stages = tuple(stage_view(protocol, s) for s in sorted(protocol.stages, key=lambda s: s.name))
+    devices = devices_view(protocol)
     names = [view.name for chapter in chapters for view in chapter.classes]
     factors = [f for s in protocol.stages for scales in s.scales.values() for f in scales.values()]
     kinds = ["Stage"] if stages else []
@@ -111,15 +115,19 @@ def package_view(protocol: Protocol) -> PackageView:
         ),
         chapters=chapters,
         enumerations=enumerations,
-        enumerations_all=_all([e.name for e in enumerations]),
+        enumerations_all=exported([e.name for e in enumerations]),
         flags=flags,
-        flags_all=_all([t.name for t in flags]),
+        flags_all=exported([t.name for t in flags]),
         stages=stages,
-        stages_all=_all([s.name for s in stages]),
+        stages_all=exported([s.name for s in stages]),
         stage_imports=imported("stagewire.quantities", sorted(kinds)) if kinds else "",
         quantities=quantities,
-        quantities_all=_all([q.name for q in quantities]),
-        messages_all=_all([*names, "MESSAGES", "PROTOCOL", "decode"]),
+        quantities_all=exported([q.name for q in quantities]),
+        messages_all=exported([*names, "MESSAGES", "PROTOCOL", "decode"]),
+        devices=devices,
+        package_all=exported(
+            [*_EXPORTED, *(("aio", "devices", *devices.names) if devices else ())]
+        ),
         messages=_messages(framing.message_base, names),
         protocol_imports=framing.imports(protocol),
         protocol=framing.protocol(protocol),
@@ -153,15 +161,6 @@ def _head(title: str, *texts: str) -> str:
     return docstring("\n\n".join(filter(None, (_plain(title), *paragraphs))))
 
 
-def _all(names: list[str]) -> str:
-    """Return the value of ``__all__``, sorted as the linter wants it: constants, classes, functions."""
-
-    def key(name: str) -> tuple[int, list[str | int]]:
-        return (0 if name.isupper() else 1 if name[:1].isupper() else 2, natural(name))
-
-    return list_of([literal(name) for name in sorted(names, key=key)])
-
-
 def _chapter(protocol: Protocol, name: str) -> ChapterView:
     chapter = next(c for c in protocol.chapters if c.name == name)
     framing = framing_of(protocol)
@@ -180,6 +179,6 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
         standard=("from struct import Struct",) if uses_struct(classes) else (),
         imports=tuple(class_imports(protocol.package, classes)),
         typing=_SELF if uses_self(classes) else (),
-        all=_all(names),
+        all=exported(names),
         exported=imported(f"{protocol.package}.messages.{name}", names),
     )

@@ -16,6 +16,7 @@ from stagewire_generator.model import (
     Factor,
     Field,
     Firmware,
+    FlagBit,
     FlagTable,
     Json,
     Layout,
@@ -77,7 +78,7 @@ def _registry_json(protocol: Protocol) -> Json:
                 "page": t.page,
                 "summary": t.summary,
                 "format": t.format.name,
-                "bits": {b.name: {"bit": b.bit, "mask": b.mask, "note": b.note} for b in t.bits},
+                "bits": {b.name: _bit(b) for b in t.bits},
                 **_from(t),
             }
             for t in protocol.flags
@@ -92,6 +93,7 @@ def _registry_json(protocol: Protocol) -> Json:
             }
             for q in protocol.quantities
         },
+        "settings": {name: _setting(s) for name, s in protocol.settings.items()},
         "controllers": {
             c.name: {"units": sorted(c.units), **_from(c)} for c in protocol.controllers
         },
@@ -155,6 +157,22 @@ def _value(value: EnumValue) -> Json:
     return data
 
 
+def _bit(bit: FlagBit) -> Json:
+    data: Json = {"bit": bit.bit, "mask": bit.mask, "note": bit.note}
+    return {**data, "motion": True} if bit.motion else data
+
+
+def _setting(setting: Json) -> Json:
+    tellers = {
+        name: {
+            key: {n: _rational(Fraction(v)) for n, v in fact.items()} if key == "values" else fact
+            for key, fact in teller.items()
+        }
+        for name, teller in setting["told_by"].items()
+    }
+    return {**setting, "unit": setting.get("unit"), "told_by": tellers}
+
+
 def _message(message: Message) -> Json:
     classes = message_classes(message)
     data = {
@@ -174,6 +192,8 @@ def _message(message: Message) -> Json:
         "errata": list(message.errata),
         **_from(message),
     }
+    told = {"addressee": message.addressee, "tells": message.tells, "call": message.call}
+    data |= {key: value for key, value in told.items() if value}
     if message.kind != "message":
         data |= {
             "title": message.title,
@@ -234,6 +254,8 @@ def _field(field: Field) -> Json:
     if field.flags:
         data["flag_table"] = field.flags.name
         data["flags"] = {bit.name: bit.mask for bit in field.flags.bits}
+    if field.target:
+        data["target"] = field.target
     if field.open:
         data["open"] = True
     if field.flags_by_unit:

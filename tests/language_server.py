@@ -1,4 +1,4 @@
-"""The YAML language server, spoken to as an editor does: JSON-RPC over its standard streams.
+"""A language server, spoken to as an editor does: JSON-RPC over its standard streams.
 
 Only what the tests need of the Language Server Protocol: open a text, take its diagnostics, ask for
 completion and for what is shown over a word.
@@ -15,26 +15,28 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-HERE = Path(__file__).parent
 PATIENCE = 60  # seconds for one answer of a busy machine
-
-# As docs/editors.md says: no catalogue of schemas from the network.
-SETTINGS = {
-    "yaml": {
-        "schemaStore": {"enable": False},
-        "validate": True,
-        "completion": True,
-        "hover": True,
-        "yamlVersion": "1.2",
-    }
-}
 
 
 class LanguageServer:
-    """A running server; use it in a ``with`` statement."""
+    """A running server; use it in a ``with`` statement.
 
-    def __init__(self, program: Path) -> None:
-        self._program = program
+    :param program: what Node.js runs.
+    :param language: of the files that are opened.
+    :param settings: what the server is told of each section that it asks for.
+    :param before: what Node.js runs before it.
+    """
+
+    def __init__(
+        self,
+        program: Path,
+        language: str,
+        settings: Mapping[str, Any],
+        before: Path | None = None,
+    ) -> None:
+        self._command = ["node", *(["--require", str(before)] if before else []), str(program)]
+        self._language = language
+        self._settings = settings
         self._number = 0
         self._version = 0
         self._answers: dict[int, Any] = {}
@@ -44,7 +46,7 @@ class LanguageServer:
         """What it showed or logged."""
 
     def __enter__(self) -> LanguageServer:
-        command = ["node", "--require", str(HERE / "offline.cjs"), str(self._program), "--stdio"]
+        command = [*self._command, "--stdio"]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         threading.Thread(target=self._read, daemon=True).start()
         capabilities = {
@@ -57,7 +59,7 @@ class LanguageServer:
         }
         self._ask("initialize", processId=None, rootUri=None, capabilities=capabilities)
         self._tell("initialized")
-        self._tell("workspace/didChangeConfiguration", settings=SETTINGS)
+        self._tell("workspace/didChangeConfiguration", settings=self._settings)
         return self
 
     def __exit__(
@@ -79,7 +81,11 @@ class LanguageServer:
         for path, text in texts.items():
             self._diagnostics.pop(path.as_uri(), None)
             self._version += 1  # it keeps what it made of a version
-            document = {"uri": path.as_uri(), "languageId": "yaml", "version": self._version}
+            document = {
+                "uri": path.as_uri(),
+                "languageId": self._language,
+                "version": self._version,
+            }
             self._tell("textDocument/didOpen", textDocument={**document, "text": text})
         return {path: self._wait(path) for path in texts}
 
@@ -155,7 +161,7 @@ class LanguageServer:
         elif "id" in message:  # a question of the server
             result: Any = None
             if method == "workspace/configuration":
-                result = [SETTINGS.get(item["section"]) for item in params["items"]]
+                result = [self._settings.get(item["section"]) for item in params["items"]]
             self._send({"id": message["id"], "result": result})
 
 

@@ -1,0 +1,171 @@
+"""A day of ten axes on a stepped clock: 8.64 million status updates through sessions, and not one lost.
+
+Virtual controllers in memory send ten updates a second for each axis, each controller on a line and in a
+session of its own; the time of all goes on in steps, so that every update comes by itself. They fall silent
+when 50 updates were not acknowledged, as real ones do. Of the signs of life that the sessions send the line
+loses every tenth by chance, and once an hour all of four seconds. Once a minute each address is asked
+something, which must be answered in the midst of that.
+
+Counted is what a subscriber gets. Two processes share the axes; what they hold at the end is compared with
+what they held after the first hour.
+
+    python benchmarks/endurance.py
+    python benchmarks/endurance.py --hours 0.05 --quick    # counts only
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+
+from virtual_soak import holds, memory
+
+import stagewire_virtual as virtual
+from stagewire.session.framed import FramedCore
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+
+HOST = 0x01
+HEADER = 6
+RATE = 10  # updates a second of each axis
+STEP = 1 / RATE
+MINUTE, HOUR = 60, 3600
+HOURS = 24.0
+TIMEOUT = 1.0
+CHANCE = 0.1  # that a sign of life is lost
+OUTAGE = 4.0  # s; without signs of life a controller falls silent after five
+MOST_SECONDS = 300.0
+MOST_GROWTH = 1.0  # MiB
+SHARES = (("BBD103", "TDC001", "TDC001"), ("BBD103", "TDC001", "TDC001"))
+ADDRESSES = {"BBD103": (0x21, 0x22, 0x23), "TDC001": (0x50,)}
+ALIVE = m.MotAckDcStatusUpdate()
+SIGNS = {ALIVE.pack(address, HOST) for addresses in ADDRESSES.values() for address in addresses}
+
+
+class Line:
+    """A controller, and the session of its host, at one time."""
+
+    def __init__(self, unit: str, seed: int) -> None:
+        self.controller = getattr(virtual, unit)(seed=seed)
+        self.addresses = ADDRESSES[unit]
+        self.core = FramedCore(PROTOCOL)
+        self.updates = self.core.subscribe(m.MotGetDcStatusUpdate, limit=2 * RATE)
+        self.now = 0.0
+        self.chance = random.Random(seed)
+        self.received = dict.fromkeys(self.addresses, 0)
+        self.asked = self.answered = self.lost = 0
+        self.core.keep_alive(ALIVE, self.addresses)
+        for address in self.addresses:
+            self.core.send(m.HwStartUpdateMsgs(RATE), address, TIMEOUT, self.now)
+        self.pass_on()
+
+    def live_until(self, end: float) -> None:
+        """Let time go on, to each instant at which the session or the controller has something to do."""
+        while self.now < end:
+            due = self.core.due
+            until = min(end, self.now + STEP, end if due is None else max(due, self.now))
+            if until > self.now:
+                self.controller.advance(until - self.now)
+                self.now = until
+            self.core.receive(self.controller.read(), self.now)
+            self.core.tick(self.now)
+            self.pass_on()
+            while (event := self.updates.take()) is not None:
+                self.received[event.frame.source] += 1
+
+    def pass_on(self) -> None:
+        """Give the controller what the session says, as far as the line does not lose it."""
+        said = self.core.output(self.now)  # headers alone
+        for at in range(0, len(said), HEADER):
+            frame = said[at : at + HEADER]
+            if frame in SIGNS and self.loses():
+                self.lost += 1
+            else:
+                self.controller.write(frame)
+
+    def loses(self) -> bool:
+        """Whether a sign of life is lost now."""
+        return self.chance.random() < CHANCE or self.now % HOUR > HOUR - OUTAGE
+
+    def ask(self) -> None:
+        """Ask each address for its velocities, and see that it answers."""
+        request, replies = m.MotReqVelParams(chan_ident=1), (m.MotGetVelParams,)
+        for address in self.addresses:
+            exchange = self.core.ask(request, replies, address, TIMEOUT, self.now)
+            self.live_until(self.now + STEP)
+            self.asked += 1
+            self.answered += exchange.done and exchange.value().source == address
+
+
+@dataclass(frozen=True)
+class Day:
+    """What the lines of one process came to."""
+
+    received: int
+    missing: int
+    dropped: int
+    lost: int
+    asked: int
+    unanswered: int
+    growth: float
+    memory: float
+
+
+def live(hours: float, share: int) -> Day:
+    """Live a day with a share of the axes."""
+    lines = [Line(unit, 10 * share + seed) for seed, unit in enumerate(SHARES[share])]
+    minutes = round(hours * HOUR / MINUTE)
+    warm = 0.0
+    for minute in range(minutes):
+        for line in lines:
+            line.ask()
+            line.live_until(MINUTE * (minute + 1) + STEP / 2)
+        if minute <= HOUR / MINUTE:
+            warm = memory()
+    received = [came for line in lines for came in line.received.values()]
+    return Day(
+        received=sum(received),
+        missing=sum(MINUTE * minutes * RATE - came for came in received),
+        dropped=sum(line.updates.dropped for line in lines),
+        lost=sum(line.lost for line in lines),
+        asked=sum(line.asked for line in lines),
+        unanswered=sum(line.asked - line.answered for line in lines),
+        growth=memory() - warm,
+        memory=memory(),
+    )
+
+
+def main(hours: float, *, quick: bool) -> bool:
+    """Live; return whether all bounds are kept."""
+    start = time.perf_counter()
+    with ProcessPoolExecutor(len(SHARES)) as pool:
+        days = list(pool.map(partial(live, hours), range(len(SHARES))))
+    seconds = time.perf_counter() - start
+    received, asked = sum(day.received for day in days), sum(day.asked for day in days)
+    axes = sum(len(ADDRESSES[unit]) for share in SHARES for unit in share)
+    print(
+        f"{axes} axes for {hours:g} h: {received:,} updates received, {asked:,} requests, "
+        f"{sum(day.lost for day in days):,} signs of life lost on the line, in {seconds:.1f} s"
+    )
+    kept = [
+        holds("updates missing", sum(abs(day.missing) for day in days), 0),
+        holds("updates dropped", sum(day.dropped for day in days), 0),
+        holds("requests without an answer", sum(day.unanswered for day in days), 0),
+    ]
+    if not quick:
+        kept.append(holds("seconds", seconds, MOST_SECONDS, "s"))
+        kept.append(holds("memory grown", max(day.growth for day in days), MOST_GROWTH, "MiB"))
+    return all(kept)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--hours", type=float, default=HOURS)
+    parser.add_argument("--quick", action="store_true", help="counts only")
+    given = parser.parse_args()
+    sys.exit(0 if main(given.hours, quick=given.quick) else 1)

@@ -1,0 +1,109 @@
+"""What a session costs over the line itself: a request of 6 bytes and its reply of 20, on loopback TCP.
+
+The bare socket sends and receives the same bytes and does nothing with them; the other end is one process for
+all. Sessions make the message, pack it, send it, wait, and return the frame of the reply, decoded. Time is
+that on the wall, since it is spent waiting; contenders are interleaved, and the ratio within a round counts.
+
+    python benchmarks/round_trip.py
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import sys
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+
+from measure import Bound, Runner, interleave, report
+from peer import DEVICE, HOST, REPLY, REQUEST, Peer, peer
+
+from stagewire.links import open_async_link, open_link
+from stagewire.session.asynchronous import AsyncFramedSession
+from stagewire.session.synchronous import FramedSession
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+
+NUMBER = 1000
+BARE = "bare socket"
+WITHOUT = "session without a reader thread"
+WITH = "session with a reader thread"
+ASYNCIO = "asyncio session"
+
+
+def timed(call: Callable[[], object]) -> Runner:
+    """Return a runner of a call on the clock on the wall."""
+
+    def run() -> float:
+        start = time.perf_counter()
+        for _ in range(NUMBER):
+            call()
+        return (time.perf_counter() - start) / NUMBER
+
+    return run
+
+
+def bare(other: Peer, stack: ExitStack) -> Runner:
+    """Send and receive the same bytes through a socket, and no more."""
+    line = stack.enter_context(socket.create_connection(("127.0.0.1", other.port)))
+    line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    request = REQUEST.pack(dest=DEVICE, source=HOST)
+    size = len(REPLY.pack(dest=HOST, source=DEVICE))
+
+    def ping() -> None:
+        line.sendall(request)
+        left = size
+        while left:
+            left -= len(line.recv(left))
+
+    return timed(ping)
+
+
+def session(other: Peer, stack: ExitStack, background: bool) -> Runner:
+    """Ask by a session for threads."""
+    line = stack.enter_context(FramedSession(PROTOCOL, open_link(other.url), background=background))
+    replies = (m.MotGetVelParams,)
+    return timed(lambda: line.ask(m.MotReqVelParams(chan_ident=1), replies, DEVICE))
+
+
+def asynchronous(other: Peer, stack: ExitStack) -> Runner:
+    """Ask by a session of asyncio."""
+    runner = stack.enter_context(asyncio.Runner())
+    replies = (m.MotGetVelParams,)
+
+    async def opened() -> AsyncFramedSession:
+        return AsyncFramedSession(PROTOCOL, await open_async_link(other.url))
+
+    line = runner.run(opened())
+    stack.callback(lambda: runner.run(line.close()))
+
+    async def batch() -> float:
+        start = time.perf_counter()
+        for _ in range(NUMBER):
+            await line.ask(m.MotReqVelParams(chan_ident=1), replies, DEVICE)
+        return (time.perf_counter() - start) / NUMBER
+
+    return lambda: runner.run(batch())
+
+
+def main() -> bool:
+    """Measure; return whether the bounds are kept."""
+    with peer("answer") as other, ExitStack() as stack:
+        contenders = {
+            BARE: bare(other, stack),
+            WITHOUT: session(other, stack, background=False),
+            WITH: session(other, stack, background=True),
+            ASYNCIO: asynchronous(other, stack),
+        }
+        bounds = [Bound(WITHOUT, BARE, at_most=3), Bound(WITH, BARE, at_most=6)]
+        return report(
+            "Round trip on loopback TCP",
+            interleave(contenders),
+            bounds,
+            lambda seconds: f"{seconds * 1e6:,.1f} us",
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(0 if main() else 1)

@@ -1,0 +1,125 @@
+"""A controller as the commands for people open it, and its parts: bays, channels or axes."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
+from typing import Annotated, Any
+
+import typer
+
+from stagewire.discovery.opening import device_class, unit_at
+from stagewire.errors import (
+    EncodeError,
+    UnknownScaleError,
+    UnknownTravelError,
+    UnsupportedError,
+)
+from stagewire_cli.errors import CalledWronglyError
+
+__all__ = [
+    "Line",
+    "Stage",
+    "Unit",
+    "called_wrongly",
+    "keywords",
+    "opened",
+    "parts_of",
+    "seconds_above_0",
+    "title_of",
+]
+
+Line = Annotated[
+    str,
+    typer.Argument(
+        metavar="URL", help="A port, socket://HOST:PORT, virtual://NAME or another line."
+    ),
+]
+Unit = Annotated[
+    str | None,
+    typer.Option("--unit", metavar="NAME", help="Unit that is there.  [default: found out]"),
+]
+Stage = Annotated[
+    str | None,
+    typer.Option("--stage", metavar="NAME", help="Stage that is moved, such as Z8; gives mm."),
+]
+
+
+def seconds_above_0(text: str | float) -> float:
+    """Read a time that was typed; raises :class:`typer.BadParameter` for what is none."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 < seconds < math.inf:
+        raise typer.BadParameter(f"expected a number of seconds above 0, not {text!r}")
+    return seconds
+
+
+@contextmanager
+def called_wrongly() -> Iterator[None]:
+    """Turn errors of the library that are about what was typed into a wrong call."""
+    try:
+        yield
+    except UnknownScaleError as error:
+        raise CalledWronglyError(f"{error}; here these are --stage and --counts") from None
+    except UnknownTravelError as error:
+        raise CalledWronglyError(f"{error}; here that is --travel") from None
+    except (EncodeError, UnsupportedError) as error:
+        raise CalledWronglyError(str(error)) from None
+
+
+@contextmanager
+def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any) -> Iterator[Any]:
+    """Open a controller for a block, ready to take commands.
+
+    :param unit: its name; None: it is found out.
+    :param bay: where it stands in its rack, if it is a module.
+    :param options: of its class; those that are None were not given.
+
+    Raises :class:`CalledWronglyError` for a unit or a stage that nobody knows, and
+    :class:`~stagewire.errors.StagewireError` for a line that cannot be opened.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    with called_wrongly():
+        device_type = device_class(unit or unit_at(url, bay=bay))
+        if bay is not None and "bay" in keywords(device_type.open):
+            given["bay"] = bay
+        device = device_type.open(url, **given)
+    with device, device.low_level() if hasattr(device, "low_level") else nullcontext():
+        yield device
+
+
+def parts_of(device: Any) -> dict[str, Any]:
+    """Return the parts of a controller that move by themselves, by what people call them.
+
+    A controller that is one part alone has one without a name.
+    """
+    unit = device.unit
+    if unit.kind == "line":
+        return {f"axis {name}": device.axis(name) for name in device.facts.protocol.axes}
+    places = (
+        {f"bay {n}": bay for n, bay in enumerate(device.bays, 1)}
+        if unit.kind == "rack"
+        else {"": device}
+    )
+    if unit.channels == 1:
+        return places
+    return {
+        f"{name} channel {number}".strip(): channel
+        for name, place in places.items()
+        for number, channel in enumerate(place.channels, 1)
+    }
+
+
+def title_of(device: Any) -> str:
+    """Return one line that says which controller this is."""
+    number = device.serial_number
+    return f"{device.unit.name}, serial number {number}" if number else device.unit.name
+
+
+def keywords(method: Any) -> Mapping[str, inspect.Parameter]:
+    """Return the keywords that a call of a part takes."""
+    return inspect.signature(method).parameters

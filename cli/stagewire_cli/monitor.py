@@ -1,0 +1,60 @@
+"""``stagewire monitor``: what a controller says of its state, as it says it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stagewire_cli.devices import Line, Stage, Unit, seconds_above_0
+from stagewire_cli.errors import CalledWronglyError
+
+__all__ = ["EXAMPLE", "monitor"]
+
+EXAMPLE = """\b
+Examples:
+  stagewire monitor /dev/ttyUSB0 --stage Z8
+  stagewire monitor "virtual://TDC001?stage=Z8" --stage Z8 --for 5 --plot move.png
+  stagewire monitor socket://10.0.0.5:4001 --unit BBD102 --log session.txt
+"""
+
+
+def monitor(
+    url: Line,
+    unit: Unit = None,
+    stage: Stage = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--for",
+            parser=seconds_above_0,
+            metavar="SECONDS",
+            help="End by itself after this time.",
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            "--plot", metavar="FILE", help="Draw position and velocity over time (.png, .svg)."
+        ),
+    ] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", metavar="FILE", help="Record what is said, as a capture."),
+    ] = None,
+) -> None:
+    """Show the status of every bay, channel or axis, until Ctrl-C or for a time; nothing is moved.
+
+    A live table on a terminal, a line for each status elsewhere. Status messages are switched on meanwhile; a
+    unit that sends none is asked five times a second.
+    """
+    from stagewire_cli.monitor_session import watch
+
+    if log is not None and plot is not None and log.absolute() == plot.absolute():
+        raise CalledWronglyError("--log and --plot name the same file")
+    if plot is not None:
+        from stagewire_cli.monitor_plot import check_plot
+
+        check_plot(plot)
+    watch(url, unit, stage, seconds=seconds, picture=plot, log=log)

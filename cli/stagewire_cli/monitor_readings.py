@@ -1,0 +1,84 @@
+"""What ``stagewire monitor`` knows: the latest status of every part, and how often one comes."""
+
+from __future__ import annotations
+
+from array import array
+from collections import deque
+from dataclasses import dataclass, field
+
+from stagewire_cli.status import Reading
+
+__all__ = ["Board", "Track"]
+
+_RATE_OVER = 2.0  # seconds over which the rate of messages is counted
+
+
+@dataclass(slots=True)
+class Track:
+    """Positions and velocities of one part over time; in memory until a picture is made of them.
+
+    :param position_unit: the unit of the positions; empty for counts.
+    """
+
+    position_unit: str = ""
+    times: array[float] = field(default_factory=lambda: array("d"))
+    positions: array[float] = field(default_factory=lambda: array("d"))
+    velocities: array[float] = field(default_factory=lambda: array("d"))
+    _sent: bool = True
+
+    def add(self, reading: Reading) -> None:
+        """Add what a reading says of position and velocity."""
+        position = reading.values.get("position")
+        if position is None:
+            return
+        self.position_unit = position.unit
+        velocity = reading.values.get("velocity")
+        # Counts of a velocity are of another kind than counts of a position per second.
+        if velocity is None or not velocity.unit:
+            self._sent = False
+        self.times.append(reading.time)
+        self.positions.append(position.number)
+        self.velocities.append(0.0 if velocity is None else velocity.number)
+
+    def velocity(self) -> tuple[list[float], list[float]]:
+        """Return times and velocities: as the controller sent them, or else from one position to the next."""
+        if self._sent:
+            return list(self.times), list(self.velocities)
+        times, speeds = [], []
+        for index in range(1, len(self.times)):
+            seconds = self.times[index] - self.times[index - 1]
+            if seconds > 0:
+                times.append((self.times[index] + self.times[index - 1]) / 2)
+                speeds.append((self.positions[index] - self.positions[index - 1]) / seconds)
+        return times, speeds
+
+
+class Board:
+    """The latest reading of every part, with the rate at which readings come.
+
+    :param track: whether to keep all positions for a picture.
+    """
+
+    def __init__(self, *, track: bool = False) -> None:
+        self.latest: dict[str, Reading] = {}
+        self.tracks: dict[str, Track] = {}
+        self.dropped = 0
+        self.count = 0
+        self._times: dict[str, deque[float]] = {}
+        self._track = track
+
+    def add(self, reading: Reading) -> None:
+        """Take a reading in."""
+        self.count += 1
+        self.latest[reading.part] = reading
+        times = self._times.setdefault(reading.part, deque())
+        times.append(reading.time)
+        if self._track:
+            self.tracks.setdefault(reading.part, Track()).add(reading)
+
+    def rate(self, part: str, now: float) -> float:
+        """Return how many readings of a part came per second, over the last two seconds."""
+        times = self._times[part]
+        while times and times[0] < now - _RATE_OVER:
+            times.popleft()
+        return len(times) / min(_RATE_OVER, max(now, 0.1))

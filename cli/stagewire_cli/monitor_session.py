@@ -1,0 +1,198 @@
+"""One run of ``stagewire monitor``: status messages in, a table or lines and perhaps a picture out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from stagewire.devices.values import Values
+from stagewire.errors import (
+    ReplyTimeout,
+    SessionClosedError,
+    StagewireError,
+    TransportError,
+)
+from stagewire.frame import Frame
+from stagewire.message import Message
+from stagewire_cli.devices import opened, parts_of, title_of
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.monitor_readings import Board
+from stagewire_cli.status import reading_of, status_of
+
+__all__ = ["watch"]
+
+_REFRESH = 0.2  # seconds between two drawings of the table, and between two questions to what sends nothing
+
+Draw = Callable[[float], None]
+Saying = tuple[str, Values[Any] | None]
+"""A part, and what it says of its state."""
+
+
+def watch(
+    url: str,
+    unit: str | None,
+    stage: str | None,
+    *,
+    seconds: float | None,
+    picture: Path | None,
+    log: Path | None,
+) -> None:
+    """Watch a controller until Ctrl-C, or for a time.
+
+    :param picture: file for a picture of what was seen; None: none is drawn.
+    :param log: file for a capture; None: none is made.
+
+    Raises :class:`CalledWronglyError` for what cannot be watched, and
+    :class:`~stagewire.errors.StagewireError` when the line fails; the picture is drawn all the same.
+    """
+    board = Board(track=picture is not None)
+    title = url
+    try:
+        with opened(url, unit, stage=stage, log=log, on_close="leave") as device:
+            title = title_of(device)
+            with suppress(KeyboardInterrupt), _shown(title, board) as draw:
+                _follow(device, board, draw, seconds)
+    finally:
+        if picture is not None and board.tracks:
+            from stagewire_cli.monitor_plot import plot
+
+            plot(picture, title, board.tracks)
+    typer.echo(f"{board.count:,} status messages, {board.dropped:,} dropped", err=True)
+
+
+@contextmanager
+def _shown(title: str, board: Board) -> Iterator[Draw]:
+    """Give what draws the board anew: a table on a terminal, nothing elsewhere."""
+    if not sys.stdout.isatty():
+        typer.echo(title)
+        yield lambda now: None
+        return
+    from stagewire_cli.monitor_screen import Screen
+
+    with Screen(title, board) as screen:
+        yield screen.draw
+
+
+def _follow(device: Any, board: Board, draw: Draw, seconds: float | None) -> None:
+    """Take in what the parts of a controller say, for a time or without end."""
+    now = device.session.now
+    begin = now()
+    lines = not sys.stdout.isatty()
+    with _sayings(device, board) as sayings:
+        for name, values in sayings:
+            passed = now() - begin
+            if seconds is not None and passed >= seconds:
+                return
+            if values is None:
+                draw(passed)
+                continue
+            reading = reading_of(name, passed, values)
+            board.add(reading)
+            if lines:
+                typer.echo(reading.line())
+
+
+@contextmanager
+def _sayings(device: Any, board: Board) -> Iterator[Iterator[Saying]]:
+    """Give what is said without end; with None in between, whenever the table may be drawn."""
+    parts = parts_of(device)
+    speakers = [one for one in (*parts.values(), device) if hasattr(one, "start_updates")]
+    classes = _unasked(device)
+    if not speakers or not classes:
+        yield _asked(device, parts)
+        return
+    if any(speaker is not device for speaker in speakers):
+        speakers = [speaker for speaker in speakers if speaker is not device]
+    with ExitStack() as stack:
+        subscription = stack.enter_context(device.session.subscribe(classes))
+        for speaker in speakers:
+            speaker.start_updates()
+            stack.callback(_stop_updates, speaker)
+        yield _heard(device, parts, subscription, board)
+
+
+def _stop_updates(speaker: Any) -> None:
+    with suppress(TransportError, SessionClosedError):  # then nothing comes any more
+        speaker.stop_updates()
+
+
+def _unasked(device: Any) -> tuple[type[Message], ...]:
+    """Return the classes of what a unit says while status messages are switched on."""
+    protocol = device.facts.protocol
+    started = {
+        name
+        for message in protocol.registry()["messages"]
+        if message["name"] in device.unit.messages
+        for name in message["exchange"].get("starts", ())
+    }
+    return tuple(
+        cls
+        for cls in protocol.messages
+        if cls.layout.message in started & device.unit.messages and cls.layout.unsolicited
+    )
+
+
+def _heard(device: Any, parts: dict[str, Any], subscription: Any, board: Board) -> Iterator[Saying]:
+    """Yield what comes unasked; what had to be dropped is counted on the board."""
+    drawn = device.session.now()
+    while True:
+        try:
+            frame = subscription.get(timeout=_REFRESH).frame
+        except ReplyTimeout:
+            pass
+        else:
+            name = _speaker(device, parts, frame)
+            values = parts[name].values(frame.message) if name in parts else None
+            if values is not None:
+                yield name, values
+        board.dropped = subscription.dropped
+        if device.session.now() - drawn >= _REFRESH:
+            drawn = device.session.now()
+            yield "", None
+
+
+def _speaker(device: Any, parts: dict[str, Any], frame: Frame) -> str:
+    """Return the part that a frame comes from; some controllers turn its addresses round."""
+    words = []
+    bays = device.unit.bays if device.unit.kind == "rack" else ()
+    for address in (frame.source, frame.dest):
+        if address in bays:
+            words.append(f"bay {bays.index(address) + 1}")
+            break
+    channel = getattr(frame.message, device.facts.protocol.channel, None)
+    if device.unit.channels > 1:
+        words.append(f"channel {channel}")
+    name = " ".join(words)
+    return name if name in parts or len(parts) > 1 else next(iter(parts))
+
+
+def _asked(device: Any, parts: dict[str, Any]) -> Iterator[Saying]:
+    """Yield what the parts of a controller answer that says nothing by itself.
+
+    Axes that do not answer in the first round are taken not to be there.
+    """
+    silent: StagewireError | None = None
+    for name, part in tuple(parts.items()):
+        try:
+            values = status_of(part)
+        except ReplyTimeout as error:
+            silent = error
+            values = None
+        if values is None:
+            del parts[name]
+        else:
+            yield name, values
+    if not parts:
+        raise silent or CalledWronglyError(
+            f"{device.unit.name} has no message that tells its state"
+        )
+    while True:
+        yield "", None
+        device.session.pause(_REFRESH)
+        for name, part in parts.items():
+            yield name, status_of(part)

@@ -1,0 +1,123 @@
+"""``stagewire move``, ``home`` and ``stop``: one axis by hand, after having asked."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from stagewire_cli.devices import Line, Stage, Unit, seconds_above_0
+from stagewire_cli.errors import CalledWronglyError
+
+__all__ = ["HOME_EXAMPLE", "MOVE_EXAMPLE", "STOP_EXAMPLE", "home", "move", "stop"]
+
+MOVE_EXAMPLE = """\b
+Examples:
+  stagewire move /dev/ttyUSB0 --stage Z8 --travel 12 --to 1.5
+  stagewire move COM3 --counts --by -2000
+  stagewire move socket://10.0.0.5:4001 --unit BBD102 --stage MLS203 --bay 2 --to 10 --yes
+"""
+HOME_EXAMPLE = """\b
+Examples:
+  stagewire home /dev/ttyUSB0
+  stagewire home "virtual://TDC001?stage=Z8" --yes
+"""
+STOP_EXAMPLE = """\b
+Examples:
+  stagewire stop /dev/ttyUSB0
+  stagewire stop COM3 --unit BBD102 --bay 2
+"""
+
+Bay = Annotated[
+    int | None,
+    typer.Option("--bay", min=1, help="Bay of a rack; the first is 1, at address 0x21."),
+]
+Channel = Annotated[
+    int | None, typer.Option("--channel", min=1, help="Channel of the controller; the first is 1.")
+]
+Axis = Annotated[
+    str | None, typer.Option("--axis", metavar="NAME", help="Axis of an MS-2000, such as X.")
+]
+Yes = Annotated[
+    bool, typer.Option("--yes", help="Do not ask; needed where there is no terminal to ask on.")
+]
+Timeout = Annotated[
+    float,
+    typer.Option(
+        "--timeout", parser=seconds_above_0, metavar="SECONDS", help="How long its end may take."
+    ),
+]
+
+
+def move(
+    url: Line,
+    to: Annotated[
+        str | None, typer.Option("--to", metavar="MM", help="Position to go to, in mm.")
+    ] = None,
+    by: Annotated[
+        str | None, typer.Option("--by", metavar="MM", help="Distance to go, in mm.")
+    ] = None,
+    counts: Annotated[
+        bool, typer.Option("--counts", help="The number is one of raw counts, not of mm.")
+    ] = False,
+    unit: Unit = None,
+    stage: Stage = None,
+    travel: Annotated[
+        float | None,
+        typer.Option(
+            "--travel", metavar="MM", help="Travel of the stage; positions outside are refused."
+        ),
+    ] = None,
+    bay: Bay = None,
+    channel: Channel = None,
+    axis: Axis = None,
+    timeout: Timeout = 60.0,
+    yes: Yes = False,
+) -> None:
+    """Move one axis to a position or by a distance, and wait until it is there.
+
+    Says what will move from where to where, and asks. Ctrl-C stops it.
+    """
+    from stagewire_cli.motion_session import Target, Where, run_move
+
+    number = to if by is None else by
+    if number is None or None not in (to, by):
+        raise CalledWronglyError("where to? give one of --to (a position) and --by (a distance)")
+    target = Target.parse(number, relative=by is not None, counts=counts)
+    where = Where(url, unit, bay, channel, axis)
+    run_move(where, target, stage=stage, travel=travel, timeout=timeout, yes=yes)
+
+
+def home(
+    url: Line,
+    unit: Unit = None,
+    bay: Bay = None,
+    channel: Channel = None,
+    axis: Axis = None,
+    timeout: Timeout = 60.0,
+    yes: Yes = False,
+) -> None:
+    """Send one axis to its home position, and wait until it is there.
+
+    Direction, limit switch and speed are those that the controller has stored; none is changed. Asks before
+    it moves. Ctrl-C stops it.
+    """
+    from stagewire_cli.motion_session import Where, run_home
+
+    run_home(Where(url, unit, bay, channel, axis), timeout=timeout, yes=yes)
+
+
+def stop(
+    url: Line,
+    unit: Unit = None,
+    bay: Bay = None,
+    channel: Channel = None,
+    axis: Axis = None,
+) -> None:
+    """Stop all that moves, or one bay, channel or axis; asks nothing.
+
+    Where the unit is known by --unit or by its USB plug, the stop is the first thing that is sent.
+    """
+    from stagewire_cli.motion_session import Where, run_stop
+
+    run_stop(Where(url, unit, bay, channel, axis))

@@ -1,0 +1,222 @@
+"""What ``stagewire move``, ``home`` and ``stop`` do: open, say, ask, move, wait; and stop on Ctrl-C."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import typer
+
+from stagewire.errors import BadValueError, MotionTimeout, StagewireError
+from stagewire.quantities import exact
+from stagewire_cli.devices import called_wrongly, keywords, opened, parts_of, title_of
+from stagewire_cli.errors import WRONG, CalledWronglyError
+from stagewire_cli.status import numbers_of, status_of
+
+__all__ = ["Target", "Where", "refuse_silence", "run_home", "run_move", "run_stop"]
+
+_INTERRUPTED = 130
+_PIECE = 0.25  # seconds
+_IN_UNITS = {"mm": 1, "um": 1000}
+"""The keywords by which a call takes a length, and how many of them are a mm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """What moves: a line, and the part of the controller at its other end."""
+
+    url: str
+    unit: str | None
+    bay: int | None
+    channel: int | None
+    axis: str | None
+
+    def part(self, device: Any) -> tuple[str, Any]:
+        """Return the part that is meant, with its name.
+
+        Raises :class:`CalledWronglyError` where there is no such part, or none of several was named.
+        """
+        parts = self.parts(device)
+        if len(parts) > 1:
+            raise CalledWronglyError(
+                f"{device.unit.name} has {', '.join(parts)}: which one? (--bay, --channel or --axis)"
+            )
+        [(name, part)] = parts.items()
+        return name, part
+
+    def parts(self, device: Any) -> dict[str, Any]:
+        """Return the parts that are meant, or all where none is named; raises as :meth:`part` does."""
+        parts = parts_of(device)
+        bay = (
+            None if device.unit.kind == "bay" else self.bay
+        )  # of which the module itself was opened
+        named = [("bay", bay), ("channel", self.channel), ("axis", self.axis and self.axis.upper())]
+        words = [f"{kind} {value}" for kind, value in named if value is not None]
+        if list(parts) == [""] and words == ["channel 1"]:
+            return parts
+        found = {
+            name: part
+            for name, part in parts.items()
+            if all(f" {word} " in f" {name} " for word in words)
+        }
+        if not found:
+            has = ", ".join(parts) if len(parts) > 1 else "one channel alone"
+            raise CalledWronglyError(f"{device.unit.name} has no {' '.join(words)}; it has {has}")
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A place to go to, or a distance to go.
+
+    :param value: in mm or counts.
+    """
+
+    value: Fraction
+    relative: bool
+    counts: bool
+
+    @classmethod
+    def parse(cls, text: str, *, relative: bool, counts: bool) -> Target:
+        """Read a number; raises :class:`CalledWronglyError` for what is none."""
+        option = "--by" if relative else "--to"
+        try:
+            value = exact(text.strip())
+        except BadValueError as error:
+            raise CalledWronglyError(f"{option} {error}") from None
+        if counts and value.denominator != 1:
+            raise CalledWronglyError(f"{option} {text}: counts are whole numbers")
+        return cls(value, relative, counts)
+
+    def __str__(self) -> str:
+        number = f"{int(self.value)} counts" if self.counts else f"{float(self.value):.10g} mm"
+        return f"by {number}" if self.relative else f"to {number}"
+
+    def given(self, start: Callable[..., Any], unit: str) -> dict[str, Fraction | int]:
+        """Return it as the keyword of a call.
+
+        Raises :class:`CalledWronglyError` where the call takes no lengths.
+        """
+        if self.counts:
+            return {"counts": int(self.value)}
+        for keyword, factor in _IN_UNITS.items():
+            if keyword in keywords(start):
+                return {keyword: self.value * factor}
+        raise CalledWronglyError(f"{unit} takes no mm here; use --counts")
+
+
+def run_move(
+    where: Where,
+    target: Target,
+    *,
+    stage: str | None,
+    travel: float | None,
+    timeout: float,
+    yes: bool,
+) -> None:
+    """Move one part, after having asked."""
+    refuse_silence(yes)
+    options = {"stage": stage, "travel_mm": travel, "motion_timeout": timeout}
+    with opened(where.url, where.unit, bay=where.bay, **options) as device:
+        name, part = where.part(device)
+        start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
+        given = target.given(start, device.unit.name)
+        saying = f"moves from {_position(part)} {target}"
+        _act(device, name, part, saying, lambda: start(**given), timeout, yes)
+
+
+def run_home(where: Where, *, timeout: float, yes: bool) -> None:
+    """Home one part, after having asked."""
+    refuse_silence(yes)
+    with opened(where.url, where.unit, bay=where.bay, motion_timeout=timeout) as device:
+        name, part = where.part(device)
+        start = _call(device, part, "start_home")
+        saying = f"goes home from {_position(part)}, as its controller is set"
+        _act(device, name, part, saying, start, timeout, yes)
+
+
+def run_stop(where: Where) -> None:
+    """Stop what moves; every part is told, whatever the others say."""
+    failed = False
+    with opened(where.url, where.unit, bay=where.bay, identify=False) as device:
+        for name, part in where.parts(device).items():
+            label = name or device.unit.name
+            try:
+                part.stop()
+            except StagewireError as error:
+                failed = True
+                typer.echo(f"stagewire: {label}: {error}", err=True)
+            else:
+                typer.echo(f"{label}: stopped")
+    if failed:
+        raise typer.Exit(WRONG)
+
+
+def refuse_silence(yes: bool) -> None:
+    """Refuse, before a line is opened, to move what nobody can be asked about."""
+    if not yes and not sys.stdin.isatty():
+        raise CalledWronglyError(
+            "this moves hardware, and there is no terminal to ask on; say --yes if it may"
+        )
+
+
+def _call(device: Any, part: Any, name: str) -> Callable[..., Any]:
+    """Return a call of a part; raises :class:`CalledWronglyError` where its unit has none such."""
+    call: Callable[..., Any] | None = getattr(part, name, None)
+    if call is None:
+        what = name.removeprefix("start_").replace("_", " ")
+        raise CalledWronglyError(f"{device.unit.name} has no {what}")
+    return call
+
+
+def _act(
+    device: Any,
+    name: str,
+    part: Any,
+    saying: str,
+    start: Callable[[], Any],
+    timeout: float,
+    yes: bool,
+) -> None:
+    """Say what will be done, ask, do it, and wait for its end; Ctrl-C stops it."""
+    typer.echo(f"{', '.join(filter(None, (title_of(device), name)))}: {saying}")
+    if not yes and not typer.confirm("Go on?", default=False):
+        typer.echo("nothing was moved")
+        return
+    try:
+        with called_wrongly():
+            motion = start()
+        end = _end_of(motion, device.session.now, timeout)
+    except KeyboardInterrupt:
+        part.stop()
+        typer.echo(f"interrupted: stop was sent; it stands at {_position(part)}", err=True)
+        raise typer.Exit(_INTERRUPTED) from None
+    except MotionTimeout:
+        part.stop()
+        typer.echo(f"stop was sent; it stands at {_position(part)}", err=True)
+        raise
+    typer.echo(f"done after {end.seconds:.2f} s: it stands at {_position(part)}")
+
+
+def _end_of(motion: Any, now: Callable[[], float], timeout: float) -> Any:
+    """Wait for the end of a motion, in pieces: Windows hears of Ctrl-C only between two of them."""
+    deadline = now() + timeout
+    while True:
+        left = deadline - now()
+        try:
+            return motion.wait(max(_PIECE, min(2 * _PIECE, left)))
+        except MotionTimeout:
+            if motion.done or left <= _PIECE:
+                raise
+
+
+def _position(part: Any) -> str:
+    """Return where a part stands, for people; asking changes nothing."""
+    values = status_of(part)
+    position = None if values is None else numbers_of(values).get("position")
+    if position is None:
+        return "an unknown position"
+    return str(position) if position.unit else f"{position} counts"

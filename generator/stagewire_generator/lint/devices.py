@@ -1,0 +1,152 @@
+"""What device classes are made of: halts, ends that are asked for, defaults, and settings."""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Iterable, Iterator
+
+from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.model import Enumeration, Field, Json, Message, Protocol
+from stagewire_generator.strict_yaml import Document
+
+__all__ = ["check_devices"]
+
+
+def check_devices(
+    protocol: Protocol, quantities: Iterable[Document], diagnostics: Diagnostics
+) -> None:
+    """Check the facts that device classes are made of.
+
+    :param quantities: the files with the settings, for the places of what is wrong in them.
+    """
+    messages = {message.name: message for message in protocol.messages}
+    for message in protocol.messages:
+        _defaults(protocol, message, diagnostics)
+        _halts(protocol, message, messages, diagnostics)
+        _asked(protocol, message, messages, diagnostics)
+    _tells(protocol, diagnostics)
+    for document in quantities:
+        for name, setting in document.data.get("settings", {}).items():
+            for owner, teller in setting["told_by"].items():
+                place = document.place("settings", name, "told_by", owner)
+                for what in _wrong(
+                    protocol, f"the setting {name}", setting.get("unit", ""), owner, teller
+                ):
+                    diagnostics.add(place, *what)
+
+
+def _sent(message: Message) -> list[Field]:
+    """Return the fields of what a host sends of a message."""
+    return [f for x in message.layouts if x.form != "reply" for f in x.all_fields]
+
+
+def _answer(message: Message, messages: dict[str, Message]) -> list[Field]:
+    """Return the fields of the one thing that answers a message; none where nothing does, or several."""
+    replies = [layout for layout in message.layouts if layout.form == "reply"]
+    for name in message.exchange.get("answered_by", ()):
+        replies += messages[name].layouts if name in messages else ()
+    return list(replies[0].all_fields) if len(replies) == 1 else []
+
+
+def _defaults(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
+    name = message.call.get("name", "")
+    if keyword.iskeyword(name):
+        diagnostics.add(message.place, "SW023", f"{message.name}: call {name} is reserved")
+    fields = {field.name: field for field in _sent(message)}
+    for key, value in message.call.get("defaults", {}).items():
+        field = fields.get(key)
+        where = f"{message.name}: the default of {key}"
+        if field is None:
+            diagnostics.add(message.place, "SW021", f"{where}: there is no such field")
+        elif isinstance(value, str) and value not in _names(field.enum):
+            diagnostics.add(message.place, "SW021", f"{where}: no value is named {value}")
+        elif isinstance(value, int) and not field.minimum <= value <= field.maximum:
+            what = f"{where}: {value} is outside {field.minimum} to {field.maximum}"
+            diagnostics.add(message.place, "SW033", what)
+
+
+def _names(table: Enumeration | None) -> list[str]:
+    return [value.name for value in table.values] if table else []
+
+
+def _halts(
+    protocol: Protocol, message: Message, messages: dict[str, Message], diagnostics: Diagnostics
+) -> None:
+    """Check that what ends a motion can be sent by itself, without asking the user for a value."""
+    for name in message.exchange.get("halted_by", ()):
+        halt = messages.get(name)
+        if halt is None:
+            continue  # reported with all exchanges
+        if halt.set or halt.direction == "to_host" or not halt.layouts or halt.id is None:
+            what = f"{message.name}: {name} cannot halt it, since a host does not send it by itself"
+            diagnostics.add(message.place, "SW035", what)
+        for field in _sent(halt):
+            chosen = field.name in halt.call.get("defaults", {})
+            channel = field.name == protocol.framing.get("channel")
+            if field.role == "value" and not channel and not chosen:
+                what = f"{message.name}: {name} halts it, and its {field.name} has no default"
+                diagnostics.add(halt.place, "SW035", what, "give one in `call`")
+
+
+def _asked(
+    protocol: Protocol, message: Message, messages: dict[str, Message], diagnostics: Diagnostics
+) -> None:
+    """Check what is asked for the end of an action, and for the target that a controller has stored."""
+    for key in ("ends_when", "stored"):
+        asked = message.exchange.get(key)
+        if asked is None:
+            continue
+        if key == "ends_when" and protocol.framing["kind"] != "slots":
+            what = f"{message.name}: ends_when is for commands; here a message tells the end"
+            diagnostics.add(message.place, "SW038", what)
+        read = messages.get(asked["read"])
+        fields = {f.name: f for f in _answer(read, messages)} if read else {}
+        if read is None:
+            what = f"{message.name}: {key} names no message {asked['read']}"
+            diagnostics.add(message.place, "SW021", what)
+        elif asked["field"] not in fields:
+            what = f"{message.name}: {key}: no answer to {read.name} has a field {asked['field']}"
+            diagnostics.add(message.place, "SW021", what)
+        elif "value" in asked and asked["value"] not in _names(fields[asked["field"]].enum):
+            what = f"{message.name}: {key}: no value of {asked['field']} is named {asked['value']}"
+            diagnostics.add(message.place, "SW021", what)
+
+
+def _tells(protocol: Protocol, diagnostics: Diagnostics) -> None:
+    told: dict[str, str] = {}
+    for owner in protocol.sets:
+        members = [m for m in protocol.messages if m.set and m.set[0] == owner.name and m.tells]
+        for tells in {member.tells for member in members}:
+            if tells in told:
+                what = f"{owner.name} tells the {tells}, and so does {told[tells]}"
+                diagnostics.add(owner.place, "SW020", what)
+            told[tells] = owner.name
+            if not {"req", "get"} <= owner.members.keys():
+                what = f"{owner.name} tells the {tells}, and has no REQ and GET"
+                diagnostics.add(owner.place, "SW035", what)
+
+
+def _wrong(
+    protocol: Protocol, where: str, unit: str, owner: str, teller: Json
+) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with a set that tells a setting: code and text."""
+    members = [m for m in protocol.messages if m.set == (owner, "get")]
+    members += [m for m in protocol.messages if m.set == (owner, "set")]
+    if not members:
+        yield "SW021", f"{where}: no parameter set with content is named {owner}"
+        return
+    fields = {f.name: f for x in members[0].layouts for f in x.all_fields}
+    field = fields.get(teller["field"])
+    if field is None:
+        yield "SW021", f"{where}: {owner} has no field {teller['field']}"
+        return
+    values = teller.get("values", {})
+    for name in values:
+        if name not in _names(field.enum):
+            yield "SW021", f"{where}: no value of {field.name} is named {name}"
+    if not field.enum and not unit:
+        yield "SW037", f"{where} has no unit, so that {field.name} needs an enumeration"
+    elif field.enum and unit and not values:
+        yield "SW037", f"{where} is in {unit}; what the names of {field.name} stand for is missing"
+    elif not field.enum and not (field.unit == unit and field.quantity and field.quantity.factor):
+        yield "SW037", f"{where} is in {unit}, and {field.name} has no exact factor in it"

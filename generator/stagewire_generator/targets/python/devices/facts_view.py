@@ -1,0 +1,218 @@
+"""The module of facts: the units, and what their scales depend on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from stagewire_generator.model import (
+    Field,
+    FlagTable,
+    Json,
+    Protocol,
+)
+from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
+from stagewire_generator.targets.python.devices.parts import UnitPlan
+from stagewire_generator.targets.python.devices.rules_view import (
+    prefix_entries,
+    quantity_entries,
+    setting_entries,
+)
+from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
+from stagewire_generator.targets.python.documentation import where
+from stagewire_generator.targets.python.source import literal, long_text
+
+__all__ = ["FactsView", "facts_view", "messages_from"]
+
+
+_TOLD = {"identity": "identity", "bays": "bay_used"}
+
+
+@dataclass(frozen=True, slots=True)
+class FactsView:
+    """The module.
+
+    :param lists: statements that name the messages of units.
+    :param units: the statement of the units; the others likewise.
+    """
+
+    lists: tuple[str, ...]
+    units: str
+    settings: str
+    quantities: str
+    prefixes: str
+    facts: str
+
+    @property
+    def text(self) -> str:
+        """Everything in the module behind its imports."""
+        parts = (*self.lists, self.units, self.settings, self.quantities, self.prefixes, self.facts)
+        return "\n".join(parts)
+
+
+def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWriter) -> FactsView:
+    """Make the view of the module."""
+    lists = {unit.messages: _list_name(unit.entry) for unit in reversed(units)}
+    entries = [_unit(protocol, unit, lists[unit.messages], tables) for unit in units]
+    facts: list[Source] = [
+        "protocol=PROTOCOL",
+        f"package={literal(protocol.package)}",
+        "units=UNITS",
+        "settings=SETTINGS",
+        "quantities=QUANTITIES",
+        "prefixes=PREFIXES",
+    ]
+    for call in tables.calls:
+        if call.message.tells:
+            facts.append(f"{_TOLD[call.message.tells]}=t.{call.constant}")
+    return FactsView(
+        lists=tuple(
+            laid_out(_frozenset(f"{name} = ", sorted(names)), 0)
+            for names, name in sorted(lists.items(), key=lambda x: x[1])
+        ),
+        units=laid_out(Nested("UNITS: dict[str, Unit] = {", tuple(entries), "}"), 0),
+        settings=laid_out(
+            Nested("SETTINGS: dict[str, Setting] = {", setting_entries(protocol), "}"), 0
+        ),
+        quantities=laid_out(
+            Nested("QUANTITIES: dict[str, Rule] = {", quantity_entries(protocol), "}"), 0
+        ),
+        prefixes=laid_out(
+            Nested("PREFIXES: dict[int, Known] = {", prefix_entries(protocol), "}"), 0
+        ),
+        facts=laid_out(Nested("FACTS = Facts(", tuple(facts), ")"), 0),
+    )
+
+
+def _list_name(entry: Json) -> str:
+    return f"_{(entry.get('list') or entry['family']).upper()}"
+
+
+def _frozenset(head: str, names: list[str]) -> Nested:
+    inner = Nested("{", tuple(map(literal, names)), "}")
+    return Nested(f"{head}frozenset(", (inner,), ")")
+
+
+def messages_from(protocol: Protocol, entry: Json) -> str:
+    """Return where the list of the messages of a unit comes from, as a sentence about them."""
+    units = protocol.units
+    family = units["families"][entry["family"]]
+    key = entry.get("list") or ("like" in family and units["units"][family["like"]]["list"])
+    if not key:
+        return f"its family's, {entry['family']}: {family.get('note', family['title'])}"
+    found = where(protocol, [units["lists"][key]["page"]])
+    if "list" in entry:
+        return f"the printed list, {found}"
+    return f"the printed list of {family['like']}, {found}: {family.get('note', family['title'])}"
+
+
+def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter) -> Nested:
+    entry, family = unit.entry, protocol.units["families"][unit.entry["family"]]
+    items: list[Source] = [
+        f"name={literal(unit.name)}",
+        f"title={literal(entry['title'])}",
+        f"page={entry['page']}",
+        long_text("messages_from=", messages_from(protocol, entry), 8),
+        *_addresses(protocol, entry),
+        f"messages={messages}",
+        f"family={literal(entry['family'])}",
+    ]
+    if "status" in entry:
+        items.append(f"status={literal(entry['status'])}")
+    keeper = entry.get("keep_alive", "none")
+    by_name = {message.name: message for message in protocol.messages}
+    if keeper != "none" and by_name[keeper].layouts:
+        items.append(f"keep_alive={class_of(by_name[keeper], by_name[keeper].layouts[0])}")
+    items += [
+        f"{key}={entry[key]}"
+        for key in ("update_rate_hz", "usb_prefix", "card_usb_prefix")
+        if key in entry
+    ]
+    if entry.get("stages"):
+        items.append(_strings("stages=", entry["stages"]))
+    if "pause" in family:
+        items += [
+            f"pause_ms={family['pause']['ms']}",
+            long_text("pause_source=", family["pause"]["source"], 8),
+        ]
+    if "also_at" in family:
+        also = tuple(f"0x{address:02X}" for address in family["also_at"]["addresses"])
+        items.append(Nested("also_at=(", also, ")"))
+    items += _moving(protocol, unit, tables)
+    quantities = sorted(_quantities(protocol, unit))
+    if quantities:
+        items.append(_strings("quantities=", quantities))
+    return Nested(f"{literal(unit.name)}: Unit(", tuple(items), ")")
+
+
+def _strings(head: str, names: list[str]) -> Nested:
+    return Nested(f"{head}(", tuple(map(literal, names)), ")")
+
+
+def _addresses(protocol: Protocol, entry: Json) -> Iterator[Source]:
+    """Yield where a unit is reached: kind, its own address, those of its bays, channels of each."""
+    if protocol.framing["kind"] == "slots":
+        yield 'kind="line"'
+        return
+    known = protocol.units.get("addresses", {})
+    kind = entry.get("address", "generic_usb")
+    yield f"kind={literal(kind)}"
+    own = known.get("generic_usb" if kind == "generic_usb" else "motherboard")
+    yield f"address=0x{own['value'] if own else protocol.framing['devices'][0]:02X}"
+    if kind != "generic_usb" and "bays" in known:
+        first, last = known["bays"]["first"], known["bays"]["last"]
+        count = entry.get("bays", last - first + 1)
+        bays = tuple(f"0x{address:02X}" for address in range(first, last + 1)[:count])
+        yield Nested("bays=(", bays, ")")
+    yield f"channels={entry.get('channels', 1)}"
+
+
+def _moving(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
+    """Yield what tells that something moves: bits of a status, what asks for it, or a question."""
+    found: dict[str, tuple[int, Source]] = {}
+    for message in protocol.messages:
+        if message.name not in unit.messages or message.direction != "to_host":
+            continue
+        for layout in message.layouts:
+            if layout.when and layout.when.get(
+                "status", unit.entry.get("status")
+            ) != unit.entry.get("status"):
+                continue
+            for field in layout.fields:
+                mask = _motion(field, unit.name)
+                if mask:
+                    value = f"({literal(field.name)}, 0x{mask:0{2 * field.format.size}X})"
+                    found[message.name] = (layout.length, f"{class_of(message, layout)}: {value}")
+    if found:
+        yield Nested("moving={", tuple(source for _, source in found.values()), "}")
+    asked = [
+        (length, call.constant)
+        for name, (length, _) in found.items()
+        for call in tables.calls
+        if call.values
+        and call.values.message.name == name
+        and call.message.name in unit.messages | {name}
+    ]
+    if asked:
+        yield f"status_query=t.{max(asked)[1]}"
+    for message in protocol.messages:
+        if message.name in unit.messages and "ends_when" in message.exchange:
+            yield Nested("idle=Poll(", tables.poll(message.exchange["ends_when"]).items, ")")
+            return
+
+
+def _motion(field: Field, unit: str) -> int:
+    """Return the bits of a field that mean motion."""
+    table: FlagTable | None = field.flags_by_unit.get(unit, field.flags)
+    return sum(bit.mask for bit in table.bits if bit.motion) if table else 0
+
+
+def _quantities(protocol: Protocol, unit: UnitPlan) -> set[str]:
+    return {
+        field.quantity.name
+        for message in protocol.messages
+        if message.name in unit.messages
+        for layout in message.layouts
+        for field in layout.all_fields
+        if field.quantity
+    }

@@ -1,0 +1,240 @@
+"""What can be called: a table for each message that a host sends, or for a whole parameter set."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from stagewire_generator.model import Layout, Message, ParameterSet, Protocol
+from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.python.devices.arguments import (
+    Argument,
+    arguments_of,
+    given_fields,
+)
+from stagewire_generator.targets.python.devices.naming import apart, short_words, verbless
+
+__all__ = ["Call", "Plan", "ValuesPlan", "camel_words", "plan_of"]
+
+_CONSTANTS = frozenset({"FACTS", "UNITS", "VALUES"})
+_VALUES = frozenset(
+    {"Bits", "BitsByUnit", "InUnits", "Named", "Raw", "RawBytes", "RawText", "Values"}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ValuesPlan:
+    """A class for what a controller says in one layout of a message."""
+
+    name: str
+    message: Message
+    layout: Layout
+    arguments: tuple[Argument, ...]
+
+    @property
+    def message_class(self) -> str:
+        """Name of the class of the message."""
+        return message_classes(self.message)[self.layout.form]
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One table, and what its methods are called.
+
+    :param kind: set, query, action, halt or command.
+    :param words: what is set, asked or done: ``vel params``, ``move absolute``.
+    :param members: role -> message: of a set ``set``, ``req``, ``get``; else ``message``.
+    :param layout: that of what is sent.
+    :param asked: what the request of a set takes beside its channel.
+    """
+
+    kind: str
+    words: tuple[str, ...]
+    constant: str
+    members: Mapping[str, Message]
+    layout: Layout
+    arguments: tuple[Argument, ...]
+    asked: tuple[Argument, ...] = ()
+    values: ValuesPlan | None = None
+
+    @property
+    def message(self) -> Message:
+        """The message that stands for the call: it says who takes it."""
+        return next(iter(self.members.values()))
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """The verbs of its methods; an empty one stands for the words alone."""
+        if self.kind == "set":
+            readable = {"req", "get"} <= self.members.keys()
+            verbs = (("get_", readable), ("set_", "set" in self.members))
+            found = [verb for verb, there in verbs if there]
+            return tuple([*found, "change_"] if len(found) == 2 else found)
+        if self.kind == "query":
+            return ("get_",) if self.message.words[len(self._group) :][:1] == ("req",) else ("",)
+        return ("", "start_") if self.kind == "action" else ("",)
+
+    @property
+    def long_words(self) -> tuple[str, ...]:
+        """Its words with that of its group in front."""
+        return (*self._group, *self.words)
+
+    @property
+    def _group(self) -> tuple[str, ...]:
+        return (self.message.group,) if self.message.group else ()
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Everything that can be asked and told, and what comes back."""
+
+    protocol: Protocol
+    values: tuple[ValuesPlan, ...]
+    calls: tuple[Call, ...]  # halts first: the others refer to them
+
+
+def camel_words(words: Sequence[str]) -> str:
+    """Return words as the name of a class."""
+    return "".join(word[:1].upper() + word[1:] for word in words)
+
+
+def plan_of(protocol: Protocol) -> Plan:
+    """Return what can be called; messages without a layout cannot."""
+    values = tuple(_values(protocol))
+    answers = {v.message.name: v for v in values if v.layout.form == "reply" or _is_alone(v)}
+    calls = [*_sets(protocol, answers), *_messages(protocol, answers)]
+    order = {c.name: n for n, c in enumerate(protocol.chapters)}
+    calls.sort(key=lambda c: (order[c.message.chapter], c.message.id or 0))
+    names = apart(
+        [["_".join(c.words).upper(), "_".join(c.long_words).upper()] for c in calls],
+        _CONSTANTS,
+        "MESSAGE",
+    )
+    named = (_named(call, name) for call, name in zip(calls, names, strict=True))
+    return Plan(protocol, values, tuple(named))
+
+
+def _is_alone(values: ValuesPlan) -> bool:
+    return len(values.message.layouts) == 1
+
+
+def _named(call: Call, constant: str) -> Call:
+    return Call(
+        call.kind,
+        call.words,
+        constant,
+        call.members,
+        call.layout,
+        call.arguments,
+        call.asked,
+        call.values,
+    )
+
+
+def _values(protocol: Protocol) -> Iterator[ValuesPlan]:
+    """Yield the classes of values, each with a name of its own."""
+    sets = {s.name: s for s in protocol.sets}
+    answering = {name for m in protocol.messages for name in m.exchange.get("answered_by", ())}
+    found: list[tuple[Message, Layout, tuple[Argument, ...]]] = []
+    for message in protocol.messages:
+        for layout in message.layouts if message.id is not None else ():
+            if message.direction != "to_host" and layout.form != "reply":
+                continue
+            fields = [f for f in layout.all_fields if f.role == "value"]
+            if message.name not in answering and not given_fields(protocol, layout):
+                continue  # it says nothing but that it came
+            words = _set_words(sets[message.set[0]], message) if message.set else ()
+            found.append((message, layout, arguments_of(message, fields, words)))
+    names = apart([list(_values_names(m, x)) for m, x, _ in found], _VALUES, "Values")
+    for (message, layout, arguments), name in zip(found, names, strict=True):
+        yield ValuesPlan(name, message, layout, arguments)
+
+
+def _values_names(message: Message, layout: Layout) -> Iterator[str]:
+    form = message_classes(message)[layout.form].removeprefix(message.class_name)
+    suffix = "" if form == "Reply" else form
+    words = verbless(short_words(message))
+    yield camel_words(words) + suffix
+    yield camel_words([*filter(None, [message.group]), *words]) + suffix
+
+
+def _set_words(owner: ParameterSet, member: Message) -> tuple[str, ...]:
+    words = tuple(word.lower() for word in owner.words)
+    return words[1:] if member.group else words
+
+
+def _sets(protocol: Protocol, answers: Mapping[str, ValuesPlan]) -> Iterator[Call]:
+    messages = {message.name: message for message in protocol.messages}
+    for owner in protocol.sets:
+        members = {role: messages[name] for role, name in owner.members.items()}
+        first = next(iter(members.values()))
+        words = _set_words(owner, first)
+        content, request = members.get("set") or members.get("get") or first, members.get("req")
+        if any(len(member.layouts) != 1 for member in members.values()):
+            continue  # which of several forms a caller means is not for a table to say
+        layout = content.layouts[0]
+        asked = given_fields(protocol, request.layouts[0]) if request else []
+        yield Call(
+            kind="set",
+            words=words,
+            constant="",
+            members=members,
+            layout=layout,
+            arguments=arguments_of(content, given_fields(protocol, layout), words)
+            if "set" in members
+            else (),
+            asked=arguments_of(first, asked),
+            values=answers.get(members["get"].name) if "get" in members else None,
+        )
+
+
+def _messages(protocol: Protocol, answers: Mapping[str, ValuesPlan]) -> Iterator[Call]:
+    halting = {name for m in protocol.messages for name in m.exchange.get("halted_by", ())}
+    for message in protocol.messages:
+        if message.id is None or message.set or message.direction == "to_host":
+            continue
+        for layout in sorted(
+            message.layouts, key=lambda x: x.form != "data"
+        ):  # the plain form first
+            if layout.form == "reply":
+                continue
+            kind, answer = _kind(message, halting), _answer(message, answers)
+            if kind == "query" and answer is None:
+                kind = "command"  # several messages answer, or one without a layout
+            words = short_words(message)
+            if kind == "query" and words[0] == "req":
+                words = verbless(words)
+            if "name" in message.call:
+                words = tuple(message.call["name"].split("_"))
+            single = "counts" if kind == "action" else ""
+            yield Call(
+                kind=kind,
+                words=(*words, *_form_words(message, layout)),
+                constant="",
+                members={"message": message},
+                layout=layout,
+                arguments=arguments_of(message, given_fields(protocol, layout), (), single),
+                values=answer if kind == "query" else None,
+            )
+
+
+def _kind(message: Message, halting: set[str]) -> str:
+    exchange = message.exchange
+    if message.name in halting:
+        return "halt"
+    if "completes_with" in exchange or "ends_when" in exchange:
+        return "action"
+    replies = any(layout.form == "reply" for layout in message.layouts)
+    return "query" if replies or "answered_by" in exchange else "command"
+
+
+def _form_words(message: Message, layout: Layout) -> tuple[str, ...]:
+    """Return what tells a form of a message from its plain one; a header beside data uses what is stored."""
+    suffix = message_classes(message)[layout.form].removeprefix(message.class_name).lower()
+    return () if not suffix else ("stored",) if suffix == "header" else (suffix,)
+
+
+def _answer(message: Message, answers: Mapping[str, ValuesPlan]) -> ValuesPlan | None:
+    """Return the values of what answers a message: its own reply, or the one message that does."""
+    named = message.exchange.get("answered_by", [message.name])
+    return answers.get(named[0]) if len(named) == 1 else None

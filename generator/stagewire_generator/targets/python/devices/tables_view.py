@@ -1,0 +1,164 @@
+"""The module of tables: one for each call, which the classes for threads and for asyncio share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from stagewire_generator.model import Layout, Message
+from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.python.devices.arguments import Argument
+from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
+from stagewire_generator.targets.python.devices.plan import Call, Plan
+from stagewire_generator.targets.python.source import literal
+
+__all__ = ["TableWriter", "class_of", "default_value"]
+
+_ENDS = ("completes_with", "stops_with")
+_RANK = {"set": 0, "query": 0, "halt": 1}  # those that others refer to come first
+
+
+def class_of(message: Message, layout: Layout) -> str:
+    """Return the class of a layout as the modules of devices name it."""
+    return f"m.{message_classes(message)[layout.form]}"
+
+
+def default_value(argument: Argument) -> int | None:
+    """Return the raw value of a default; the registry may have its name."""
+    found, table = argument.default, argument.field.enum
+    if isinstance(found, str):
+        assert table  # a lint rule has seen to it
+        return next(value.value for value in table.values if value.name == found)
+    return found
+
+
+class TableWriter:
+    """Writes the tables of a protocol."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._messages = {message.name: message for message in plan.protocol.messages}
+        self._ends = {
+            name
+            for m in plan.protocol.messages
+            for key in _ENDS
+            for name in m.exchange.get(key, ())
+        }
+        self.calls = sorted(plan.calls, key=lambda call: _RANK.get(call.kind, 2))
+        self._of: dict[str, Call] = {}
+        for call in self.calls:
+            for message in call.members.values():
+                self._of.setdefault(message.name, call)
+
+    def call_of(self, message: str) -> Call | None:
+        """Return the call that a message belongs to."""
+        return self._of.get(message)
+
+    def tables(self) -> tuple[str, ...]:
+        """Return the statements that make the tables, in an order in which none refers to a later one."""
+        return tuple(laid_out(self._table(call), 0) for call in self.calls)
+
+    def poll(self, ends_when: dict[str, str]) -> Nested:
+        """Return what is asked for the end of an action."""
+        message = self._messages[ends_when["read"]]
+        forms = {layout.form: layout for layout in message.layouts}
+        field = next(f for f in forms["reply"].fields if f.name == ends_when["field"])
+        assert field.enum  # a lint rule has seen to it
+        value = next(v.value for v in field.enum.values if v.name == ends_when["value"])
+        items = (
+            class_of(message, forms["request"]),
+            class_of(message, forms["reply"]),
+            literal(field.name),
+            f"0x{value:02X}",
+        )
+        return Nested("Poll(", items, ")")
+
+    def _table(self, call: Call) -> Nested:
+        kind = {"set": "ParameterSet", "query": "Query", "command": "Command"}.get(
+            call.kind, "Action"
+        )
+        if call.kind == "set" and "get" not in call.members:
+            kind = "Command"  # nothing reads it
+        parts = {"ParameterSet": self._set, "Query": self._query}.get(kind, self._told)
+        items = [literal("_".join(call.words)), *parts(call)]
+        if call.message.addressee == "motherboard":
+            items.append("motherboard=True")
+        return Nested(f"{call.constant} = {kind}(", tuple(items), ")")
+
+    def _set(self, call: Call) -> Iterator[Source]:
+        assert call.values
+        yield f"values=v.{call.values.name}"
+        for role in ("set", "req", "get"):
+            member = call.members.get(role)
+            yield f"{role}={class_of(member, member.layouts[0])}" if member else f"{role}=None"
+        yield from _given("given", call.arguments)
+        yield from _given("asked", call.asked)
+
+    def _query(self, call: Call) -> Iterator[Source]:
+        assert call.values
+        yield f"values=v.{call.values.name}"
+        yield f"req={class_of(call.message, call.layout)}"
+        yield f"gets=({class_of(call.values.message, call.values.layout)},)"
+        yield from _given("asked", call.arguments)
+
+    def _told(self, call: Call) -> Iterator[Source]:
+        exchange = call.message.exchange
+        yield f"message={class_of(call.message, call.layout)}"
+        yield from _given("given", call.arguments)
+        if any(key in exchange for key in _ENDS):
+            ends = [_tuple("", self._classes(exchange.get(key, ()))) for key in _ENDS]
+            yield Nested("ends=Ends(", tuple(ends), ")")
+        if "ends_when" in exchange:
+            yield Nested("poll=Poll(", self.poll(exchange["ends_when"]).items, ")")
+        for name in exchange.get("halted_by", ()):
+            yield f"halted_by={self._of[name].constant}"
+        targets = [a.field.target for a in call.arguments if a.field.target]
+        stored = exchange.get("stored")
+        if stored and not targets:
+            source = self._of[stored["read"]]
+            yield f"stored=({source.constant}, {literal(stored['field'])})"
+            assert source.values  # a lint rule has seen to it
+            fields = source.values.layout.all_fields
+            targets = [f.target for f in fields if f.name == stored["field"] and f.target]
+        if targets and call.kind == "action":
+            yield f"target={literal(targets[0])}"
+        for key in ("stops", "starts"):
+            muted = [name for name in exchange.get(key, ()) if name in self._ends]
+            if muted:
+                yield _tuple(f"{key}=", self._classes(muted))
+
+    def _classes(self, names: Iterable[str]) -> Iterator[str]:
+        """Yield the classes of messages, in all their forms."""
+        for message in (self._messages[name] for name in names):
+            layouts = sorted(message.layouts, key=lambda layout: layout.form)
+            yield from (class_of(message, layout) for layout in layouts)
+            if any(layout.when for layout in message.layouts):
+                yield f"m.{message.class_name}Undecided"
+
+
+def _given(key: str, arguments: Sequence[Argument]) -> Iterator[Nested]:
+    if arguments:
+        yield _tuple(f"{key}=", [_argument(argument) for argument in arguments])
+
+
+def _tuple(head: str, items: Iterable[Source]) -> Nested:
+    return Nested(f"{head}(", tuple(items), ")")
+
+
+def _argument(argument: Argument) -> Nested:
+    field = argument.field
+    items: list[Source] = [literal(field.name), literal(argument.keyword)]
+    if argument.ways:
+        assert field.quantity
+        items.append(f"quantity={literal(field.quantity.name)}")
+        ways = [
+            _tuple("", [literal(w.keyword), literal(w.unit), literal(w.case) if w.case else "None"])
+            for w in argument.ways
+        ]
+        items.append(_tuple("ways=", ways))
+    if field.format.kind == "integer":
+        items += [f"minimum={field.minimum}", f"maximum={field.maximum}"]
+    if field.target:
+        items.append(f"target={literal(field.target)}")
+    default = default_value(argument)
+    if default is not None:
+        items.append(f"default={default}")
+    return Nested("Given(", tuple(items), ")")

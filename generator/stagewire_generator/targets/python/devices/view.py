@@ -1,0 +1,173 @@
+"""The packages ``devices`` and ``aio``: which modules there are, and what is in each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stagewire_generator.model import Protocol
+from stagewire_generator.targets.python.devices.documentation import part_doc
+from stagewire_generator.targets.python.devices.facts_view import FactsView, facts_view
+from stagewire_generator.targets.python.devices.imports import (
+    facts_imports,
+    parts_imports,
+    tables_imports,
+    units_imports,
+    values_imports,
+)
+from stagewire_generator.targets.python.devices.methods_view import MethodView, method_view
+from stagewire_generator.targets.python.devices.nested import Nested, laid_out
+from stagewire_generator.targets.python.devices.parts import Part, Parts, parts_of
+from stagewire_generator.targets.python.devices.plan import Plan, plan_of
+from stagewire_generator.targets.python.devices.tables_view import TableWriter
+from stagewire_generator.targets.python.devices.units_view import UnitClassView, unit_class_views
+from stagewire_generator.targets.python.devices.values_view import ValuesView, values_view
+from stagewire_generator.targets.python.source import exported, imported
+
+__all__ = ["DevicesView", "devices_view"]
+
+_FRAMINGS = frozenset({"header", "slots"})  # packets have no sessions
+
+
+@dataclass(frozen=True, slots=True)
+class PartView:
+    """One part of device classes."""
+
+    name: str
+    doc: str
+    methods: tuple[MethodView, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleView:
+    """One module: what it imports, and its classes."""
+
+    name: str
+    imports: tuple[str, ...]
+    all: str
+    classes: tuple[ValuesView, ...] | tuple[PartView, ...] | tuple[UnitClassView, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SideView:
+    """The classes for threads, or those for asyncio.
+
+    :param package: ``devices`` or ``aio``.
+    :param kind: what its docstrings say of its classes.
+    """
+
+    package: str
+    kind: str
+    parts: tuple[ModuleView, ...]
+    units: ModuleView
+    exported: str
+
+
+@dataclass(frozen=True, slots=True)
+class DevicesView:
+    """Everything about devices.
+
+    :param units: the statement by which the package imports the classes of the units, for type checkers.
+    """
+
+    names: tuple[str, ...]
+    units: str
+    values: tuple[ModuleView, ...]
+    values_imports: tuple[str, ...]
+    values_all: str
+    values_table: str
+    tables: tuple[str, ...]
+    tables_imports: tuple[str, ...]
+    tables_all: str
+    facts: FactsView
+    facts_imports: tuple[str, ...]
+    sides: tuple[SideView, ...]
+
+
+def devices_view(protocol: Protocol) -> DevicesView | None:
+    """Make the view; None for a protocol without units, or whose framing has no sessions."""
+    if protocol.framing["kind"] not in _FRAMINGS or not protocol.units.get("units"):
+        return None
+    plan = plan_of(protocol)
+    parts, tables, package = parts_of(plan), TableWriter(plan), protocol.package
+    values = _values(plan)
+    every = [(m.name, view) for m in values for view in m.classes if isinstance(view, ValuesView)]
+    statements = tables.tables()
+    facts = facts_view(protocol, parts.units, tables)
+    pairs = tuple(f"{view.message}: {view.name}" for _, view in every)
+    names = tuple(unit.name for unit in parts.units)
+    return DevicesView(
+        names=names,
+        units=imported(f"{package}.devices.units", names, 4),
+        values=values,
+        values_imports=tuple(
+            imported(
+                f"{package}.devices.values.{m.name}", [v.name for n, v in every if n == m.name]
+            )
+            for m in sorted(values, key=lambda module: module.name)
+        ),
+        values_all=exported(["VALUES", *(view.name for _, view in every)]),
+        values_table=laid_out(
+            Nested("VALUES: dict[type[Message], type[Values[Any]]] = {", pairs, "}"), 0
+        ),
+        tables=statements,
+        tables_imports=tables_imports(package, statements),
+        tables_all=exported([call.constant for call in plan.calls]),
+        facts=facts,
+        facts_imports=facts_imports(package, facts.text),
+        sides=(
+            _side(protocol, parts, "devices", "", aio=False),
+            _side(protocol, parts, "aio", " for asyncio", aio=True),
+        ),
+    )
+
+
+def _values(plan: Plan) -> tuple[ModuleView, ...]:
+    """Return the modules of values, one a chapter."""
+    modules = []
+    for chapter in plan.protocol.chapters:
+        views = [
+            values_view(plan.protocol, v) for v in plan.values if v.message.chapter == chapter.name
+        ]
+        if views:
+            imports = values_imports(plan.protocol.package, views)
+            names = exported([view.name for view in views])
+            modules.append(ModuleView(chapter.name, imports, names, tuple(views)))
+    return tuple(modules)
+
+
+def _side(protocol: Protocol, parts: Parts, package: str, kind: str, aio: bool) -> SideView:
+    """Return the classes for threads, or for asyncio."""
+    modules = []
+    for chapter in protocol.chapters:
+        views = [
+            _part(protocol, part, parts, aio)
+            for part in parts.parts
+            if part.calls[0].message.chapter == chapter.name
+        ]
+        if views:
+            imports = parts_imports(
+                protocol.package, [m for view in views for m in view.methods], aio
+            )
+            names = exported([view.name for view in views])
+            modules.append(ModuleView(chapter.name, imports, names, tuple(views)))
+    classes = tuple(view for unit in parts.units for view in unit_class_views(protocol, unit, kind))
+    every = [view.name for view in classes]
+    bases = {plan.base for unit in parts.units for plan in unit.classes}
+    chapters = [m.name for m in modules]
+    imports = units_imports(protocol.package, package, bases, chapters, aio)
+    return SideView(
+        package=package,
+        kind=kind,
+        parts=tuple(modules),
+        units=ModuleView("units", imports, exported(every), classes),
+        exported=imported(f"{protocol.package}.{package}.units", every, 4),
+    )
+
+
+def _part(protocol: Protocol, part: Part, parts: Parts, aio: bool) -> PartView:
+    methods = [
+        method_view(protocol, call, verb, verb + parts.names[call.constant], aio)
+        for call in part.calls
+        for verb in (part.verbs if call.kind == "set" else call.methods)
+    ]
+    return PartView(part.name, part_doc(protocol, part.calls[0]), tuple(methods))

@@ -1,0 +1,125 @@
+"""Parts of devices for asyncio: what calls go to, and the motions that they start.
+
+See :mod:`stagewire.devices.asynchronous` for the devices themselves.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Generic, TypeVar
+
+from stagewire.devices import calls, moving
+from stagewire.devices.awaited import CommandLine, FramedLine
+from stagewire.devices.structure import ChannelsBase, PartBase
+from stagewire.devices.tables import Action, Command, MotionEnd, ParameterSet, Query
+from stagewire.devices.values import Values
+from stagewire.message import Message
+from stagewire.session.asynchronous import AsyncCommandSession, AsyncFramedSession
+from stagewire.session.subscribing import AsyncSubscription
+
+__all__ = ["Axis", "Bay", "Channel", "ChannelsBay", "Motion", "Part"]
+
+V = TypeVar("V", bound=Values[Any])
+
+
+class Motion:
+    """A motion that was started."""
+
+    def __init__(self, started: moving.Started) -> None:
+        self._started = started
+
+    @property
+    def done(self) -> bool:
+        """Whether its end has come; of what is polled for, whether :meth:`wait` has seen it."""
+        return self._started.done
+
+    async def wait(self, timeout: float | None = None) -> MotionEnd:
+        """Wait for its end and return it.
+
+        :param timeout: seconds; when they have passed, it goes on, and may be waited for again. None: as long
+            as the motion may last.
+
+        Raises :class:`~stagewire.errors.MotionStopped` for one that was stopped,
+        :class:`~stagewire.errors.MotionTimeout`, :class:`~stagewire.errors.TransportLost` and
+        :class:`~stagewire.errors.SessionClosedError`.
+        """
+        return await self._started.wait(timeout)
+
+    async def stop(self, timeout: float | None = None) -> MotionEnd | None:
+        """Stop it, before everything else that waits.
+
+        Returns None when it is with the line, where the controller says nothing more. Raises
+        :class:`~stagewire.errors.UnsupportedError` where nothing stops it, and as :meth:`wait` does.
+        """
+        return await self._started.stop(timeout)
+
+
+class Part(PartBase):
+    """Something that calls go to: a device, a bay, a channel or an axis."""
+
+    async def _get(self, table: ParameterSet[V], timeout: float | None, **asked: object) -> V:
+        return await calls.ask(self._at, table, timeout, asked)
+
+    async def _ask(self, table: Query[V], timeout: float | None, **asked: object) -> V:
+        return await calls.ask(self._at, table, timeout, asked)
+
+    async def _set(self, table: ParameterSet[Any], timeout: float | None, **given: object) -> None:
+        await calls.set_all(self._at, table, timeout, given)
+
+    async def _change(self, table: ParameterSet[V], timeout: float | None, **given: object) -> V:
+        return await calls.change(self._at, table, timeout, given)
+
+    async def _tell(self, table: Command, timeout: float | None, **given: object) -> None:
+        await calls.tell(self._at, table, timeout, given)
+
+    async def _act(self, table: Action, timeout: float | None, **given: object) -> MotionEnd:
+        return await moving.act(self._at, table, timeout, given)
+
+    async def _start(self, table: Action, **given: object) -> Motion:
+        return Motion(await moving.start(self._at, table, None, given))
+
+    async def _halt(
+        self, table: Action, timeout: float | None, **given: object
+    ) -> MotionEnd | None:
+        return await moving.halt(self._at, table, timeout, given)
+
+    @property
+    def session(self) -> AsyncFramedSession | AsyncCommandSession:
+        """The session below, for what no method does."""
+        line = self._at.line
+        assert isinstance(line, FramedLine | CommandLine)
+        return line.session
+
+    def subscribe(self, *messages: type[Message], limit: int = 1000) -> AsyncSubscription:
+        """Return a queue of what comes from here from now on, except what answers a question.
+
+        :param messages: the classes that are wanted, in any form of theirs; none: everything.
+        :param limit: how much is kept at most; then the oldest is lost, and counted.
+        """
+        return self.session.subscribe(self._at.wanted(messages), limit, self._source)
+
+
+class Channel(Part):
+    """One channel of a controller."""
+
+    async def is_moving(self, *, timeout: float | None = None) -> bool:
+        """Ask whether it moves.
+
+        Raises :class:`~stagewire.errors.UnsupportedError` for a unit that cannot be asked.
+        """
+        return await calls.is_moving(self._at, timeout)
+
+
+class Bay(Channel):
+    """A bay of a rack: a controller with one channel."""
+
+
+class Axis(Channel):
+    """An axis of a controller whose commands have no frame."""
+
+
+C = TypeVar("C", bound=Channel)
+B = TypeVar("B", bound=Part)
+
+
+class ChannelsBay(ChannelsBase[C], Part, Generic[C]):
+    """A bay of a rack: a controller with several channels."""

@@ -1,0 +1,188 @@
+"""What a call does, once for threads and asyncio alike: from the keywords of a user to values.
+
+Each is a coroutine that waits for the line of its spot, and for nothing else. What moves is in
+:mod:`stagewire.devices.moving`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeAlias, TypeVar
+
+from stagewire.devices.giving import fields_of
+from stagewire.devices.limits import check_fields
+from stagewire.devices.line import Deadline
+from stagewire.devices.motions import Running
+from stagewire.devices.spot import Spot
+from stagewire.devices.tables import Action, Command, Given, ParameterSet, Query
+from stagewire.devices.values import Values
+from stagewire.errors import OutOfRangeError, StagewireError, TransportLost, UnsupportedError
+from stagewire.message import Message
+
+__all__ = [
+    "Keywords",
+    "ask",
+    "change",
+    "check_travel",
+    "is_moving",
+    "send_starting",
+    "set_all",
+    "tell",
+]
+
+V = TypeVar("V", bound=Values[Any])
+
+Keywords: TypeAlias = Mapping[str, object]
+
+
+async def ask(
+    spot: Spot,
+    table: ParameterSet[V] | Query[V],
+    timeout: float | None,
+    given: Keywords,
+) -> V:
+    """Ask for values and return them."""
+    return await _ask(spot, table, spot.seconds(timeout), given)
+
+
+async def _ask(spot: Spot, table: ParameterSet[V] | Query[V], seconds: float, given: Keywords) -> V:
+    if isinstance(table, Query):
+        req, gets = table.req, table.gets
+    else:
+        assert table.req is not None  # else there is no such method
+        assert table.get is not None
+        req, gets = table.req, (table.get,)
+    fields: dict[str, Any] = {}
+    if table.asked:
+        fields = fields_of(f"{spot.name}: get_{table.name}", table.asked, given, spot.scales())
+    reply = await spot.line.ask(spot.message(req, fields), gets, spot.address_of(table), seconds)
+    spot.connection.learn(spot.address, spot.channel, reply)
+    await _see_whether_it_stands(spot, reply)
+    return table.values(reply, spot.scales())
+
+
+async def _see_whether_it_stands(spot: Spot, message: Message) -> None:
+    """Where a status shows that nothing moves, a motion whose end nobody awaits any more is over."""
+    moving = spot.connection.unit.moving.get(type(message))
+    if moving is None or moves(message, moving):
+        return
+    running = spot.connection.motions.at(spot.place)
+    if running is not None and (running.exchange is None or running.exchange.done):
+        spot.connection.motions.over(spot.place, running)
+        await spot.frames.settled(spot.address, spot.channel)
+
+
+def moves(message: Message, moving: tuple[str, int]) -> bool:
+    """Say whether a status has a bit that means motion."""
+    field, mask = moving
+    return bool(getattr(message, field) & mask)
+
+
+async def set_all(
+    spot: Spot, table: ParameterSet[Any], timeout: float | None, given: Keywords
+) -> None:
+    """Write a whole set of parameters: one message."""
+    what = f"{spot.name}: set_{table.name}"
+    fields = fields_of(what, table.given, given, spot.scales())
+    message = _message(spot, what, table, fields)
+    deadline = Deadline(spot.line, spot.seconds(timeout))
+    async with spot.lock(table.name, what, deadline.left):
+        await _write(spot, table, message, deadline)
+
+
+async def change(spot: Spot, table: ParameterSet[V], timeout: float | None, given: Keywords) -> V:
+    """Read a set of parameters, change some, and write all of them, while nobody else here does.
+
+    Returns what was written. Raises :class:`~stagewire.errors.OutOfRangeError` where what was read may not be
+    written.
+    """
+    what = f"{spot.name}: change_{table.name}"
+    new = fields_of(what, table.given, given, spot.scales(), some=True)
+    check_travel(spot, what, table.given, new)
+    deadline = Deadline(spot.line, spot.seconds(timeout))
+    async with spot.lock(table.name, what, deadline.left):
+        read = (await _ask(spot, table, deadline.left, {})).message
+        held = {entry.field: getattr(read, entry.field) for entry in table.given}
+        try:
+            message = _message(spot, what, table, {**held, **new})
+        except OutOfRangeError as error:
+            raise OutOfRangeError(
+                f"{what}: what the controller holds may not be written: {error}; nothing was written. Give "
+                f"this value, too, or all of them by set_{table.name}"
+            ) from None
+        await _write(spot, table, message, deadline)
+    return table.values(type(read).keep({**read.values(), **new}), spot.scales())
+
+
+def _message(spot: Spot, what: str, table: ParameterSet[Any], fields: dict[str, Any]) -> Message:
+    """Return what writes the set, if all of it may be written."""
+    assert table.set is not None  # else there is no such method
+    check_travel(spot, what, table.given, fields)
+    return spot.message(table.set, fields)
+
+
+def check_travel(
+    spot: Spot, what: str, entries: tuple[Given, ...], fields: Mapping[str, Any]
+) -> None:
+    """Raise :class:`~stagewire.errors.LimitError` for a target outside of the travel, if that is known."""
+    travel = spot.connection.travel(spot.place)
+    if travel is not None:
+        check_fields(travel, what, entries, fields, spot.scales())
+
+
+async def _write(
+    spot: Spot, table: ParameterSet[Any], message: Message, deadline: Deadline
+) -> None:
+    await spot.line.send(message, spot.address_of(table), deadline.left)
+    spot.connection.learn(spot.address, spot.channel, message)
+
+
+async def tell(spot: Spot, table: Command, timeout: float | None, given: Keywords) -> None:
+    """Send what nothing answers."""
+    what = f"{spot.name}: {table.name}"
+    fields = fields_of(what, table.given, given, spot.scales())
+    check_travel(spot, what, table.given, fields)
+    message = spot.message(table.message, fields)
+    seconds = spot.seconds(timeout)
+    running = spot.running(table, what)
+    if running is None:
+        await spot.line.send(message, spot.address_of(table), seconds)
+    else:
+        await send_starting(spot, table, message, running, seconds)
+    spot.connection.sent(spot.address, table)
+    spot.connection.learn(spot.address, spot.channel, message)
+
+
+async def send_starting(
+    spot: Spot, table: Action | Command, message: Message, running: Running, seconds: float
+) -> None:
+    """Send what starts something whose end nothing tells."""
+    motions, place = spot.connection.motions, spot.place
+    before = motions.at(place)
+    motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
+    try:
+        await spot.line.send(message, spot.address_of(table), seconds)
+    except TransportLost:
+        raise  # nobody knows whether it was sent
+    except StagewireError:
+        motions.refused(place, running, before)
+        raise
+
+
+async def is_moving(spot: Spot, timeout: float | None) -> bool:
+    """Ask whether anything moves there.
+
+    Raises :class:`~stagewire.errors.UnsupportedError` for a unit that has no message for it.
+    """
+    unit = spot.connection.unit
+    seconds = spot.seconds(timeout)
+    if unit.idle is not None:
+        reply = await spot.line.ask(unit.idle.read(), (unit.idle.reply,), spot.address, seconds)
+        return bool(getattr(reply, unit.idle.field) != unit.idle.value)
+    if unit.status_query is None:
+        raise UnsupportedError(f"{unit.name} has no message that asks whether it moves")
+    status = (await _ask(spot, unit.status_query, seconds, {})).message
+    if moves(status, unit.moving[type(status)]):
+        return True
+    running = spot.connection.motions.at(spot.place)
+    return running is not None and running.just_begun(spot.line.now())

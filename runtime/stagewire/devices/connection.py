@@ -1,0 +1,178 @@
+"""One open controller: what is known of it, what moves on it, and what was told."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any, Final, TypeAlias
+
+from stagewire.devices.limits import Travel
+from stagewire.devices.line import Line
+from stagewire.devices.motions import Motions
+from stagewire.devices.options import Choices
+from stagewire.devices.scales import Scales
+from stagewire.devices.tables import Action, Command
+from stagewire.devices.unit import Facts, Known, Setting, Told, Unit
+from stagewire.devices.values import Values
+from stagewire.message import Message
+from stagewire.session.options import Ends
+
+__all__ = ["Connection", "Name", "Place"]
+
+Place: TypeAlias = tuple[int, int | None]
+"""An address, or an axis, and a channel."""
+
+Name: TypeAlias = int | str | tuple[int, int]
+"""How a user names a place: channel or bay by number, axis by name, channel of a bay by both."""
+
+_OPTIONS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
+"""Settings that may be given when a device is opened, and the keywords for it."""
+
+
+class Connection:
+    """What all parts of one device share; it outlives the line, which may be opened again.
+
+    :param facts: of the protocol.
+    :param unit: that the user named.
+    :param url: of the line, for people.
+    :param choices: of the user.
+    :param places: the channels, bays or axes that a stage can stand on, and how the user names them.
+    :param addresses: of everything that answers, the device itself first.
+    """
+
+    line: Line
+    info: Values[Any] | None
+    """What the controller says that it is; None where it was not asked."""
+    known_as: Known | None
+    """The controller that it is, where that is a newer one than the document knows."""
+
+    def __init__(
+        self,
+        facts: Facts,
+        unit: Unit,
+        url: str,
+        choices: Choices,
+        places: dict[Place, Name],
+        addresses: tuple[int, ...],
+    ) -> None:
+        self.facts = facts
+        self.unit = unit
+        self.url = url
+        self.choices = choices
+        self.places = places
+        self.addresses = addresses
+        self.motions = Motions()
+        self._learning = threading.Lock()
+        self._silenced: dict[int, set[type[Message]]] = {}
+        self._telling: dict[type[Message], list[tuple[Setting, Told]]] = {}
+        for setting, told in facts.telling(unit):
+            for cls in (told.set, told.get):
+                if cls is not None:
+                    self._telling.setdefault(cls, []).append((setting, told))
+        self._travels = {place: choices.travel_of(name) for place, name in places.items()}
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget what the controller said, before it is asked again."""
+        self.info = self.known_as = None
+        unit, choices = self.unit, self.choices
+        self._bare = Scales(unit.name, self.facts.quantities, ways=self._ways(), stages=unit.stages)
+        for setting, option in _OPTIONS.items():
+            value: Fraction | None = getattr(choices, option)
+            if value is not None:
+                self._bare = self._bare.told(setting, value, f"as {option} says")
+        self._scales = {
+            place: replace(self._bare, stage=choices.stage_of(name))
+            for place, name in self.places.items()
+        }
+
+    def last_words(self) -> bytes:
+        """Return what is to be said before the line is closed, by a signal handler perhaps."""
+        return self.motions.stops() if self.choices.stop_on_close else b""
+
+    # Scales and limits
+
+    def scales(self, place: Place) -> Scales:
+        """Return the scales that hold now on one channel."""
+        if self._telling:
+            for source, message in self.line.heard():
+                self.learn(source, None, message)
+        return self._scales.get(place, self._bare)
+
+    def travel(self, place: Place) -> Travel | None:
+        """Return the travel of the stage on one channel; None where nobody gave it."""
+        return self._travels.get(place)
+
+    @property
+    def telling(self) -> tuple[type[Message], ...]:
+        """The messages to the host that tell a setting."""
+        told = (told.get for tells in self._telling.values() for _, told in tells)
+        return tuple({cls: None for cls in told if cls is not None})
+
+    def learn(self, address: int, channel: int | None, message: Message) -> None:
+        """Take in the settings that a message tells, whoever sent it."""
+        for setting, told in self._telling.get(type(message), ()):
+            raw = getattr(message, told.field)
+            if told.values is not None:
+                found = told.values.get(raw, str(raw))
+                value = found if isinstance(found, str) else Fraction(found)
+            else:
+                assert told.scale is not None
+                value = told.scale.from_counts(raw)
+            field = self.channel_field(type(message))
+            channel = getattr(message, field) if field else channel
+            source = f"as {message.layout.message} says"
+            with self._learning:
+                for place, scales in self._scales.items():
+                    if place[0] == address and channel in (None, place[1]):
+                        self._scales[place] = scales.told(setting.name, value, source)
+
+    def channel_field(self, cls: type[Message]) -> str | None:
+        """Return the field of a message that names the channel, if it has one."""
+        field: str | None = getattr(self.facts.protocol, "channel", None)
+        return field if field in cls.layout.fields else None
+
+    def _ways(self) -> dict[str, str]:
+        """Return for each setting how a user makes it known."""
+        ways: dict[str, str] = {}
+        for setting, told in self.facts.telling(self.unit):
+            option = _OPTIONS.get(setting.name)
+            asked = told.req or told.set
+            parts = [f"give {option}= when you open it"] if option else []
+            if asked is not None and asked.layout.message in self.unit.messages:
+                parts.append(f"send {asked.layout.message}")
+            ways[setting.name] = " or ".join(parts) or "nothing tells it"
+        for name, option in _OPTIONS.items():
+            ways.setdefault(name, f"give {option}= when you open it")
+        return ways
+
+    # What comes unasked
+
+    def ends_of(self, action: Action) -> Ends | None:
+        """Return the ends of an action that this unit's list has; None where it tells none."""
+        if action.ends is None:
+            return None
+        completed, stopped = (
+            tuple(cls for cls in classes if cls.layout.message in self.unit.messages)
+            for classes in (action.ends.completed, action.ends.stopped)
+        )
+        return Ends(completed, stopped) if completed else None
+
+    def sent(self, address: int, command: Command) -> None:
+        """Note what a command that was sent keeps from coming, or lets come again."""
+        silenced = self._silenced.setdefault(address, set())
+        silenced.update(command.stops)
+        silenced.difference_update(command.starts)
+
+    def silenced(self, address: int, classes: Iterable[type[Message]]) -> bool:
+        """Say whether one of these messages does not come now, because the user said so."""
+        return not self._silenced.get(address, set()).isdisjoint(classes)
+
+    # Values
+
+    def values_of(self, message: Message, place: Place) -> Values[Any] | None:
+        """Return the values of a message; None for one that carries none."""
+        cls = self.facts.values_of(type(message))
+        return None if cls is None else cls(message, self.scales(place))

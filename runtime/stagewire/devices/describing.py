@@ -1,0 +1,58 @@
+"""What a device says of itself when it is printed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from stagewire.devices.connection import Connection, Name, Place
+from stagewire.devices.identity import described_identity
+
+__all__ = ["description"]
+
+_KINDS: Final = {"rack": ("bay", "bays"), "line": ("axis", "axes")}
+
+
+def description(connection: Connection) -> str:
+    """Return several lines: unit, identity, and of each channel its stage, travel and scales."""
+    return "\n".join(_lines(connection))
+
+
+def _lines(connection: Connection) -> Iterator[str]:
+    unit = connection.unit
+    yield f"{unit.name}: {unit.title}, at {connection.url}"
+    for line in described_identity(connection):
+        yield f"  {line}"
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for place, name in connection.places.items():
+        alike.setdefault(_channel(connection, place), []).append(_name(name))
+    kind, kinds = _KINDS.get(unit.kind, ("channel", "channels"))
+    for lines, names in alike.items():
+        yield f"  {kind if len(names) == 1 else kinds} {', '.join(names)}: {lines[0]}"
+        for line in lines[1:]:
+            yield f"    {line}"
+
+
+def _name(name: Name) -> str:
+    return f"{name[0]} channel {name[1]}" if isinstance(name, tuple) else str(name)
+
+
+def _channel(connection: Connection, place: Place) -> tuple[str, ...]:
+    """Say what stands on a channel, and then each of its scales."""
+    scales = connection.scales(place)
+    quantities = connection.unit.quantities
+    return _stage(connection, place), *(
+        line for quantity in quantities for line in scales.described(quantity)
+    )
+
+
+def _stage(connection: Connection, place: Place) -> str:
+    stage, travel = connection.scales(place).stage, connection.travel(place)
+    parts = []
+    if stage is not None:
+        parts.append(f"stage {stage.name}{' (yours)' if stage.by_user else ''}")
+    if travel is not None:
+        parts.append(f"travel {travel}")
+    elif "position" in connection.unit.quantities:
+        parts.append("travel unknown: limits are not checked; give travel_mm=")
+    return "; ".join(parts) or "no stage"

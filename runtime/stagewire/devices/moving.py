@@ -1,0 +1,219 @@
+"""Calls that move something, or stop it: once for threads and asyncio alike.
+
+What was started stays in the list of the connection until its end is known: said by the controller, seen in a
+status, or brought about by a stop. After a timeout it may still move, and is stopped with everything else
+when the device is closed, unless the user chose to leave it.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from stagewire.devices.calls import Keywords, send_starting
+from stagewire.devices.giving import fields_of
+from stagewire.devices.line import Deadline
+from stagewire.devices.motions import Running
+from stagewire.devices.spot import Spot, defaults_of
+from stagewire.devices.tables import Action, MotionEnd, Poll
+from stagewire.devices.targets import check_target
+from stagewire.errors import (
+    MotionStopped,
+    MotionTimeout,
+    MotionUnderWayError,
+    ReplyTimeout,
+    StagewireError,
+    UnsupportedError,
+)
+from stagewire.message import Message
+from stagewire.session.exchange import Exchange
+from stagewire.session.options import Ends
+
+__all__ = ["Started", "act", "halt", "start"]
+
+_POLL: Final = 0.1
+"""Seconds between two questions whether an axis is busy; controllers asked more often have failed."""
+
+
+class Started:
+    """A motion that was started; what a handle holds.
+
+    :param spot: where.
+    :param action: what.
+    :param running: its entry in the list of what is stopped at the end.
+    :param ends: the messages that tell its end; None where none does.
+    :param deadline: when it is given up, where it is polled for.
+    """
+
+    def __init__(
+        self, spot: Spot, action: Action, running: Running, ends: Ends | None, deadline: Deadline
+    ) -> None:
+        self.spot = spot
+        self.action = action
+        self.running = running
+        self.ends = ends
+        self._deadline = deadline
+        self._end: MotionEnd | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether its end has come, as far as it was told or asked for."""
+        exchange = self.running.exchange
+        return self._end is not None or (exchange is not None and exchange.done)
+
+    async def wait(self, timeout: float | None) -> MotionEnd:
+        """Wait for its end; see :meth:`stagewire.devices.synchronous.Motion.wait`."""
+        if self._end is None:
+            self._end = await self._wait(None if timeout is None else self.spot.seconds(timeout))
+        return self._end
+
+    async def _wait(self, seconds: float | None) -> MotionEnd:
+        running, line = self.running, self.spot.line
+        if running.exchange is not None:
+            return self._ended(await self.spot.frames.wait(running.exchange, seconds))
+        if self.action.poll is not None:
+            deadline = self._deadline if seconds is None else Deadline(line, seconds)
+            await _polled(self.spot, running, self.action.poll, deadline)
+            return self._ended(None)
+        if self.ends is not None:
+            raise _muted(running.what)
+        return self._ended(None)
+
+    def _ended(self, message: Message | None) -> MotionEnd:
+        running = self.running
+        ended = self.spot.line.now() if running.ended is None else running.ended
+        values = (
+            None if message is None else self.spot.connection.values_of(message, self.spot.place)
+        )
+        return MotionEnd(message, values, ended - running.started)
+
+    async def stop(self, timeout: float | None) -> MotionEnd | None:
+        """Stop it; see :meth:`stagewire.devices.synchronous.Motion.stop`."""
+        table = self.action.halted_by
+        if table is None or not self.running.stop:
+            raise UnsupportedError(f"{self.running.what}: the unit has no message that stops it")
+        defaults = defaults_of(table)
+        given = {one.keyword: defaults[one.field] for one in table.given if one.field in defaults}
+        return await halt(self.spot, table, timeout, given)
+
+
+async def act(spot: Spot, action: Action, timeout: float | None, given: Keywords) -> MotionEnd:
+    """Start a motion and wait for its end."""
+    ends = spot.connection.ends_of(action)
+    if ends is not None and spot.connection.silenced(spot.address, ends.completed):
+        raise _muted(f"{spot.name}: {action.name}")
+    started = await start(spot, action, timeout, given)
+    return await started.wait(None)
+
+
+async def start(spot: Spot, action: Action, timeout: float | None, given: Keywords) -> Started:
+    """Start a motion; returns when it is with the line.
+
+    :param timeout: seconds that the whole motion may last.
+    """
+    what = f"{spot.name}: {action.name}"
+    seconds = spot.motion_seconds(timeout)
+    fields = fields_of(what, action.given, given, spot.scales())
+    message = spot.message(action.message, fields)
+    await check_target(spot, what, action, fields)
+    ends = spot.connection.ends_of(action)
+    running = spot.running(action, what) or Running(what, b"", spot.line.now())
+    started = Started(spot, action, running, ends, Deadline(spot.line, seconds))
+    if action.poll is not None:
+        async with spot.lock("motion", what, seconds):
+            await _refuse_second(spot, what, action.poll)
+            await send_starting(spot, action, message, running, spot.seconds(None))
+    elif ends is None or spot.connection.silenced(spot.address, ends.completed):
+        await send_starting(spot, action, message, running, spot.seconds(None))
+    else:
+        await _begin(spot, message, ends, seconds, running)
+    return started
+
+
+async def _begin(
+    spot: Spot, message: Message, ends: Ends, seconds: float, running: Running
+) -> None:
+    motions, place, now = spot.connection.motions, spot.place, spot.line.now
+
+    def ended(exchange: Exchange) -> None:
+        running.ended = now()
+        if not exchange.written or isinstance(exchange.error, MotionStopped | None):
+            motions.over(place, running)
+
+    before = motions.at(place)
+    motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
+    try:
+        running.exchange = await spot.frames.begin(message, ends, spot.address, seconds, ended)
+    except StagewireError:
+        if motions.at(place) is not running:  # nothing was sent
+            motions.refused(place, running, before)
+        raise
+
+
+async def _refuse_second(spot: Spot, what: str, poll: Poll) -> None:
+    """Raise where something that was started here still moves."""
+    running = spot.connection.motions.at(spot.place)
+    if running is None:
+        return
+    if await _is_busy(spot, poll, spot.seconds(None)):
+        raise MotionUnderWayError(
+            f"{what} was not sent: {running.what} is still under way; wait for its end or stop it first"
+        )
+    spot.connection.motions.over(spot.place, running)
+
+
+async def _is_busy(spot: Spot, poll: Poll, seconds: float) -> bool:
+    reply = await spot.line.ask(poll.read(), (poll.reply,), spot.address, seconds)
+    return bool(getattr(reply, poll.field) != poll.value)
+
+
+async def _polled(spot: Spot, running: Running, poll: Poll, deadline: Deadline) -> None:
+    """Ask again and again, gently, until nothing moves."""
+    line = spot.line
+    while True:
+        await line.pause(min(_POLL, deadline.left))
+        if running.stopped:
+            raise MotionStopped(f"{running.what} was stopped")
+        try:
+            busy = await _is_busy(spot, poll, spot.seconds(None))
+        except ReplyTimeout:  # one reply that is lost says nothing of the motion
+            busy = True
+        if running.stopped:
+            raise MotionStopped(f"{running.what} was stopped")
+        if not busy:
+            running.ended = line.now()
+            spot.connection.motions.over(spot.place, running)
+            return
+        if deadline.over:
+            raise MotionTimeout(
+                f"{running.what}: still busy after {line.now() - running.started:.3g} s; it may still move: "
+                "stop it, or wait for its end again"
+            )
+
+
+async def halt(
+    spot: Spot, action: Action, timeout: float | None, given: Keywords
+) -> MotionEnd | None:
+    """Stop what moves, before everything else that waits.
+
+    Returns None when it is with the line, where the controller says nothing more.
+    """
+    fields = fields_of(f"{spot.name}: {action.name}", action.given, given, spot.scales())
+    message = spot.message(action.message, fields)
+    connection, line = spot.connection, spot.line
+    ends = connection.ends_of(action)
+    if ends is not None and connection.silenced(spot.address, ends.completed):
+        ends = None
+    seconds = spot.seconds(timeout) if ends is None else spot.motion_seconds(timeout)
+    began = line.now()
+    reply = await line.halt(message, ends, spot.address, seconds)
+    connection.motions.stopped(spot.place)
+    if reply is None:
+        return None
+    return MotionEnd(reply, connection.values_of(reply, spot.place), line.now() - began)
+
+
+def _muted(what: str) -> UnsupportedError:
+    return UnsupportedError(
+        f"{what}: its end is not said while the messages at the end of moves are suspended; let them come "
+        "again, or start it without waiting and ask is_moving()"
+    )

@@ -1,0 +1,132 @@
+"""The first words to a controller on a line that was just opened, and the last ones to be."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any, Final
+
+from stagewire.commands import CommandProtocol
+from stagewire.devices.calls import ask
+from stagewire.devices.connection import Connection
+from stagewire.devices.identity import check_identity
+from stagewire.devices.line import LineOfFrames
+from stagewire.devices.options import Choices
+from stagewire.devices.spot import Spot
+from stagewire.devices.tables import Query
+from stagewire.devices.unit import Facts
+from stagewire.devices.values import Values
+from stagewire.errors import ReplyTimeout
+from stagewire.framed import FramedProtocol
+from stagewire.session.options import SessionOptions
+
+__all__ = ["commanded", "framed", "greet", "link_options", "session_options"]
+
+_log = logging.getLogger("stagewire")
+
+_OCCUPIED: Final = 1
+"""State of a bay of a rack that holds a card."""
+
+
+def framed(facts: Facts) -> FramedProtocol:
+    """Return the protocol of units whose messages have frames."""
+    assert isinstance(
+        facts.protocol, FramedProtocol
+    )  # the generator chooses the base of its devices
+    return facts.protocol
+
+
+def commanded(facts: Facts) -> CommandProtocol:
+    """Return the protocol of units whose commands have no frame."""
+    assert isinstance(facts.protocol, CommandProtocol)
+    return facts.protocol
+
+
+def session_options(connection: Connection) -> SessionOptions:
+    """Return the times of a session as the user chose them, or as the unit needs them."""
+    choices, pause = connection.choices, connection.unit.pause_ms
+    pacing = choices.pacing
+    if pacing is None:
+        pacing = SessionOptions.pacing if pause is None else pause / 1000
+    return SessionOptions(
+        pacing=pacing,
+        reply_timeout=choices.timeout,
+        motion_timeout=choices.motion_timeout,
+    )
+
+
+def link_options(choices: Choices) -> dict[str, Any]:
+    """Return what the user chose of the line itself."""
+    chosen = {"baudrate": choices.baudrate, "rtscts": choices.rtscts}
+    return {name: value for name, value in chosen.items() if value is not None}
+
+
+async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
+    """Begin to talk with a controller: nothing moves, and nothing is set.
+
+    Unless the user does not want it, it is asked what it is, and for the settings that its scales need.
+
+    Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named, and
+    :class:`~stagewire.errors.ReplyTimeout` where nobody answers.
+    """
+    connection.line = line
+    unit, choices = connection.unit, connection.choices
+    if unit.status is not None:
+        for address in connection.addresses:
+            await line.tell(address, status=unit.status)
+    if choices.usb and unit.keep_alive is not None:
+        await line.keep_alive(
+            unit.keep_alive(), unit.bays if unit.kind == "rack" else (own.address,)
+        )
+    identity = connection.facts.identity
+    if not choices.identify or identity is None:
+        return
+    try:
+        info = await ask(own, identity, None, {})
+    except ReplyTimeout as error:
+        raise ReplyTimeout(
+            f"no {unit.name} answers at {connection.url}: {error}. Is it switched on, and is this its port? "
+            "identify=False opens it without a question"
+        ) from None
+    check_identity(connection, info)
+    await _ask_settings(connection, own)
+
+
+async def _ask_settings(connection: Connection, own: Spot) -> None:
+    """Ask every channel for the settings that its scales need."""
+    tables = _tables(connection)
+    if not tables:
+        return
+    for number, place in enumerate(connection.places):
+        if connection.unit.kind == "rack" and await _is_empty(connection, own, number):
+            continue
+        spot = Spot(connection, *place, f"{connection.unit.name} channel {place[1]}")
+        for table in tables:
+            try:
+                await ask(spot, table, None, {})
+            except ReplyTimeout as error:
+                _log.warning("%s: a scale is not known: %s", connection.url, error)
+
+
+def _tables(connection: Connection) -> list[Query[Any]]:
+    """Return a question for each message that tells settings and can be asked for."""
+    asked = {
+        told.req: Query(told.req.layout.message, Values, told.req, (told.get,))
+        for _, told in connection.facts.telling(connection.unit)
+        if told.req is not None
+        and told.get is not None
+        and told.req.layout.message in connection.unit.messages
+    }
+    return list(asked.values())
+
+
+async def _is_empty(connection: Connection, own: Spot, number: int) -> bool:
+    """Ask the motherboard of a rack whether a bay is empty."""
+    table = connection.facts.bay_used
+    if (
+        table is None
+        or table.req is None
+        or table.req.layout.message not in connection.unit.messages
+    ):
+        return False
+    values = await ask(own, table, None, {table.asked[0].keyword: number})
+    return bool(getattr(values.message, "bay_state", _OCCUPIED) != _OCCUPIED)

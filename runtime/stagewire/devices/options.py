@@ -1,0 +1,182 @@
+"""What a user may say when a device is opened."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Literal, TypeAlias, TypedDict
+
+from stagewire.devices.giving import in_unit
+from stagewire.devices.limits import Travel, parse_travel
+from stagewire.devices.unit import Facts, Unit
+from stagewire.errors import BadValueError, UnknownScaleError
+from stagewire.quantities import Number, Stage, exact
+
+__all__ = ["Choices", "OpenOptions", "choose"]
+
+Length: TypeAlias = Number | tuple[Number, Number]
+
+
+class OpenOptions(TypedDict, total=False):
+    """The keywords of ``open``; all may be left out."""
+
+    stage: Stage | str | None
+    """What stands on every channel, by itself or by its name in the registry; it decides on the scales.
+    Without it there are raw counts only."""
+    stages: Mapping[Any, Stage | str] | None
+    """Where channels differ: number of the channel or bay, or name of the axis -> stage."""
+    travel_mm: Length | Mapping[Any, Length] | None
+    """Where the stage can go: from 0 to this, or ``(low, high)``; or by channel as ``stages``. Targets
+    outside are refused. Without it limits are not checked: the document gives no travel."""
+    max_volts: Number | None
+    """The maximum output voltage, where the controller is not asked for it or does not say it."""
+    max_travel_um: Number | None
+    """The travel of the actuator, likewise."""
+    serial_number: int | None
+    """That of the controller; another one is refused."""
+    address: int | None
+    """That of the controller, where it is not the one of the document."""
+    baudrate: int | None
+    """Of a serial port; None: the document's."""
+    rtscts: bool | None
+    """Hardware handshake; None: as the port asks."""
+    line: Literal["usb", "rs232"]
+    """On USB, which is meant when nothing is said, a controller has to hear signs of life."""
+    timeout: float
+    """Seconds that a call may last; 1.0 when nothing is said."""
+    motion_timeout: float
+    """Seconds that a motion may last; 60.0 when nothing is said."""
+    pacing: float | None
+    """Seconds after what has no reply; None: as the unit needs it."""
+    on_close: Literal["stop", "leave"]
+    """What becomes of motion that was started here when the device is closed or the program ends; it is
+    stopped when nothing is said."""
+    background: bool
+    """Whether a thread reads and keeps the controller alive, as when nothing is said; never in asyncio."""
+    identify: bool
+    """Whether the controller is asked what it is, and for the settings that its scales need."""
+    log: str | Path | None
+    """A file for a capture of both directions."""
+    refuse_prefix_bytes: bool
+    """Whether a value is refused whose bytes look like a setup command (protocols of commands)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """The same, checked."""
+
+    stages: Mapping[Any, Stage] = field(default_factory=dict)
+    travels: Mapping[Any, Travel] = field(default_factory=dict)
+    max_volts: Fraction | None = None
+    max_travel_um: Fraction | None = None
+    serial_number: int | None = None
+    address: int | None = None
+    baudrate: int | None = None
+    rtscts: bool | None = None
+    usb: bool = True
+    timeout: float = 1.0
+    motion_timeout: float = 60.0
+    pacing: float | None = None
+    stop_on_close: bool = True
+    background: bool = True
+    identify: bool = True
+    log: str | Path | None = None
+    refuse_prefix_bytes: bool = False
+
+    def stage_of(self, name: object) -> Stage | None:
+        """Return what stands on a channel, bay or axis."""
+        return self.stages.get(name)
+
+    def travel_of(self, name: object) -> Travel | None:
+        """Return the travel there."""
+        return self.travels.get(name)
+
+
+def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions) -> Choices:
+    """Return the choices of a user, checked as far as they can be without the controller.
+
+    :param names: how channels, bays or axes are called.
+
+    Raises :class:`~stagewire.errors.BadValueError`, and :class:`~stagewire.errors.UnknownScaleError` for a
+    stage that is not known on this unit.
+    """
+    unknown = given.keys() - OpenOptions.__annotations__.keys()
+    if unknown:
+        known = ", ".join(OpenOptions.__annotations__)
+        raise BadValueError(f"open has no option {', '.join(sorted(unknown))} (there are: {known})")
+    stages = _by_name("stages", given.get("stages"), given.get("stage"), names)
+    travel = given.get("travel_mm")
+    several = travel if isinstance(travel, Mapping) else None
+    travels = _by_name("travel_mm", several, None if several else travel, names)
+    line, on_close = given.get("line", "usb"), given.get("on_close", "stop")
+    _one_of("line", line, ("usb", "rs232"))
+    _one_of("on_close", on_close, ("stop", "leave"))
+    return Choices(
+        stages={name: _stage(facts, unit, stage) for name, stage in stages.items()},
+        travels={name: parse_travel(length) for name, length in travels.items()},
+        max_volts=_setting("max_volts", given.get("max_volts"), "V"),
+        max_travel_um=_setting("max_travel_um", given.get("max_travel_um"), "um"),
+        serial_number=given.get("serial_number"),
+        address=given.get("address"),
+        baudrate=given.get("baudrate"),
+        rtscts=given.get("rtscts"),
+        usb=line == "usb",
+        timeout=given.get("timeout", 1.0),
+        motion_timeout=given.get("motion_timeout", 60.0),
+        pacing=given.get("pacing"),
+        stop_on_close=on_close == "stop",
+        background=given.get("background", True),
+        identify=given.get("identify", True),
+        log=given.get("log"),
+        refuse_prefix_bytes=given.get("refuse_prefix_bytes", False),
+    )
+
+
+def _by_name(
+    option: str, several: Mapping[Any, Any] | None, one: Any, names: tuple[Any, ...]
+) -> dict[Any, Any]:
+    """Return what holds for each name: the one of it, or else the one for all."""
+    chosen = {} if one is None else dict.fromkeys(names, one)
+    for name, value in (several or {}).items():
+        if name not in names:
+            there = ", ".join(map(str, names))
+            raise BadValueError(f"{option}: there is no {name!r} (there are: {there})")
+        chosen[name] = value
+    return chosen
+
+
+def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
+    if isinstance(stage, str):
+        found = getattr(import_module(f"{facts.package}.stages"), stage.upper(), None)
+        if not isinstance(found, Stage):
+            known = ", ".join(unit.stages) or "none"
+            raise UnknownScaleError(
+                f"no stage {stage} is known (known on {unit.name}: {known}); Stage.of_user(...) makes another"
+            )
+        stage = found
+    if not isinstance(stage, Stage):
+        raise BadValueError(f"stage takes a stage or the name of one, not {stage!r}")
+    if not stage.by_user and stage.name not in unit.stages:
+        known = ", ".join(unit.stages) or "none"
+        raise UnknownScaleError(
+            f"{stage.name} is not known on {unit.name} (known there: {known}): a scale belongs to a stage "
+            "on a controller; Stage.of_user(...) makes one with scales of yours"
+        )
+    return stage
+
+
+def _setting(keyword: str, value: object, unit: str) -> Fraction | None:
+    if value is None:
+        return None
+    number = exact(in_unit(value, unit, keyword))
+    if number <= 0:
+        raise BadValueError(f"{keyword} takes a number above 0, not {value}")
+    return number
+
+
+def _one_of(option: str, value: object, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise BadValueError(f"{option} takes {' or '.join(known)}, not {value!r}")

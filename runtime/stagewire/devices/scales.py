@@ -1,0 +1,204 @@
+"""How counts become units on one channel of one controller: by its stage, its unit and its settings.
+
+A generated package gives a *rule* for every quantity; a channel gives what the rules ask for. Nothing is
+guessed: where a stage or a setting is not known, the error says what to give.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import NoReturn, TypeAlias
+
+from stagewire.errors import UnknownScaleError
+from stagewire.quantities import Scale, Stage, UnknownScale
+
+__all__ = ["ByCase", "BySetting", "ByStage", "ByUnit", "Rule", "Scales", "ToldValue"]
+
+
+@dataclass(frozen=True, slots=True)
+class ByStage:
+    """The stage on the controller decides."""
+
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class BySetting:
+    """A count is a share of a setting of the controller.
+
+    :param counts: those that stand for the whole setting.
+    """
+
+    setting: str
+    counts: int
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class ByUnit:
+    """The controller decides.
+
+    :param units: the controllers for which the document gives a scale.
+    """
+
+    units: Mapping[str, Scale | UnknownScale]
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class ByCase:
+    """A setting decides what is measured, and so the unit."""
+
+    setting: str
+    cases: Mapping[str, Scale | UnknownScale | ByStage | BySetting | ByUnit]
+
+
+Rule: TypeAlias = Scale | UnknownScale | ByStage | BySetting | ByUnit | ByCase
+
+
+@dataclass(frozen=True, slots=True)
+class ToldValue:
+    """A setting as it is known.
+
+    :param value: in its unit; or the name of a case.
+    :param source: who told it, for people.
+    """
+
+    value: Fraction | str
+    source: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scales:
+    """The scales of one channel; never changed: what is told later makes others.
+
+    :param unit: the controller.
+    :param rules: quantity -> rule.
+    :param stage: what stands on the channel, if that is known.
+    :param settings: name -> value, of those that are known.
+    :param ways: setting -> how it is made known, for errors.
+    :param stages: the names of the stages that the document knows on the controller.
+    """
+
+    unit: str
+    rules: Mapping[str, Rule]
+    stage: Stage | None = None
+    settings: Mapping[str, ToldValue] = field(default_factory=dict)
+    ways: Mapping[str, str] = field(default_factory=dict)
+    stages: tuple[str, ...] = ()
+
+    def told(self, setting: str, value: Fraction | str, source: str) -> Scales:
+        """Return the scales that hold now that a setting is known."""
+        return replace(self, settings={**self.settings, setting: ToldValue(value, source)})
+
+    def of(self, quantity: str, unit: str, case: str | None = None) -> Scale:
+        """Return the scale of a quantity in ``unit``; in a certain case, where a setting decides.
+
+        Raises :class:`~stagewire.errors.UnknownScaleError` where it is not known, or not in this unit now.
+        """
+        rule = self.rules[quantity]
+        if isinstance(rule, ByCase):
+            now = self._case(rule.setting, quantity, unit, case)
+            chosen = rule.cases.get(now)
+            if chosen is None or _unit_of(chosen) != unit or case not in (None, now):
+                other = f"in {_unit_of(chosen)}" if chosen is not None else "without a unit"
+                raise UnknownScaleError(
+                    f"{quantity} is {other} and not in {unit} while {rule.setting} is {now}"
+                )
+            rule = chosen
+        scale = self._apply(rule, quantity)
+        if isinstance(scale, UnknownScale):
+            raise UnknownScaleError(
+                f"no scale of {quantity} in {unit} is known: {scale.reason}; use raw counts"
+            )
+        if scale.unit != unit:
+            raise UnknownScaleError(
+                f"the scale of {quantity} is in {scale.unit}, and {unit} is needed; see its source: "
+                f"{self.source(quantity, scale)}"
+            )
+        return scale
+
+    def _apply(
+        self, rule: Scale | UnknownScale | ByStage | BySetting | ByUnit, quantity: str
+    ) -> Scale | UnknownScale:
+        if isinstance(rule, ByStage):
+            if self.stage is None:
+                self._refuse_stage(quantity, rule.unit)
+            return self.stage.scale(quantity, self.unit)
+        if isinstance(rule, ByUnit):
+            unknown = UnknownScale(rule.unit, f"the document gives none for {self.unit}")
+            return rule.units.get(self.unit, unknown)
+        if isinstance(rule, BySetting):
+            told = self._setting(rule.setting, quantity, rule.unit)
+            if not isinstance(told.value, Fraction) or told.value <= 0:
+                return UnknownScale(rule.unit, f"{rule.setting} is {told.value}")
+            return Scale(rule.counts / told.value, rule.unit)
+        return rule
+
+    def _case(self, setting: str, quantity: str, unit: str, case: str | None) -> str:
+        """Return the case that holds; what a user says where the controller cannot be told or asked."""
+        if case is not None and setting not in self.settings and setting not in self.ways:
+            return case
+        return str(self._setting(setting, quantity, unit).value)
+
+    def _setting(self, setting: str, quantity: str, unit: str) -> ToldValue:
+        told = self.settings.get(setting)
+        if told is None:
+            way = self.ways.get(setting, "nothing tells it")
+            raise UnknownScaleError(
+                f"no scale of {quantity} in {unit} is known: it depends on {setting}, which is not known; "
+                f"{way}, or use raw counts"
+            )
+        return told
+
+    def _refuse_stage(self, quantity: str, unit: str) -> NoReturn:
+        known = f"(the document has {', '.join(self.stages)}) " if self.stages else ""
+        raise UnknownScaleError(
+            f"no scale of {quantity} in {unit} is known on {self.unit}: it depends on the stage; give stage= "
+            f"{known}or Stage.of_user(...) when you open it, or use raw counts"
+        )
+
+    # For people
+
+    def source(self, quantity: str, scale: Scale) -> str:
+        """Say where the scale of a quantity comes from."""
+        rule = self.rules[quantity]
+        if isinstance(rule, ByCase):
+            told = self.settings.get(rule.setting)
+            rule = rule.cases[str(told.value)] if told else rule
+        if isinstance(rule, ByStage) and self.stage is not None:
+            if self.stage.by_user:
+                return f"{self.stage.name}, a stage of yours"
+            return f"{self.stage.name}, {scale.source or f'page {self.stage.page} of the document'}"
+        if isinstance(rule, BySetting) and rule.setting in self.settings:
+            told = self.settings[rule.setting]
+            return f"{rule.setting} {_number(told.value)} {rule.unit}, {told.source}"
+        return scale.source or "the document"
+
+    def described(self, quantity: str) -> Iterator[str]:
+        """Say for each unit of a quantity how many counts make one, and where that comes from."""
+        rule = self.rules[quantity]
+        units = (
+            {_unit_of(one) for one in rule.cases.values()} if isinstance(rule, ByCase) else set()
+        )
+        for unit in sorted(units) if isinstance(rule, ByCase) else [_unit_of(rule)]:
+            try:
+                scale = self.of(quantity, unit)
+            except UnknownScaleError as error:
+                yield f"{quantity} in {unit}: unknown ({error})"
+            else:
+                factor = _number(scale.counts_per_unit)
+                yield f"{quantity}: {factor} counts per {unit} ({self.source(quantity, scale)})"
+
+
+def _unit_of(rule: Rule) -> str:
+    return "" if isinstance(rule, ByCase) else rule.unit
+
+
+def _number(value: Fraction | str) -> str:
+    """Write a number as people do: whole, or as a decimal of ten places at most."""
+    if isinstance(value, str) or value.denominator == 1:
+        return str(value)
+    return f"{float(value):.10g}"

@@ -1,0 +1,131 @@
+"""Where a call goes: one address, and one channel of it, of one open controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractAsyncContextManager
+from typing import Any, Final, cast
+
+from stagewire.commands import Command as WireCommand
+from stagewire.devices.connection import Connection, Place
+from stagewire.devices.line import Line, LineOfFrames, seconds_of
+from stagewire.devices.motions import Running
+from stagewire.devices.scales import Scales
+from stagewire.devices.tables import Action, Command, ParameterSet, Query
+from stagewire.framing.events import Event, Received
+from stagewire.message import Message
+
+__all__ = ["CONTROLLER", "Spot", "defaults_of"]
+
+CONTROLLER: Final = -1
+"""In place of an axis: the controller itself."""
+
+
+class Spot:
+    """One address, or axis, and one channel.
+
+    :param connection: the controller.
+    :param address: of whom a call goes to; of an axis its identifier.
+    :param channel: that messages name; None where they name none.
+    :param name: for people, such as ``BBD102 bay 2``.
+    """
+
+    __slots__ = ("address", "channel", "connection", "name")
+
+    def __init__(
+        self, connection: Connection, address: int, channel: int | None, name: str
+    ) -> None:
+        self.connection = connection
+        self.address = address
+        self.channel = channel
+        self.name = name
+
+    @property
+    def line(self) -> Line:
+        """The session; another one after the line was opened again."""
+        return self.connection.line
+
+    @property
+    def frames(self) -> LineOfFrames:
+        """The same, to a controller that has an address."""
+        return cast(LineOfFrames, self.connection.line)
+
+    @property
+    def place(self) -> Place:
+        """What distinguishes it from others of the controller."""
+        return self.address, self.channel
+
+    def scales(self) -> Scales:
+        """Return the scales that hold now."""
+        return self.connection.scales(self.place)
+
+    def seconds(self, timeout: float | None) -> float:
+        """Return how long a call may last."""
+        return seconds_of(timeout, self.connection.choices.timeout)
+
+    def motion_seconds(self, timeout: float | None) -> float:
+        """Return how long a motion may last."""
+        return seconds_of(timeout, self.connection.choices.motion_timeout)
+
+    def lock(self, key: str, what: str, seconds: float) -> AbstractAsyncContextManager[None]:
+        """Keep others out of what has the same key here."""
+        return self.line.lock((self.address, self.channel, key), what, seconds)
+
+    def address_of(self, table: ParameterSet[Any] | Query[Any] | Command | Action) -> int:
+        """Return who takes the messages of a table."""
+        return self.connection.unit.address if table.motherboard else self.address
+
+    def message(self, cls: type[Message], fields: Mapping[str, Any]) -> Message:
+        """Make a message for this channel; its own constructor checks all fields."""
+        field = self.connection.channel_field(cls)
+        if field is None or field in fields:
+            return _make(cls, fields)
+        return _make(cls, {field: self.channel, **fields})
+
+    def wanted(
+        self, messages: tuple[type[Message], ...]
+    ) -> Callable[[Event], bool] | tuple[type[Message], ...] | None:
+        """Return what a subscription to messages of this channel wants; none given means all of them."""
+        channel = self.channel
+        if channel is None or self.connection.unit.channels == 1:
+            return messages or None
+        ids = frozenset(cls.layout.id for cls in messages)
+        field_of = self.connection.channel_field
+
+        def is_wanted(event: Event) -> bool:
+            if not isinstance(event, Received):
+                return False
+            message = event.frame.message
+            field = field_of(type(message))
+            if field is not None and getattr(message, field) != channel:
+                return False
+            return not ids or message.layout.id in ids
+
+        return is_wanted
+
+    def running(self, table: Action | Command, what: str) -> Running | None:
+        """Return how what a message starts is stopped; None where it starts nothing that goes on."""
+        halt = table.halted_by
+        if halt is None:
+            return None
+        if halt.message.layout.message not in self.connection.unit.messages:
+            return Running(what, b"", self.line.now())
+        stop = self.message(halt.message, defaults_of(halt))
+        return Running(what, self._encode(stop), self.line.now())
+
+    def _encode(self, message: Any) -> bytes:
+        if isinstance(message, WireCommand):
+            return message.pack(self.address)
+        protocol: Any = self.connection.facts.protocol
+        packed: bytes = message.pack(self.address, protocol.host)
+        return packed
+
+
+def defaults_of(table: Action) -> dict[str, int]:
+    """Return the fields of a message as the library itself sends it."""
+    return {entry.field: entry.default for entry in table.given if entry.default is not None}
+
+
+def _make(cls: type[Message], fields: Mapping[str, Any]) -> Message:
+    made: Message = cls(**fields)
+    return made

@@ -1,0 +1,216 @@
+"""Devices for threads: what generated classes are made of. Every call may be made by any thread.
+
+:mod:`stagewire.devices.asynchronous` has the same for asyncio.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import TracebackType
+from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
+
+from stagewire.devices import modes
+from stagewire.devices.immediate import CommandLine, FramedLine, open_session, run
+from stagewire.devices.opening import commanded, framed, greet
+from stagewire.devices.options import OpenOptions
+from stagewire.devices.structure import AxesBase, BaysBase, ChannelsBase, DeviceBase, connect
+from stagewire.devices.synchronous_parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
+from stagewire.errors import LinkOpenError, StagewireError
+from stagewire.links import Link
+from stagewire.session.synchronous import CommandSession, FramedSession
+
+if TYPE_CHECKING:
+    from stagewire.session.lines import Mode
+
+__all__ = [
+    "AxesDevice",
+    "Axis",
+    "Bay",
+    "Channel",
+    "ChannelsBay",
+    "ChannelsDevice",
+    "Device",
+    "ModuleDevice",
+    "Motion",
+    "Part",
+    "RackDevice",
+    "SingleChannelDevice",
+    "SingleChannelModule",
+]
+
+C = TypeVar("C", bound=Channel)
+B = TypeVar("B", bound=Part)
+X = TypeVar("X", bound=Axis)
+
+
+class _Opened(DeviceBase, Part):
+    """An open controller of any kind; a context manager."""
+
+    _link: str | Link
+
+    @classmethod
+    def open(cls, url: str | Link, **options: Unpack[OpenOptions]) -> Self:
+        """Open a line and return the controller on it. Nothing moves.
+
+        :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
+
+        Options: see :class:`~stagewire.devices.options.OpenOptions`. Raises
+        :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
+        :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.BadValueError` and
+        :class:`~stagewire.errors.UnknownScaleError`.
+        """
+        return cls._open(url, options)
+
+    @classmethod
+    def _open(cls, link: str | Link, options: OpenOptions, bay: int = 1) -> Self:
+        url = link if isinstance(link, str) else link.url
+        device = cls(connect(cls, url, options, bay))
+        device._link = link
+        device._connect()
+        return device
+
+    def _connect(self) -> None:
+        """Open the line and begin to talk."""
+        raise NotImplementedError
+
+    def reconnect(self) -> None:
+        """Open the line again, with the same options, and read again what was read then.
+
+        Nothing is sent again: what moved when the line was lost has moved on or not.
+
+        Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
+        opened by a URL.
+        """
+        if not isinstance(self._link, str):
+            raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
+        self.close()
+        self._at.connection.forget()
+        self._connect()
+
+    def close(self) -> None:
+        """Stop what was started here and may still move, unless it is to be left, and close the line.
+
+        Harmless when done twice.
+        """
+        run(self._at.line.close())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+class Device(_Opened):
+    """An open controller whose messages have frames."""
+
+    def _connect(self) -> None:
+        connection = self._at.connection
+        session = open_session(FramedSession, framed(self.facts), self._link, connection)
+        try:
+            run(greet(connection, self._at, FramedLine(session, connection.telling)))
+        except BaseException:
+            session.close()
+            raise
+        session.on_close.append(connection.last_words)
+
+    @property
+    def session(self) -> FramedSession:
+        """The session below, for what no method does."""
+        line = self._at.line
+        assert isinstance(line, FramedLine)
+        return line.session
+
+
+class SingleChannelDevice(Device, Channel):
+    """A controller with one channel, which is the device itself."""
+
+
+class ChannelsDevice(ChannelsBase[C], Device, Generic[C]):
+    """A controller with several channels."""
+
+
+class RackDevice(BaysBase[B], Device, Generic[B]):
+    """A rack: the calls of the device go to the motherboard, those of its bays to the controllers there."""
+
+
+class _Module(Device):
+    """A controller in a bay of a rack."""
+
+    @classmethod
+    def open(cls, url: str | Link, bay: int = 1, **options: Unpack[OpenOptions]) -> Self:
+        """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
+
+        As :meth:`Device.open`; raises :class:`~stagewire.errors.OutOfRangeError` for a bay that cannot be
+        there.
+        """
+        return cls._open(url, options, bay)
+
+
+class SingleChannelModule(_Module, Channel):
+    """A controller in a bay of a rack, with one channel, which is the device itself."""
+
+
+class ModuleDevice(ChannelsBase[C], _Module, Generic[C]):
+    """A controller in a bay of a rack, with several channels."""
+
+
+class AxesDevice(AxesBase[X], _Opened, Generic[X]):
+    """A controller of axes, whose commands have no frame and whose replies say nothing but values.
+
+    It takes commands or lines of text, as it was told last. Nothing is sent when it is opened: begin with
+    :meth:`low_level`, or with the command of the document that switches.
+    """
+
+    def _connect(self) -> None:
+        connection = self._at.connection
+        session = open_session(
+            CommandSession,
+            commanded(self.facts),
+            self._link,
+            connection,
+            refuse_prefix_bytes=connection.choices.refuse_prefix_bytes,
+        )
+        connection.line = CommandLine(session)
+        session.on_close.append(lambda: modes.last_words(self._at, session.mode))
+
+    @property
+    def mode(self) -> Mode:
+        """What the controller takes: ``low_level``, ``high_level``, or ``unknown`` to this session."""
+        return self.session.mode
+
+    @contextmanager
+    def low_level(self, *, timeout: float | None = None) -> Iterator[Self]:
+        """Let the controller take commands within the block, and lines of text behind it.
+
+        :param timeout: seconds, for each of the two commands that switch.
+        """
+        run(modes.switch(self._at, "low_level", timeout))
+        try:
+            yield self
+        except BaseException:
+            with suppress(StagewireError):  # the line may be gone, and what was raised says more
+                run(modes.switch(self._at, "high_level", timeout))
+            raise
+        run(modes.switch(self._at, "high_level", timeout))
+
+    def text(self, line: str, *, timeout: float | None = None) -> str:
+        """Send a line of text and return the line that answers it, both without their ends.
+
+        Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes text, and
+        :class:`~stagewire.errors.ReplyTimeout`.
+        """
+        return self.session.text(line, self._at.seconds(timeout))
+
+    @property
+    def session(self) -> CommandSession:
+        """The session below, for what no method does."""
+        line = self._at.line
+        assert isinstance(line, CommandLine)
+        return line.session

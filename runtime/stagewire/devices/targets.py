@@ -1,0 +1,59 @@
+"""Where a motion would go, held against the travel before it is sent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+from stagewire.devices.calls import ask, check_travel
+from stagewire.devices.limits import in_mm, mm_of
+from stagewire.devices.spot import Spot
+from stagewire.devices.tables import Action
+from stagewire.devices.values import InUnits, Values
+from stagewire.errors import LimitError
+
+__all__ = ["check_target"]
+
+
+async def check_target(spot: Spot, what: str, action: Action, fields: Mapping[str, Any]) -> None:
+    """Raise :class:`~stagewire.errors.LimitError` for a target outside of the travel, if that is known.
+
+    What is stored in the controller is read, where it decides. Of a distance the position is read, too; where
+    the message alone does not tell the direction, it is refused only if it fits in neither.
+    """
+    travel = spot.connection.travel(spot.place)
+    if travel is None or action.target is None:
+        return
+    check_travel(spot, what, action.given, fields)  # asks nothing
+    if action.stored is not None:
+        table, field = action.stored
+        distance = _in_mm(await ask(spot, table, None, {}), lambda value: value.field == field)
+        assert distance is not None  # a target is in units
+        if action.target == "absolute":
+            travel.check_place(f"{what}: {field}, as it is stored", distance)
+            return
+        travel.check_distance(f"{what}: {field}, as it is stored", distance)
+        distances = {distance, -distance}
+    elif action.target == "absolute":
+        return
+    else:
+        [entry] = [entry for entry in action.given if entry.target is not None]
+        distances = {mm_of(entry, fields[entry.field], spot.scales())}
+    status = spot.connection.unit.status_query
+    if status is None:
+        return
+    here = _in_mm(await ask(spot, status, None, {}), lambda value: value.quantity == "position")
+    if here is not None and all(here + distance not in travel for distance in distances):
+        way = " or ".join(f"{float(distance):+.10g}" for distance in distances)
+        raise LimitError(
+            f"{what}: from {float(here):.10g} mm {way} mm is outside the travel, {travel}; nothing was sent"
+        )
+
+
+def _in_mm(values: Values[Any], wanted: Callable[[InUnits], bool]) -> Fraction | None:
+    """Return the value that is wanted, if there is one."""
+    for value in vars(type(values)).values():
+        if isinstance(value, InUnits) and wanted(value):
+            return in_mm(value.exact(values), value.unit)
+    return None

@@ -1,0 +1,148 @@
+"""What a generated package says of its units: data, and nothing that does anything."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any, Literal
+
+from stagewire.devices.scales import Rule
+from stagewire.devices.tables import ParameterSet, Poll, Query
+from stagewire.devices.values import Values
+from stagewire.message import Message
+from stagewire.protocol import Protocol
+from stagewire.quantities import Scale
+
+__all__ = ["Facts", "Known", "Setting", "Told", "Unit"]
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """A message that tells a setting.
+
+    :param set: sets it; None where nothing does.
+    :param req: asks for it; None where nothing does.
+    :param get: answers; None where nothing does.
+    :param field: of both that holds it.
+    :param scale: of the field, for a setting that is a number.
+    :param values: value of the field -> that of the setting, where a table says it.
+    """
+
+    set: type[Message] | None
+    req: type[Message] | None
+    get: type[Message] | None
+    field: str
+    scale: Scale | None = None
+    values: Mapping[int, int | str] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A setting of a controller that scales depend on.
+
+    :param unit: empty where it is a case.
+    :param told: the messages that tell it.
+    """
+
+    name: str
+    unit: str
+    told: tuple[Told, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A unit that the document does not know, by the prefix of its serial number.
+
+    :param like: the unit whose messages apply where they are the same; empty where none is.
+    """
+
+    unit: str
+    note: str
+    like: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Unit:
+    """A unit of the document.
+
+    :param messages_from: where the list of its messages comes from, for people.
+    :param kind: whether it has one address, bays with an address each, or stands in a bay itself.
+    :param address: its own; of a ``bay`` that of the rack.
+    :param bays: the addresses of its bays, from bay 1 on; of a ``bay`` those where it may stand.
+    :param channels: of one address.
+    :param messages: by their names in the registry.
+    :param status: which form of status it sends, where bytes cannot tell.
+    :param keep_alive: what it has to hear again and again on USB.
+    :param stages: names of those that the document knows on it.
+    :param pause_ms: after what has no reply; None: nothing is known.
+    :param also_at: other addresses at which it is known to answer.
+    :param moving: status -> its field, and the bits in it that mean motion.
+    :param status_query: what asks for such a status.
+    :param idle: how an axis is asked whether it moves, where no bits say it.
+    :param quantities: those that its messages carry.
+    """
+
+    name: str
+    title: str
+    page: int
+    messages_from: str
+    kind: Literal["generic_usb", "rack", "bay", "line"]
+    messages: frozenset[str]
+    address: int = 0
+    bays: tuple[int, ...] = ()
+    channels: int = 1
+    family: str = ""
+    status: str | None = None
+    keep_alive: type[Message] | None = None
+    update_rate_hz: int | None = None
+    usb_prefix: int | None = None
+    card_usb_prefix: int | None = None
+    stages: tuple[str, ...] = ()
+    pause_ms: int | None = None
+    pause_source: str = ""
+    also_at: tuple[int, ...] = ()
+    moving: Mapping[type[Message], tuple[str, int]] = field(default_factory=dict)
+    status_query: ParameterSet[Any] | Query[Any] | None = None
+    idle: Poll | None = None
+    quantities: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Unit {self.name}: {self.title}>"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Facts:
+    """What a generated package says of all its units.
+
+    :param units: by name.
+    :param settings: by name.
+    :param quantities: quantity -> the rule of its scale.
+    :param prefixes: of serial numbers, of units that the document does not know or gives none for.
+    :param identity: asks a unit what it is: its serial number, its model and its firmware.
+    :param bay_used: asks a rack whether a bay is fitted.
+    """
+
+    protocol: Protocol
+    package: str
+    units: Mapping[str, Unit]
+    settings: Mapping[str, Setting] = field(default_factory=dict)
+    quantities: Mapping[str, Rule] = field(default_factory=dict)
+    prefixes: Mapping[int, Known] = field(default_factory=dict)
+    identity: ParameterSet[Any] | Query[Any] | None = None
+    bay_used: ParameterSet[Any] | Query[Any] | None = None
+
+    def values_of(self, message: type[Message]) -> Callable[..., Values[Any]] | None:
+        """Return the class of the values of a message; None for one that carries none."""
+        classes: Mapping[type[Message], type[Values[Any]]] = import_module(
+            f"{self.package}.devices.values"
+        ).VALUES
+        return classes.get(message)
+
+    def telling(self, unit: Unit) -> Iterator[tuple[Setting, Told]]:
+        """Give every setting of a unit with the messages that tell it there."""
+        for setting in self.settings.values():
+            for told in setting.told:
+                classes = (told.set, told.get)
+                if any(cls is not None and cls.layout.message in unit.messages for cls in classes):
+                    yield setting, told

@@ -1,0 +1,127 @@
+"""``stagewire.discover``: the serial ports, and which of them are controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from stagewire.discovery.asking import Identity, can_identify, identify, used_bays
+from stagewire.discovery.found import Found
+from stagewire.discovery.known import Known, by_name, by_serial_number
+from stagewire.discovery.ports import Port, serial_ports
+from stagewire.errors import StagewireError, TransportError
+from stagewire.protocol import load_protocol
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from stagewire.framed import FramedProtocol
+    from stagewire.links import Link
+
+__all__ = ["ASK_TIMEOUT", "addresses_of", "asked", "discover", "look_at", "recognise"]
+
+ASK_TIMEOUT = 1.0
+"""Seconds that a controller has for its answer."""
+
+
+def discover(ask: bool = False, timeout: float = ASK_TIMEOUT) -> list[Found]:
+    """Return every serial port with what is known of the controller behind it; controllers come first.
+
+    Without ``ask`` no port is opened: what is known comes from the operating system, which reads ids and
+    serial number from the USB plug. A controller on RS-232 has none, and its port is listed as unknown.
+
+    :param ask: open the ports that are controllers by their USB plug, one after the other, and ask for
+        identity (HW_REQ_INFO) and bays (RACK_REQ_BAYUSED). Nothing moves. Other ports are never opened:
+        bytes that they do not expect may do anything.
+    :param timeout: how long each may take for its answer, in seconds.
+    """
+    found = [look_at(port) for port in serial_ports()]
+    if ask:
+        found = [asked(one, timeout) if one.port.plug else one for one in found]
+    return sorted(found, key=lambda one: not one.is_controller)
+
+
+def look_at(port: Port) -> Found:
+    """Return what a port is by its USB plug and its serial number alone."""
+    plug = port.plug
+    if plug is None:
+        return Found(port)
+    try:
+        protocol = load_protocol(plug.protocol)
+    except StagewireError:  # not installed: then nothing is known of its units
+        return Found(port)
+    return Found(port, tuple(by_serial_number(protocol, port.serial_number)))
+
+
+def asked(found: Found, timeout: float = ASK_TIMEOUT) -> Found:
+    """Open the port of what was found by its plug, ask it, and return what is known now."""
+    from stagewire.links import open_link
+
+    plug = found.port.plug
+    if plug is None:
+        return found
+    protocol = load_protocol(plug.protocol)
+    if not can_identify(protocol):
+        return found
+    try:
+        link = open_link(found.url)
+    except TransportError as error:
+        return replace(found, problem=str(error))
+    try:
+        return recognise(found, link, protocol, timeout)
+    except TransportError as error:
+        return replace(found, problem=str(error))
+    finally:
+        link.close()
+
+
+def recognise(found: Found, link: Link, protocol: FramedProtocol, timeout: float) -> Found:
+    """Ask on an open line who is there, and return what is known then.
+
+    Raises :class:`~stagewire.errors.TransportLost` when the line is gone.
+    """
+    addresses = addresses_of(protocol, found.known)
+    identity, heard = identify(link, protocol, addresses, timeout)
+    if identity is None:
+        came = f"{len(heard.data)} bytes that are no frame" if heard.is_garbage else "nothing"
+        at = " and ".join(f"{address:#04x}" for address in addresses)
+        return replace(found, problem=f"asked for its identity at {at}, it said {came}")
+    known = _narrowed(protocol, found.known, identity)
+    motherboard = _address(protocol, "motherboard")
+    bays = None
+    if identity.address == motherboard:
+        bays = used_bays(link, protocol, motherboard, _bays(protocol, known))
+    return replace(found, known=tuple(known), identity=identity, bays=bays, problem="")
+
+
+def addresses_of(protocol: FramedProtocol, known: Sequence[Known] = ()) -> tuple[int, ...]:
+    """Return the addresses at which a controller is asked who it is, in this order.
+
+    Where its unit is known, its own address alone: some units do not bear a wrong guess. Otherwise the one
+    of a unit with a USB plug of its own comes first, and a rack is asked only where that one is silent.
+    """
+    own, rack = _address(protocol, "generic_usb"), _address(protocol, "motherboard")
+    kinds = {known_one.facts["address"] for known_one in known if known_one.facts}
+    if kinds and "generic_usb" not in kinds:
+        return (rack,)
+    return (own,) if kinds else (own, rack)
+
+
+def _narrowed(
+    protocol: FramedProtocol, known: Sequence[Known], identity: Identity
+) -> Sequence[Known]:
+    """Return what a controller is after it said so; its model number says more than its serial number."""
+    named = by_name(protocol, identity.model)
+    if named is not None:
+        return (named,)
+    return known or by_serial_number(protocol, identity.serial_number)
+
+
+def _address(protocol: FramedProtocol, name: str) -> int:
+    address: int = protocol.registry()["addresses"][name]["value"]
+    return address
+
+
+def _bays(protocol: FramedProtocol, known: Sequence[Known]) -> int:
+    """Return how many bays are asked for: those of the unit, or all that the protocol has addresses for."""
+    most: int = protocol.registry()["addresses"]["bays"]["count"]
+    return max((facts.get("bays", most) for one in known if (facts := one.facts)), default=most)

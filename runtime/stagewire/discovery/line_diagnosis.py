@@ -1,0 +1,140 @@
+"""Why one line gives no answer: it cannot be opened, nobody is there, or the baud rate is another."""
+
+from __future__ import annotations
+
+from stagewire.discovery.asking import can_identify
+from stagewire.discovery.diagnosis import Diagnosis, Verdict, heard
+from stagewire.discovery.finding import ASK_TIMEOUT, look_at, recognise
+from stagewire.discovery.found import Found
+from stagewire.discovery.known import Known, protocols
+from stagewire.discovery.opening import device_class, known_by_name
+from stagewire.discovery.ports import Port, port_of
+from stagewire.errors import StagewireError, TransportError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from typing import Any
+
+    from stagewire.framed import FramedProtocol
+
+__all__ = ["diagnose_line"]
+
+_RATELESS = ("socket://", "virtual://", "loop://")
+_OTHER_RATE_TIMEOUT = 0.5
+
+
+def diagnose_line(url: str, unit: str | None = None) -> list[Diagnosis]:
+    """Open a line, ask who is there, and say what came of it; where nobody answers, at other rates, too.
+
+    Only questions are sent, and nothing moves; but a controller of commands is brought to take them, and
+    lines of text afterwards.
+
+    :param url: what a link opens, such as ``/dev/ttyUSB0`` or ``socket://10.0.0.5:4001``.
+    :param unit: name of the unit that should be there.
+
+    Raises :class:`~stagewire.errors.BadValueError` for a name that no unit has.
+    """
+    known = None if unit is None else known_by_name(unit)
+    port = port_of(url)
+    found = look_at(port) if port else Found(Port(url))
+    if known is not None and not can_identify(known.protocol):
+        return _commands(url, known)
+    return [
+        _framed(Found(found.port, (known,) if known else found.known), protocol)
+        for protocol in ([known.protocol] if known else protocols())
+        if can_identify(protocol)
+    ]
+
+
+def _framed(found: Found, protocol: FramedProtocol) -> Diagnosis:
+    """Ask a controller whose protocol has a question for it."""
+    first = _asked(found, protocol, None, ASK_TIMEOUT)
+    if isinstance(first, Diagnosis):
+        return first
+    if first.identity is None and not found.url.startswith(_RATELESS):
+        for rate in _rates():
+            other = _asked(found, protocol, rate, _OTHER_RATE_TIMEOUT)
+            if isinstance(other, Found) and other.identity is not None:
+                return Diagnosis(
+                    Verdict.WRONG,
+                    found.url,
+                    f"wrong baud rate: at {rate} it answers: {other.what}",
+                    f"open it with baudrate={rate}, or set the line to the rate of the document",
+                )
+    wanted = found.unit
+    if first.identity is not None and wanted is not None and first.unit != wanted:
+        return Diagnosis(
+            Verdict.WRONG,
+            found.url,
+            f"another unit answers: {first.what}; expected was {wanted}",
+            "name the unit that is there, or the port of the one that is meant: stagewire list",
+        )
+    return heard(first)
+
+
+def _asked(
+    found: Found, protocol: FramedProtocol, rate: int | None, timeout: float
+) -> Found | Diagnosis:
+    """Return what is known after asking at a rate (None: that of the line), or why it cannot be opened."""
+    from stagewire.links import open_link
+
+    try:
+        link = open_link(found.url, **({} if rate is None else {"baudrate": rate}))
+        try:
+            return recognise(found, link, protocol, timeout)
+        finally:
+            link.close()
+    except TransportError as error:
+        return _failed(found.url, error)
+
+
+def _commands(url: str, known: Known) -> list[Diagnosis]:
+    """Ask a controller whose commands have no frame, at each rate that its switches choose."""
+    device = device_class(known.name)
+    rates = _rates([known])
+    for rate in (None,) if url.startswith(_RATELESS) else rates:
+        try:
+            with device.open(url, **({} if rate is None else {"baudrate": rate})) as opened:
+                said = _identification(opened)
+        except TransportError as error:
+            return [_failed(url, error)]
+        except StagewireError:  # no answer, or one that is none
+            continue
+        at = "" if rate is None else f" at {rate} baud: open it with baudrate={rate}"
+        return [Diagnosis(Verdict.FINE, url, f"answers: {known.name}, axis {said}{at}")]
+    tried = ", ".join(map(str, rates))
+    return [
+        Diagnosis(
+            Verdict.WRONG,
+            url,
+            f"no {known.name} answers in its low-level format (tried: {tried} baud)",
+            "see that it is switched on, and what its switches say of the rate; in the high-level format it "
+            "takes lines of text, and has to be switched to the low-level one first",
+        )
+    ]
+
+
+def _identification(device: Any) -> str:
+    """Let the first axis say what it is, in the format that takes commands."""
+    axis = next(iter(device.facts.protocol.axes))
+    with device.low_level():
+        said = device.axis(axis).read_identification(timeout=_OTHER_RATE_TIMEOUT)
+    return f"{axis}: {said.identification.rstrip(' :')}"
+
+
+def _failed(url: str, error: TransportError) -> Diagnosis:
+    """Say why a line cannot be used, which the error itself says, with what to do."""
+    return Diagnosis(Verdict.WRONG, url, str(error).removeprefix(url).lstrip(": "))
+
+
+def _rates(known: Iterable[Known] = ()) -> list[int]:
+    """Return the baud rates that registries name for these units, or for any."""
+    units = [one.facts for one in known] or [
+        facts for protocol in protocols() for facts in protocol.registry().get("units", ())
+    ]
+    return sorted({rate for facts in units if facts for rate in _values(facts.get("baud_rates"))})
+
+
+def _values(rates: object) -> list[int]:
+    return list(rates["values"]) if isinstance(rates, dict) else []

@@ -1,0 +1,128 @@
+"""``stagewire.open``: a controller by its URL, whose class nobody had to name."""
+
+from __future__ import annotations
+
+import difflib
+from importlib import import_module
+from urllib.parse import urlsplit
+
+from stagewire.discovery.asking import can_identify, identify
+from stagewire.discovery.finding import ASK_TIMEOUT, look_at, recognise
+from stagewire.discovery.found import Found
+from stagewire.discovery.known import Known, by_name, every_unit, protocols
+from stagewire.discovery.ports import Port, port_of
+from stagewire.errors import BadValueError, UnsupportedError, WrongUnitError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from stagewire.framed import FramedProtocol
+
+__all__ = ["device_class", "known_by_name", "open", "unit_at"]
+
+_VIRTUAL = "virtual"
+_LINK_OPTIONS = ("baudrate", "rtscts")
+
+
+def open(url: str, unit: str | None = None, **options: Any) -> Any:
+    """Open a controller and return its device, as ``TDC001.open(url, **options)`` of its class does.
+
+    Which unit it is, is known by ``unit``; else by the name in ``virtual://NAME``; else by the serial number
+    of the USB port; else the controller is asked (HW_REQ_INFO), which changes nothing. A controller newer
+    than the document is opened as the unit whose messages it takes, where the registry knows one.
+
+    :param url: a serial port, ``socket://HOST:PORT``, ``virtual://NAME`` or any other that a link opens.
+    :param unit: name of the unit, such as ``TDC001``.
+    :param options: for the class, such as ``stage=``, ``travel_mm=`` or ``bay=``.
+
+    Raises :class:`~stagewire.errors.BadValueError` for a name that no unit has,
+    :class:`~stagewire.errors.WrongUnitError` where it cannot be found out which unit it is,
+    :class:`~stagewire.errors.UnsupportedError` for a unit without a class, and what opening raises.
+    """
+    return device_class(unit or unit_at(url, **options)).open(url, **options)
+
+
+def device_class(name: str) -> Any:
+    """Return the class of a unit, by its name in any case, or of the one whose messages it takes.
+
+    Raises :class:`~stagewire.errors.BadValueError` for a name that no unit has, and
+    :class:`~stagewire.errors.UnsupportedError` for a unit without a class.
+    """
+    known = known_by_name(name)
+    if known.unit is None:
+        raise UnsupportedError(str(known))
+    package = known.protocol.package
+    try:
+        devices = import_module(f"{package}.devices")
+    except ModuleNotFoundError as error:
+        if error.name != f"{package}.devices":
+            raise
+        raise UnsupportedError(
+            f"{known.unit}: the package {package} has no device classes; generate it again"
+        ) from None
+    return getattr(devices, known.unit)
+
+
+def known_by_name(name: str) -> Known:
+    """Return what a name in any case stands for; raises as :func:`device_class` does."""
+    known = _by_any(name)
+    if known is None:
+        units = sorted(every_unit())
+        near = difflib.get_close_matches(name.upper()[:80], units)
+        meant = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(units)}"
+        raise BadValueError(f"no unit is named {name}; {meant}")
+    return known
+
+
+def unit_at(url: str, **options: Any) -> str:
+    """Return the name of the unit that a URL leads to; see :func:`open`.
+
+    Raises :class:`~stagewire.errors.WrongUnitError` where it cannot be found out.
+    """
+    parts = urlsplit(url)
+    if parts.scheme == _VIRTUAL and _by_any(parts.netloc) is not None:
+        return parts.netloc.upper()
+    port = port_of(url)
+    found = look_at(port) if port else Found(Port(url))
+    if found.unit is None:
+        found = _asked(found, **options)
+    if found.unit is None:
+        raise WrongUnitError(f"{url}: {found.what}; name its unit (unit=, such as unit='TDC001')")
+    return found.unit
+
+
+def _by_any(name: str) -> Known | None:
+    """Return what a name stands for in any protocol, or None."""
+    found = (by_name(protocol, name) for protocol in protocols())
+    return next((known for known in found if known is not None), None)
+
+
+def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
+    """Ask the controller who it is; of a rack of modules, the one in the bay that is wanted."""
+    from stagewire.links import open_link
+
+    settings = {name: options[name] for name in _LINK_OPTIONS if name in options}
+    link = open_link(found.url, **settings)
+    try:
+        for protocol in protocols():
+            if not can_identify(protocol):
+                continue
+            found = recognise(found, link, protocol, ASK_TIMEOUT)
+            if found.unit is None and found.identity is not None and bay is not None:
+                module, _ = identify(link, protocol, (_bay(protocol, bay),), ASK_TIMEOUT)
+                known = by_name(protocol, module.model) if module else None
+                return Found(found.port, (known,) if known else (), module)
+            if found.identity is not None:
+                return found
+    finally:
+        link.close()
+    raise WrongUnitError(
+        f"{found.url}: {found.problem or 'nobody could be asked'}; name its unit (unit=, such as "
+        "unit='TDC001'), or see what stagewire doctor says of it"
+    )
+
+
+def _bay(protocol: FramedProtocol, bay: int) -> int:
+    first: int = protocol.registry()["addresses"]["bays"]["first"]
+    return first + bay - 1

@@ -1,0 +1,132 @@
+"""A line for threads on whatever the system can wait for: a socket, or a port of POSIX."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+
+from stagewire.errors import TransportLost
+from stagewire.links.link import Link
+from stagewire.links.loss import CLOSED, because, lost, stalled
+from stagewire.links.readiness import Readiness
+
+__all__ = ["CHUNK", "DescriptorLink"]
+
+CHUNK = 16_384
+"""Bytes that are read at once, at most."""
+
+_LOOK_UP = 0.1  # seconds: how often a write that is stalled looks whether the line was closed
+
+
+class DescriptorLink(Link):
+    """A line on a descriptor that does not block.
+
+    :param url: for people.
+    :param descriptor: what to wait for.
+    :param take: reads at most so many bytes; ``b""`` means that the other end is gone.
+    :param give: writes what is taken at once, and returns how much.
+    :param shut: gives the descriptor back; called once.
+    :param gone: what ``b""`` means, in words.
+    :param stall_timeout: seconds after which a line that takes nothing is gone.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        descriptor: int,
+        take: Callable[[int], bytes],
+        give: Callable[[bytes | memoryview], int],
+        shut: Callable[[], None],
+        gone: str,
+        stall_timeout: float,
+    ) -> None:
+        self.url = url
+        self._take = take
+        self._give = give
+        self._shut = shut
+        self._gone = gone
+        self._stall_timeout = stall_timeout
+        self._readiness = Readiness(descriptor)
+        self._why = ""  # why nothing can be done any more
+        # Reentrant, as a signal handler may close the line in the midst of a read or write of its thread.
+        self._reading = threading.RLock()
+        self._writing = threading.RLock()
+        self._closing = threading.RLock()
+
+    def read(self, timeout: float) -> bytes:
+        """Return what came; see :meth:`.Link.read`."""
+        with self._reading:
+            if self._why:
+                raise lost(self.url, self._why)
+            if timeout > 0 and not self._readiness.readable(timeout):
+                if self._why:
+                    raise lost(self.url, self._why)
+                return b""
+            try:
+                data = self._take(CHUNK)
+            except BlockingIOError:
+                return b""
+            except OSError as error:
+                raise self._lose(because(error)) from error
+            if not data:
+                raise self._lose(self._gone)
+            return data
+
+    def write(self, data: bytes) -> None:
+        """Send all bytes; see :meth:`.Link.write`."""
+        with self._writing:
+            sent = self._write_some(data)
+            if sent < len(data):
+                self._write_rest(memoryview(data)[sent:])
+
+    def write_now(self, data: bytes) -> None:
+        """Send what is taken at once; see :meth:`.Link.write_now`."""
+        if not self._why:
+            with contextlib.suppress(OSError, ValueError):
+                self._give(data)
+
+    def wake(self) -> None:
+        """End a read; see :meth:`.Link.wake`."""
+        self._readiness.wake()
+
+    def close(self) -> None:
+        """Give the line back; see :meth:`.Link.close`."""
+        with self._closing:
+            if self._why != CLOSED:
+                self._why = CLOSED
+                self._readiness.wake()
+                with (
+                    self._reading,
+                    self._writing,
+                ):  # nobody is at the descriptor, which is soon another's
+                    self._readiness.close()
+                    self._shut()
+
+    def _write_some(self, data: bytes | memoryview) -> int:
+        if self._why:
+            raise lost(self.url, self._why)
+        try:
+            return self._give(data)
+        except BlockingIOError:
+            return 0
+        except OSError as error:
+            raise self._lose(because(error)) from error
+
+    def _write_rest(self, rest: memoryview) -> None:
+        end = time.monotonic() + self._stall_timeout
+        while rest:
+            if self._readiness.writable(_LOOK_UP) and (sent := self._write_some(rest)):
+                rest = rest[sent:]
+                end = time.monotonic() + self._stall_timeout
+            elif self._why:
+                raise lost(self.url, self._why)
+            elif time.monotonic() >= end:
+                raise self._lose(stalled(self._stall_timeout))
+
+    def _lose(self, why: str) -> TransportLost:
+        """Use the line no more; whoever waits elsewhere learns it, too."""
+        self._why = self._why or why
+        self._readiness.wake()
+        return lost(self.url, self._why)

@@ -1,0 +1,152 @@
+"""What all session cores have in common: time that is passed in, subscriptions, and the end.
+
+A core is a session without input or output: bytes and the time go in, bytes and the ends of exchanges come
+out. It reads no clock, waits for nothing, and knows no threads: who drives it calls one method at a time.
+Nothing that comes from outside makes it raise; a call that is wrong raises before anything is done.
+
+The time is a number of seconds since whenever, that does not go back.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from math import inf
+
+from stagewire.errors import SessionClosedError, StagewireError, TransportLost
+from stagewire.session.exchange import Exchange
+from stagewire.session.news import News
+from stagewire.session.options import SessionOptions
+from stagewire.session.statistics import Statistics
+from stagewire.session.subscription import Subscription
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from stagewire.session.news import Wanted as Wanted
+
+__all__ = ["Core", "log"]
+
+log = logging.getLogger("stagewire")
+
+
+class Core:
+    """Base of the session cores.
+
+    What the driver has to do: give it what comes (:meth:`receive`), write what it says (:meth:`output`)
+    after each call, and call :meth:`tick` and :meth:`output` when something is :attr:`due`.
+    """
+
+    def __init__(self, options: SessionOptions | None) -> None:
+        self.options = options or SessionOptions()
+        self.statistics = Statistics()
+        self._news = News(self.statistics)
+        self._ready = False  # something may be written at once
+        self._next = inf  # nothing else is due before
+        self._failure: Callable[[Exchange], StagewireError] | None = None  # since the end
+        self._over: StagewireError | None = None  # likewise
+
+    @property
+    def due(self) -> float | None:
+        """When :meth:`tick` and :meth:`output` have something to do, which may be now; None: never."""
+        if self._ready:
+            return 0.0
+        return None if self._next == inf else self._next
+
+    # The driver's side
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Take bytes that came, in chunks of any size."""
+        raise NotImplementedError
+
+    def output(self, now: float) -> bytes:
+        """Return everything that is to be written now; the caller writes it at once."""
+        raise NotImplementedError
+
+    def tick(self, now: float) -> None:
+        """See to what is due: deadlines, and silences."""
+        raise NotImplementedError
+
+    def cancel(self, exchange: Exchange, now: float) -> None:
+        """Give up an exchange, because nobody waits for it any more; harmless when it has ended.
+
+        What was not written will not be, except a stop. What was written cannot be taken back: its reply
+        is awaited and swallowed, and a motion goes on.
+        """
+        raise NotImplementedError
+
+    def lose(self, why: str, now: float) -> None:
+        """Note that the line is gone: what waits ends with a :class:`~stagewire.errors.TransportLost`.
+
+        So does everything from then on, at once.
+        """
+        if self._failure is None:
+            over = TransportLost(why)
+            self._finish(lambda exchange: TransportLost(f"{why}; {_what_of(exchange)}"), over)
+
+    def close(self, now: float) -> None:
+        """End everything that waits with a :class:`~stagewire.errors.SessionClosedError`.
+
+        So does everything from then on, at once. Nothing more is written.
+        """
+        over = SessionClosedError("the session was closed")
+        self._finish(lambda exchange: SessionClosedError(f"{over}; {_what_of(exchange)}"), over)
+
+    # Subscriptions
+
+    def subscribe(
+        self, wanted: Wanted = None, limit: int = 1000, source: int | None = None
+    ) -> Subscription:
+        """Return a queue of what comes from now on, except what answers a request.
+
+        :param wanted: message classes or event classes, one or a tuple, or a condition on events, which
+            has to be quick; None: everything.
+        :param limit: events that are kept at most; then the oldest is lost, and counted.
+        :param source: only what comes from this address, or does not say from where; None: from anywhere.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for a limit below 1 and
+        :class:`~stagewire.errors.BadValueError` for what cannot be wanted.
+        """
+        subscription = self._news.subscribe(wanted, limit, source)
+        if self._over is not None:
+            self._news.end(self._over)
+        return subscription
+
+    # For both cores
+
+    def _at(self, when: float) -> None:
+        """Note that something is due then."""
+        if when < self._next:
+            self._next = when
+
+    def _waiting(self) -> Iterator[Exchange]:
+        """Yield every exchange that has not ended."""
+        raise NotImplementedError
+
+    def _forget(self) -> None:
+        """Forget all exchanges."""
+        raise NotImplementedError
+
+    def _finish(self, failure: Callable[[Exchange], StagewireError], over: StagewireError) -> None:
+        waiting = list(self._waiting())
+        self._failure = failure
+        self._over = over
+        self._forget()
+        self._ready, self._next = False, inf
+        for exchange in waiting:
+            exchange.end(error=failure(exchange))
+        self._news.end(over)
+
+    def _refuse(self, exchange: Exchange) -> bool:
+        """End a new exchange if the session is over, and say whether it is."""
+        if self._failure is None:
+            return False
+        exchange.end(error=self._failure(exchange))
+        return True
+
+
+def _what_of(exchange: Exchange) -> str:
+    """Return what is known of an exchange at the end."""
+    name = exchange.name
+    if not exchange.written:
+        return f"{name} was not sent"
+    return f"{name} was sent and not answered: it may have been carried out, and is not sent again"

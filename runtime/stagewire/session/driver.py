@@ -1,0 +1,100 @@
+"""What drives a core, whether by threads or by an event loop: what both have in common."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from stagewire.errors import SessionClosedError, StagewireError, TransportLost
+from stagewire.links import AsyncLink, Link
+from stagewire.session.core import Core, log
+from stagewire.session.recording import Recording
+from stagewire.session.statistics import Statistics
+
+__all__ = ["Driver"]
+
+_C = TypeVar("_C", bound=Core)
+
+
+class Driver(Generic[_C]):
+    """A core on a line.
+
+    :param core: what knows the protocol.
+    :param link: the line.
+    :param recording: where all that passes is recorded, if anywhere.
+    """
+
+    def __init__(self, core: _C, link: Link | AsyncLink, recording: Recording | None) -> None:
+        self.on_close: list[Callable[[], bytes]] = []
+        """Each returns the bytes that are to be said last, such as the stop of what moves.
+
+        Called when the session is closed, at the end of the process, and within the handler of ``SIGTERM``:
+        it has to take no lock, to call no session and to raise nothing.
+        """
+        self._core: _C = core
+        self._recording = recording
+        self._end: StagewireError | None = None  # why nothing can be done any more
+        self._write_now = link.write_now
+        self._url = link.url
+
+    def __repr__(self) -> str:
+        state = "closed" if self.closed else "lost" if self.lost else "open"
+        return f"<{type(self).__name__} {self.url}: {state}>"
+
+    @property
+    def url(self) -> str:
+        """The line."""
+        return self._url
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed by this side."""
+        return isinstance(self._end, SessionClosedError)
+
+    @property
+    def lost(self) -> bool:
+        """Whether the line is gone."""
+        return isinstance(self._end, TransportLost)
+
+    @property
+    def statistics(self) -> Statistics:
+        """Counts of what came, for people and tests."""
+        return self._core.statistics
+
+    def _check_usable(self) -> None:
+        """Raise when nothing can be done any more."""
+        if self._end is not None:
+            raise type(self._end)(str(self._end))
+
+    # What passes
+
+    def _received(self, data: bytes) -> None:
+        """Note bytes that came."""
+        if log.isEnabledFor(logging.DEBUG):
+            log.debug("%s < %s", self._url, data.hex(" "))
+        if self._recording is not None:
+            self._recording.received(data)
+
+    def _sent(self, data: bytes) -> None:
+        """Note bytes that were written."""
+        if log.isEnabledFor(logging.DEBUG):
+            log.debug("%s > %s", self._url, data.hex(" "))
+        if self._recording is not None:
+            self._recording.sent(data)
+
+    def _gone(self, error: TransportLost) -> None:
+        """Note that the line is gone."""
+        log.warning("%s", error)
+        if self._recording is not None:
+            self._recording.note(str(error))
+
+    # What is said last
+
+    def _last_words(self) -> bytes:
+        return b"".join([say() for say in tuple(self.on_close)])
+
+    def say_last(self) -> None:
+        """Say the last words and nothing else; see :mod:`stagewire.session.termination`."""
+        if self._end is None and (last := self._last_words()):
+            self._write_now(last)

@@ -1,0 +1,347 @@
+"""The session core of controllers whose messages have frames; no input or output.
+
+1. **Order.** What is sent to an address goes out in the order of the calls; one request at a time waits for
+   its reply there. Addresses do not wait for each other.
+2. **Stops** go out before everything else, at once. Signs of life go out next, when they are due.
+3. **Pacing.** After a frame without a reply the next one to that address waits, except stops and signs of
+   life.
+4. **Replies** are matched by :mod:`~stagewire.session.matching`; late ones by
+   :mod:`~stagewire.session.requests`; the ends of motions by :mod:`~stagewire.session.motions`.
+5. **News.** What answers no request goes to the subscriptions; so does a reply that also comes without being
+   asked for, such as a status.
+6. **Deadlines** count from the call, so that they hold whatever a request waits for.
+7. The rest of a frame that does not come is given up after a silence (:meth:`.Framer.abandon`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+
+from stagewire.errors import (
+    MotionStopped,
+    MotionTimeout,
+    ReplyTimeout,
+    StagewireError,
+)
+from stagewire.framed import FramedProtocol
+from stagewire.framed_message import FramedMessage
+from stagewire.framing import BadLength, End, Event, Garbage, Received, Undocumented, Unknown
+from stagewire.session.core import Core, log
+from stagewire.session.exchange import Exchange, deadline_of
+from stagewire.session.framed_exchanges import Ask, FramedExchange, Halt, Motion, Send
+from stagewire.session.keep_alive import KeepAlive
+from stagewire.session.matching import Matching
+from stagewire.session.motions import Motions
+from stagewire.session.news import News
+from stagewire.session.options import Ends, SessionOptions
+from stagewire.session.outgoing import Outgoing
+from stagewire.session.requests import Requests
+from stagewire.session.wording import Wording
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Final
+
+
+__all__ = ["Ends", "FramedCore", "SessionOptions"]
+
+_NO_ENDS: Final = Ends()
+
+
+class FramedCore(Core):
+    """A conversation with the controllers of one line.
+
+    :param protocol: what is spoken.
+    :param options: times.
+    """
+
+    def __init__(self, protocol: FramedProtocol, *, options: SessionOptions | None = None) -> None:
+        super().__init__(options)
+        self.protocol = protocol
+        self.counts: dict[int, int] = {}
+        """Message -> how many of it have come."""
+        self._host = protocol.host
+        self._framer = protocol.framer(End.HOST)
+        self._silent_at = inf  # when the rest of a frame will not come any more
+        self._undocumented: dict[int, bytes] = {}
+        self._matching = Matching(protocol)
+        quiet = self.options.quiet
+        self._requests = Requests(self._matching, self.statistics, quiet)
+        self._outgoing = Outgoing(self._requests, self.options.pacing)
+        self._motions = Motions(self._matching, self.statistics, quiet)
+        self._wording = Wording(protocol, self.counts, self._undocumented)
+        self._alive = KeepAlive()
+        self._halts: list[Halt] = []  # to be written before everything else
+        self._news = News(self.statistics, self._matching.source_of)
+
+    # What users ask for
+
+    def ask(
+        self,
+        message: FramedMessage,
+        replies: tuple[type[FramedMessage], ...],
+        dest: int,
+        timeout: float,
+        now: float,
+    ) -> Exchange:
+        """Send a request that one of ``replies`` answers; it ends with the frame of the reply, or a timeout.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address or a timeout that is none.
+        """
+        raw = message.pack(dest, self._host)
+        matching = self._matching
+        ids, selected = matching.ids_of(replies), matching.selected(message, replies)
+        ask = Ask(message, raw, timeout, deadline_of(timeout, now), dest, ids, selected)
+        self._queue(ask)
+        return ask
+
+    def send(self, message: FramedMessage, dest: int, timeout: float, now: float) -> Exchange:
+        """Send what nothing answers; it ends when it is handed out, within the time.
+
+        Raises as :meth:`ask` does.
+        """
+        raw = message.pack(dest, self._host)
+        send = Send(message, raw, timeout, deadline_of(timeout, now), dest, frozenset())
+        self._queue(send)
+        return send
+
+    def begin(
+        self, message: FramedMessage, ends: Ends, dest: int, timeout: float, now: float
+    ) -> Exchange:
+        """Begin a motion; it ends with the frame that reports its end, or when it is handed out if none does.
+
+        Raises :class:`~stagewire.errors.MotionUnderWayError` where one is under way on that channel, or may
+        be, and as :meth:`ask` does.
+        """
+        raw = message.pack(dest, self._host)
+        channel = self._matching.channel_of(message)
+        completed, stopped = map(self._matching.ids_of, (ends.completed, ends.stopped))
+        deadline = deadline_of(timeout, now)
+        motion = Motion(message, raw, timeout, deadline, dest, completed, stopped, channel)
+        if self._failure is None:
+            self._motions.check(dest, channel, motion.name)
+            self._motions.plan(motion)
+        self._queue(motion)
+        return motion
+
+    def halt(
+        self, message: FramedMessage, ends: Ends | None, dest: int, timeout: float, now: float
+    ) -> Exchange:
+        """Stop a motion, before everything else; it ends with the frame that reports the stop.
+
+        Without ``ends`` it ends when it is handed out. A motion of that channel that was not written yet
+        will not be; one that was ends with a :class:`~stagewire.errors.MotionStopped` when the stop is
+        reported.
+
+        Raises as :meth:`ask` does.
+        """
+        raw = message.pack(dest, self._host)
+        ends = ends or _NO_ENDS
+        channel, ids = self._matching.channel_of(message), self._matching.ids_of(ends.completed)
+        halt = Halt(message, raw, timeout, deadline_of(timeout, now), dest, ids, channel)
+        if self._refuse(halt):
+            return halt
+        self._halts.append(halt)
+        self._ready = True
+        motion = self._motions.planned(halt)
+        if motion is not None:
+            self._unqueue(motion)
+            text = f"{motion.name} was stopped before it was sent; nothing was sent"
+            motion.end(error=MotionStopped(text))
+        self._at(halt.deadline)
+        return halt
+
+    def settled(self, dest: int, channel: int | None) -> None:
+        """Say that nothing moves there, as was read after a motion was given up: another may begin."""
+        self._motions.settled(dest, channel)
+
+    def keep_alive(
+        self, message: FramedMessage | None, addresses: tuple[int, ...], period: float = 0.5
+    ) -> None:
+        """Send a sign of life to each address, now and every ``period`` seconds; None: no more.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address or a period that is none.
+        """
+        frames = [] if message is None else [message.pack(dest, self._host) for dest in addresses]
+        self._alive.set(b"".join(frames), period)
+        if self._failure is None:
+            self._at(self._alive.next)
+
+    def tell(self, source: int, **context: str) -> None:
+        """Say what decides between layouts of messages from ``source``; see :meth:`.Framer.tell`."""
+        self._framer.tell(source, **context)
+
+    # The driver's side
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Take bytes that came, in chunks of any size."""
+        if self._failure is not None:
+            return
+        framer = self._framer
+        self._take(framer.feed(data), now)
+        if framer.pending:
+            self._silent_at = now + self.options.silence
+            self._at(self._silent_at)
+        else:
+            self._silent_at = inf
+
+    def output(self, now: float) -> bytes:
+        """Return everything that is to be written now; the caller writes it at once."""
+        if now >= self._next:
+            self.tick(now)
+        if not self._ready:
+            return b""
+        self._ready = False
+        parts: list[bytes] = []
+        if self._halts:
+            halts, self._halts = self._halts, []
+            for halt in halts:
+                parts.append(self._hand_out(halt, now))
+        if now >= self._alive.next:
+            parts.append(self._alive.take(now))
+            self._at(self._alive.next)
+        self._at(self._outgoing.take(now, lambda frame: parts.append(self._hand_out(frame, now))))
+        return b"".join(parts)
+
+    def tick(self, now: float) -> None:
+        """See to what is due: deadlines, and silences."""
+        if now < self._next or self._failure is not None:
+            return
+        if now >= self._silent_at:
+            self._silent_at = inf
+            self.statistics.silences += 1
+            self._take(self._framer.abandon(), now)
+        for exchange in [exchange for exchange in self._waiting() if exchange.deadline <= now]:
+            self.statistics.timed_out += 1
+            self._give_up(exchange, self._timeout(exchange, now), now)
+        self._requests.forgive(now)
+        self._motions.forgive(now)
+        self._ready = True  # what may be written now is seen by output
+        self._next = min(self._silent_at, self._requests.next, self._motions.next)
+        if self._alive.next > now:
+            self._at(self._alive.next)
+        for exchange in self._waiting():
+            self._at(exchange.deadline)
+
+    def cancel(self, exchange: Exchange, now: float) -> None:
+        """Give up an exchange, because nobody waits for it any more; see :meth:`.Core.cancel`."""
+        if exchange.done:
+            return
+        self.statistics.cancelled += 1
+        sent = "it was sent, and may be carried out" if exchange.written else "it was not sent"
+        assert isinstance(exchange, FramedExchange)
+        self._give_up(exchange, StagewireError(f"{exchange.name} was cancelled: {sent}"), now)
+        self._ready = True
+
+    # What is written
+
+    def _queue(self, exchange: FramedExchange) -> None:
+        """Have something written when it may be."""
+        if self._refuse(exchange):
+            return
+        self._outgoing.add(exchange)
+        self._ready = True
+        self._at(exchange.deadline)
+
+    def _unqueue(self, exchange: FramedExchange) -> None:
+        """Forget something that was not written."""
+        if isinstance(exchange, Motion):
+            self._motions.unplan(exchange)
+        if not isinstance(exchange, Halt):  # a stop is written all the same
+            self._outgoing.remove(exchange)
+
+    def _hand_out(self, exchange: FramedExchange, now: float) -> bytes:
+        """Return the bytes of one frame, which is written now, and wait for what comes of it."""
+        exchange.seen = self.counts.copy()
+        raw = exchange.hand_out()
+        if isinstance(exchange, Ask):
+            self._requests.sent(exchange)
+            return raw
+        self._outgoing.pace(exchange.dest, now)
+        if exchange.ids and isinstance(exchange, Motion):
+            self._motions.begun(exchange)
+        elif exchange.ids and isinstance(exchange, Halt):
+            self._motions.halting(exchange, now)
+            self._at(self._motions.next)
+        else:
+            if isinstance(exchange, Motion):
+                self._motions.unplan(exchange)
+            exchange.end()
+        return raw
+
+    # What comes
+
+    def _take(self, events: list[Event], now: float) -> None:
+        """Give each event to who waits for it, or to who wants to hear it."""
+        counts, wanting = self.counts, self._news.wanting
+        requests, motions = self._requests.awaited, self._motions.awaited
+        for event in events:
+            if not isinstance(event, (Received, Undocumented)):
+                self._take_other(event)
+                continue
+            raw = event.raw
+            id = raw[0] | raw[1] << 8
+            counts[id] = counts.get(id, 0) + 1
+            if event.__class__ is Undocumented:
+                self.statistics.undocumented += 1
+                self._undocumented[id] = raw
+            if id in requests:
+                self._ready = True  # another request may be sent
+                if self._requests.answer(id, event):
+                    continue
+            if id in motions:
+                self._motions.end(id, event, now)
+                self._at(self._motions.next)
+            for subscription in wanting(id):
+                subscription.put(event)
+
+    def _take_other(self, event: Event) -> None:
+        """Count what is no message that anybody knows."""
+        statistics = self.statistics
+        match event:
+            case Unknown():
+                statistics.unknown += 1
+            case BadLength():
+                statistics.bad_length += 1
+            case Garbage():
+                statistics.garbage += len(event.raw)
+        log.debug("nobody knows %r", event)
+        self._news.tell(event)
+
+    # The end of exchanges
+
+    def _waiting(self) -> Iterator[FramedExchange]:
+        yield from (halt for halt in self._halts if not halt.done)
+        yield from self._outgoing.waiting()
+        yield from self._requests.outstanding.values()
+        yield from self._motions.waiting()
+
+    def _forget(self) -> None:
+        self._halts.clear()
+        self._outgoing.forget()
+        self._requests.forget()
+        self._motions.forget()
+
+    def _give_up(self, exchange: FramedExchange, error: StagewireError, now: float) -> None:
+        if not exchange.written:
+            self._unqueue(exchange)
+        elif isinstance(exchange, Ask):
+            self._requests.give_up(exchange, now)
+            self._at(exchange.until)
+        elif isinstance(exchange, Halt):
+            self._motions.give_up(exchange, now)
+            self._at(exchange.until)
+        exchange.end(error=error)
+
+    def _timeout(self, exchange: FramedExchange, now: float) -> ReplyTimeout:
+        kind = MotionTimeout if isinstance(exchange, Motion) else ReplyTimeout
+        if exchange.written:
+            return kind(self._wording.timed_out(exchange))
+        if not isinstance(exchange, Ask):
+            why = "others waited before it"
+        elif self._requests.poisoned_until(exchange) is not None:
+            why = "the late reply to an earlier one might still have come"
+        else:
+            why = "other requests waited before it"
+        return kind(self._wording.not_sent(exchange, why))

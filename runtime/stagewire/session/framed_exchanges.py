@@ -1,0 +1,138 @@
+"""The kinds of exchanges with controllers whose messages have frames."""
+
+from __future__ import annotations
+
+from stagewire.framed_message import FramedMessage
+from stagewire.session.exchange import Exchange
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    Selected: TypeAlias = tuple[tuple[str, object], ...]
+
+__all__ = ["Ask", "FramedExchange", "Halt", "Motion", "Send"]
+
+_NOTHING: dict[int, int] = {}
+
+
+class FramedExchange(Exchange):
+    """A frame that is sent to one address.
+
+    :param dest: the address.
+    :param ids: the messages of which one is awaited.
+    """
+
+    __slots__ = ("dest", "ids", "seen")
+
+    def __init__(
+        self,
+        message: FramedMessage,
+        raw: bytes,
+        timeout: float,
+        deadline: float,
+        dest: int,
+        ids: frozenset[int],
+    ) -> None:
+        super().__init__(message, raw, timeout, deadline)
+        self.dest = dest
+        self.ids = ids
+        self.seen = _NOTHING
+        """How many of each message had come when it was written."""
+
+
+class Ask(FramedExchange):
+    """A request that one frame answers.
+
+    :param selected: fields of the request that the reply repeats, with their values.
+    """
+
+    __slots__ = ("selected", "until")
+
+    def __init__(
+        self,
+        message: FramedMessage,
+        raw: bytes,
+        timeout: float,
+        deadline: float,
+        dest: int,
+        ids: frozenset[int],
+        selected: Selected,
+    ) -> None:
+        super().__init__(message, raw, timeout, deadline, dest, ids)
+        self.selected = selected
+        self.until = 0.0
+        """After it was given up: until when its late reply may come."""
+
+
+class Send(FramedExchange):
+    """What nothing answers."""
+
+    __slots__ = ()
+
+
+class _OfChannel(FramedExchange):
+    """What concerns one channel.
+
+    :param channel: its number; None: the protocol has none.
+    """
+
+    __slots__ = ("channel",)
+
+    def __init__(
+        self,
+        message: FramedMessage,
+        raw: bytes,
+        timeout: float,
+        deadline: float,
+        dest: int,
+        ids: frozenset[int],
+        channel: int | None,
+    ) -> None:
+        super().__init__(message, raw, timeout, deadline, dest, ids)
+        self.channel = channel
+
+
+class Motion(_OfChannel):
+    """What is under way until its end is reported.
+
+    :param stopped: those of the awaited messages that say that it was stopped.
+    """
+
+    __slots__ = ("stopped",)
+
+    def __init__(
+        self,
+        message: FramedMessage,
+        raw: bytes,
+        timeout: float,
+        deadline: float,
+        dest: int,
+        completed: frozenset[int],
+        stopped: frozenset[int],
+        channel: int | None,
+    ) -> None:
+        super().__init__(message, raw, timeout, deadline, dest, completed | stopped, channel)
+        self.stopped = stopped
+
+
+class Halt(_OfChannel):
+    """What stops a motion."""
+
+    __slots__ = ("motion", "until")
+
+    def __init__(
+        self,
+        message: FramedMessage,
+        raw: bytes,
+        timeout: float,
+        deadline: float,
+        dest: int,
+        ids: frozenset[int],
+        channel: int | None,
+    ) -> None:
+        super().__init__(message, raw, timeout, deadline, dest, ids, channel)
+        self.motion: Motion | None = None
+        """What was under way when it was written."""
+        self.until = 0.0
+        """After it was given up: until when its answer may come."""

@@ -1,0 +1,192 @@
+"""What comes, for who waits for it: the queues of the core, with a thread or a task at their end."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from stagewire.errors import ReplyTimeout, SessionClosedError
+from stagewire.framing.events import Event
+from stagewire.session.subscription import Subscription
+from stagewire.session.waiting import Over, Waiter
+
+if TYPE_CHECKING:
+    from stagewire.session.loop_driver import LoopDriver
+    from stagewire.session.thread_driver import ThreadDriver
+
+__all__ = ["AsyncSubscription", "BlockingSubscription"]
+
+
+class _Ended:
+    """What both have in common: the queue, and its end."""
+
+    def __init__(self, queue: Subscription) -> None:
+        self._queue = queue
+        self._closed = False
+
+    def __len__(self) -> int:
+        return len(self._queue)
+
+    @property
+    def limit(self) -> int:
+        """How many events are kept at most."""
+        return self._queue.limit
+
+    @property
+    def dropped(self) -> int:
+        """How many events were lost because nobody took them in time."""
+        return self._queue.dropped
+
+    def take(self) -> Event | None:
+        """Return the next event if one has come; never waits, and reads nothing."""
+        return self._queue.take()
+
+    def _check(self) -> None:
+        """Raise when nothing more will come."""
+        if self._queue.error is not None:
+            raise self._queue.error
+        if self._closed:
+            raise SessionClosedError("the subscription was closed; nothing more comes")
+
+
+def _nothing(timeout: float | None) -> ReplyTimeout:
+    return ReplyTimeout(f"nothing of what is subscribed to came within {timeout} s")
+
+
+class BlockingSubscription(_Ended):
+    """Events that were wanted, to be taken by threads; an iterator, and a context manager.
+
+    The iteration ends when the subscription or the session is closed, and raises
+    :class:`~stagewire.errors.TransportLost` when the line is lost. What came before is given out first.
+    """
+
+    def __init__(self, queue: Subscription, driver: ThreadDriver[Any]) -> None:
+        super().__init__(queue)
+        self._driver = driver
+        self._waiters: set[Waiter] = set()
+        queue.on_event = self._wake
+
+    def get(self, timeout: float | None = None) -> Event:
+        """Return the next event, and wait for it if need be.
+
+        :param timeout: seconds; 0 never waits; None: for ever.
+
+        Raises :class:`~stagewire.errors.ReplyTimeout` when none came in time,
+        :class:`~stagewire.errors.TransportLost` and :class:`~stagewire.errors.SessionClosedError`.
+        """
+        driver = self._driver
+        until = math.inf if timeout is None else driver.now() + timeout
+        waiter = Waiter()
+        with driver._lock:
+            self._waiters.add(waiter)
+        try:
+            driver._hear_what_came(waiter)
+            while True:
+                waiter.done = False
+                if (event := self._queue.take()) is not None:
+                    return event
+                driver._check_usable()
+                self._check()
+                if driver.now() >= until:
+                    raise _nothing(timeout)
+                driver._wait(waiter, until)
+        finally:
+            with driver._lock:
+                self._waiters.remove(waiter)
+            driver._leave(waiter)
+
+    def close(self) -> None:
+        """Want nothing more, and end who waits; harmless when done twice."""
+        with self._driver._lock:
+            self._closed = True
+            self._queue.close()
+            self._wake()
+        self._driver._wake_reader()
+
+    def _wake(self) -> None:
+        for waiter in self._waiters:
+            waiter.end()
+
+    def __iter__(self) -> Self:
+        return self
+
+    def __next__(self) -> Event:
+        try:
+            return self.get()
+        except SessionClosedError:
+            raise StopIteration from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+class AsyncSubscription(_Ended):
+    """Events that were wanted, to be taken by tasks; an asynchronous iterator, and a context manager.
+
+    The iteration ends when the subscription or the session is closed, and raises
+    :class:`~stagewire.errors.TransportLost` when the line is lost. What came before is given out first.
+    """
+
+    def __init__(self, queue: Subscription, driver: LoopDriver[Any]) -> None:
+        super().__init__(queue)
+        self._driver = driver
+        self._waiters: set[Over] = set()
+        queue.on_event = self._wake
+
+    async def get(self, timeout: float | None = None) -> Event:
+        """Return the next event, and wait for it if need be; see :meth:`BlockingSubscription.get`."""
+        driver = self._driver
+        until = math.inf if timeout is None else driver.now() + timeout
+        while (event := self._queue.take()) is None:
+            driver._check_usable()
+            self._check()
+            left = until - driver.now()
+            if left <= 0:
+                raise _nothing(timeout)
+            over = Over(driver._loop)
+            self._waiters.add(over)
+            try:
+                await asyncio.wait({over.future}, timeout=None if left == math.inf else left)
+            finally:
+                self._waiters.remove(over)
+        return event
+
+    def close(self) -> None:
+        """Want nothing more, and end who waits; harmless when done twice."""
+        self._closed = True
+        self._queue.close()
+        self._wake()
+
+    def _wake(self) -> None:
+        for over in self._waiters:
+            over()
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> Event:
+        try:
+            return await self.get()
+        except SessionClosedError:
+            raise StopAsyncIteration from None
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

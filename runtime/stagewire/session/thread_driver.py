@@ -1,0 +1,269 @@
+"""The side of a session for threads: a core, a line, and the time.
+
+Every call of a session may be made by any thread. What the core does is done under one lock, for
+microseconds; what is written is written under another, in the order in which the core hands it out. A stop
+waits for nothing else. Nobody polls: who waits for a reply sleeps on a lock of its own, and is woken by who
+reads it.
+
+With ``background=True`` one daemon thread reads, and keeps the controller alive. With ``background=False``
+there is none: whoever waits reads, and of several who wait, one for all. Then nothing is heard, and no sign
+of life is sent, while nobody waits.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import Final, TypeVar
+
+from stagewire.errors import SessionClosedError, TransportLost
+from stagewire.links import Link
+from stagewire.session import termination
+from stagewire.session.core import Core, log
+from stagewire.session.driver import Driver
+from stagewire.session.exchange import Exchange
+from stagewire.session.recording import Recording
+from stagewire.session.waiting import Turns, Waiter
+
+__all__ = ["ThreadDriver", "clock_of"]
+
+_C = TypeVar("_C", bound=Core)
+
+_LONGEST_READ: Final = 3600.0
+"""Seconds; where nothing is due, a read waits that long and then again."""
+
+_SLICE: Final = 4096
+"""Bytes that the core takes at once: a stop gets in between, however much has come."""
+
+_READS_BEFORE: Final = 16
+"""Of what piled up while nobody read, so often is read before a request; more is more than a line holds."""
+
+_ENDING: Final = 1.0
+"""Seconds that a thread that reads has to notice that it is over."""
+
+
+def clock_of(link: Link) -> Callable[[], float]:
+    """Return what tells the time of a line, in seconds since whenever: its own clock, or the machine's."""
+    return link.clock or time.monotonic
+
+
+class ThreadDriver(Driver[_C]):
+    """A core on a line; the base of the sessions of both framings. A context manager.
+
+    :param core: what knows the protocol; it belongs to the session from now on.
+    :param link: the line, open; it belongs to the session from now on.
+    :param background: whether a thread reads; never on a line with a clock of its own.
+    :param recording: where all that passes is recorded, if anywhere.
+    """
+
+    def __init__(
+        self,
+        core: _C,
+        link: Link,
+        *,
+        background: bool = True,
+        recording: Recording | None = None,
+    ) -> None:
+        super().__init__(core, link, recording)
+        self._link = link
+        self.now: Callable[[], float] = clock_of(link)
+        """The time of the session, in seconds since whenever."""
+        self._lock = threading.Lock()  # of the core
+        self._writing = threading.Lock()  # taken before that of the core, if both are
+        self._due = math.inf  # when the core has something to do next
+        self._reads_until = -math.inf  # when who reads will look around
+        self._turns = Turns()
+        self._asleep: set[Waiter] = (
+            set()
+        )  # who waits for nothing of the core, to be woken at the end
+        self._thread: threading.Thread | None = None
+        termination.remember(self)
+        if background and link.clock is None:
+            self._turns.take_for_good()
+            self._thread = threading.Thread(
+                target=self._live, name=f"stagewire {link.url}", daemon=True
+            )
+            self._thread.start()
+
+    # What calls are made of
+
+    def _issue(
+        self,
+        make: Callable[[float], Exchange],
+        waiter: Waiter,
+        on_done: Callable[[Exchange], object],
+        on_written: Callable[[Exchange], object] | None = None,
+    ) -> Exchange:
+        """Have the core make an exchange, and write what is to be written now."""
+        self._hear_what_came(waiter)
+        with self._writing:
+            with self._lock:
+                now = self.now()
+                exchange = make(now)
+                if exchange.done:
+                    on_done(exchange)
+                    return exchange
+                exchange.on_done = on_done
+                exchange.on_written = on_written
+                data = self._core.output(now)
+                self._look_ahead()
+            if data:
+                self._write(data)
+        return exchange
+
+    def _cancel(self, exchange: Exchange) -> None:
+        with self._lock:
+            self._core.cancel(exchange, self.now())
+        self._flush()
+        self._wake_reader()
+
+    # Waiting
+
+    def _wait(self, waiter: Waiter, until: float = math.inf) -> None:
+        """Wait until it is over for ``waiter``, or until the time; read meanwhile if nobody does."""
+        while not waiter.done and (now := self.now()) < until:
+            if self._turns.mine(waiter):
+                self._read(until)
+            elif not waiter.sleep(min(self._due, until) - now):
+                self._tick()
+
+    def _leave(self, waiter: Waiter) -> None:
+        """Wait no more: another one reads, and knows when something is due."""
+        self._turns.leave(waiter)
+        self._wake_reader()
+
+    def _look_ahead(self) -> None:
+        """Note when the core has something to do next; under its lock."""
+        due = self._core.due
+        self._due = math.inf if due is None else due
+
+    def _wake_reader(self) -> None:
+        """Let who reads look around if it has reason to; who else waits keeps its own time."""
+        if self._due < self._reads_until or self._turns.is_over:
+            self._link.wake()
+
+    def _tick(self) -> None:
+        """Let the core see to what is due."""
+        with self._lock:
+            now = self.now()
+            if self._due <= now:
+                self._core.tick(now)
+        self._flush()
+
+    # The line
+
+    def _read(self, until: float = math.inf) -> None:
+        """Read once, until something comes or is due, and let the core take it."""
+        with self._lock:
+            now = self.now()
+            self._look_ahead()
+            self._reads_until = until = min(self._due, until)
+        try:
+            data = self._link.read(min(max(until - now, 0), _LONGEST_READ))
+        except TransportLost as error:
+            self._lose(error)
+            return
+        finally:
+            self._reads_until = -math.inf
+        self._take(data)
+        if self._due <= self.now():
+            self._tick()
+
+    def _hear_what_came(self, waiter: Waiter) -> None:
+        """Take what came while nobody read, so that nothing of it answers what is asked now."""
+        if self._thread is not None or self._end is not None or not self._turns.mine(waiter):
+            return
+        try:
+            for _ in range(_READS_BEFORE):
+                if not (data := self._link.read(0)):
+                    break
+                self._take(data)
+        except TransportLost as error:
+            self._lose(error)
+
+    def _take(self, data: bytes) -> None:
+        """Give bytes of the line to the core."""
+        if not data:
+            return
+        self._received(data)
+        for start in range(0, len(data), _SLICE):
+            with self._lock:
+                self._core.receive(data[start : start + _SLICE], self.now())
+                self._look_ahead()
+
+    def _flush(self) -> None:
+        """Write what is to be written now."""
+        with self._writing:
+            with self._lock:
+                data = self._core.output(self.now())
+                self._look_ahead()
+            if data:
+                self._write(data)
+
+    def _write(self, data: bytes) -> None:
+        """Write bytes to the line; under the lock for it."""
+        try:
+            self._link.write(data)
+        except TransportLost as error:
+            self._lose(error)
+        else:
+            self._sent(data)
+
+    def _lose(self, error: TransportLost) -> None:
+        """Let everybody know that the line is gone, now and for ever."""
+        with self._lock:
+            if self._end is not None:
+                return
+            self._end = error
+            self._core.lose(str(error), self.now())
+            self._wake_all()
+        self._gone(error)
+        self._link.wake()
+
+    def _wake_all(self) -> None:
+        """Wake whoever waits, at the end; under the lock of the core."""
+        self._look_ahead()
+        for waiter in self._asleep:
+            waiter.end()
+
+    def _live(self) -> None:
+        """Read for ever; what the thread does."""
+        try:
+            while self._end is None:
+                self._read()
+        except (
+            Exception
+        ) as error:  # a fault of this library; nobody may wait for ever because of it
+            log.exception("%s: the thread that reads has failed", self.url)
+            self._lose(TransportLost(f"{self.url}: the thread that reads has failed: {error!r}"))
+
+    # The end
+
+    def close(self) -> None:
+        """Say what is to be said last, end everything that waits, and close the line.
+
+        Harmless when done twice. Whoever waits gets a :class:`~stagewire.errors.SessionClosedError`.
+        """
+        with self._writing:
+            with self._lock:
+                if self.closed:
+                    return
+                last = b"" if self._end else self._last_words()
+                self._end = SessionClosedError(f"{self.url} was closed")
+                self._core.close(self.now())
+                self._wake_all()
+            if last:
+                self._write(last)
+        self._link.wake()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join(_ENDING)
+        self._link.close()
+        if self._recording is not None:
+            self._recording.close()
+        termination.forget(self)
+
+    def end_at_exit(self) -> None:
+        """Close at the end of the process."""
+        self.close()

@@ -1,0 +1,68 @@
+"""What the errors of sessions say: what was sent, what was awaited, what came instead, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from stagewire.framed import FramedProtocol
+from stagewire.session.framed_exchanges import FramedExchange, Motion
+
+__all__ = ["Wording"]
+
+
+class Wording:
+    """Texts about exchanges of a protocol.
+
+    :param protocol: it knows the names.
+    :param counts: how many of each message have come, up to now.
+    :param undocumented: message -> the bytes of the last one that came, of those without a layout.
+    """
+
+    def __init__(
+        self,
+        protocol: FramedProtocol,
+        counts: Mapping[int, int],
+        undocumented: Mapping[int, bytes],
+    ) -> None:
+        self._forms = protocol.framing.forms
+        self._counts = counts
+        self._undocumented = undocumented
+
+    def not_sent(self, exchange: FramedExchange, why: str) -> str:
+        """Say that the time of something was over before it could be sent."""
+        return (
+            f"{exchange.name} to {exchange.dest:#04x} was not sent: {why} for all of its "
+            f"{exchange.timeout:g} s; give it more time, or ask for less at once"
+        )
+
+    def timed_out(self, exchange: FramedExchange) -> str:
+        """Say that nothing came of what was sent."""
+        awaited = self._names(exchange.ids)
+        came = self._came(exchange)
+        if isinstance(exchange, Motion):
+            advice = "it may still be under way: read the status, or stop it, before anything else is begun"
+        else:
+            advice = (
+                "see that the controller is on and has this address and message, then ask again; "
+                "a late answer is not taken for another"
+            )
+        return (
+            f"{exchange.name} ({exchange.raw.hex(' ')}) was sent to {exchange.dest:#04x}, and no {awaited} "
+            f"came from there within {exchange.timeout:g} s; meanwhile came {came}; {advice}"
+        )
+
+    def _names(self, ids: Iterable[int]) -> str:
+        return " or ".join(sorted(self._name(id) for id in ids))
+
+    def _name(self, id: int) -> str:
+        return self._forms[id].name if id in self._forms else f"{id:#06x}"
+
+    def _came(self, exchange: FramedExchange) -> str:
+        """Return what came since something was written, by names; what has no layout with its bytes."""
+        parts = []
+        for id, count in self._counts.items():
+            if new := count - exchange.seen.get(id, 0):
+                raw = self._undocumented.get(id)
+                shown = "" if raw is None else f" ({raw.hex(' ')})"
+                parts.append(f"{new} x {self._name(id)}{shown}")
+        return ", ".join(parts) or "nothing"

@@ -1,0 +1,84 @@
+"""``stagewire doctor``: what it says is wrong and what to do about it, and how it ends."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from made_ports import linux, port, show
+from stagewire.discovery import linux as linux_room
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+
+@pytest.fixture(autouse=True)
+def a_computer_with_nothing_plugged_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(linux_room, "usb_devices", list)
+
+
+def test_nothing_is_plugged_in(stagewire: Stagewire) -> None:
+    result = stagewire("doctor")
+    assert result.code == 1
+    first, advice = result.out.splitlines()
+    assert first.startswith("WRONG  USB: no controller is plugged in")
+    assert advice.startswith("       see that it is switched on")
+
+
+def test_all_is_well(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    device = tmp_path / "ttyUSB0"
+    device.touch()
+    show(monkeypatch, linux(str(device), "83000001"), port("/dev/ttyS0"))
+    result = stagewire("doctor")
+    assert (result.code, result.err) == (0, "")
+    fine, note, advice = result.out.splitlines()
+    assert fine == f"fine   {device}: TDC001: 1 channel T-Cube DC servo driver"
+    assert note.startswith("note   /dev/ttyS0: unknown")
+    assert "stagewire doctor /dev/ttyS0" in advice
+
+
+def test_a_controller_that_answers(stagewire: Stagewire) -> None:
+    result = stagewire("doctor", "virtual://BBD102")
+    assert result.code == 0
+    assert result.out.startswith("fine   virtual://BBD102: answers: BBD102")
+    assert result.out.endswith("bays with a module: 1, 2\n")
+
+
+def test_a_controller_that_is_another_one(stagewire: Stagewire) -> None:
+    result = stagewire("doctor", "virtual://TDC001", "--unit", "tst001")
+    assert result.code == 1
+    assert "another unit answers: TDC001" in result.out
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("socket://127.0.0.1:1", "refused"),
+        ("/dev/there-is-none", "/dev/there-is-none"),
+        ("virtual://FLY001", "FLY001"),
+        ("nonsense://x", "nonsense"),
+    ],
+)
+def test_a_line_that_cannot_be_opened(stagewire: Stagewire, url: str, said: str) -> None:
+    result = stagewire("doctor", url)
+    assert result.code == 1
+    assert result.out.startswith(f"WRONG  {url}: ")
+    assert said in result.out.removeprefix(f"WRONG  {url}: ") or said in url
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--unit", "TDC001"], "give its URL"),
+        (["virtual://TDC001", "--unit", "TDC01"], "did you mean TDC001"),
+    ],
+)
+def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+    result = stagewire("doctor", *arguments)
+    assert result.code == 2
+    assert said in result.err

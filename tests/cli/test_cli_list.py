@@ -1,0 +1,61 @@
+"""``stagewire list``: what it prints of ports and controllers, and how it ends."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from made_ports import linux, port, show
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+
+def test_controllers_and_other_ports(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    show(monkeypatch, port("/dev/ttyS0"), linux("/dev/ttyUSB0", "83828433"))
+    result = stagewire("list")
+    assert (result.code, result.err) == (0, "")
+    controller, other = result.out.splitlines()[2:]
+    assert "TDC001" in controller
+    assert "83828433" in controller
+    assert other.startswith("/dev/ttyS0")
+    assert "unknown" in other
+
+
+def test_a_newer_controller_is_named(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch, linux("/dev/ttyUSB0", "27250000"))
+    said = stagewire("list").out
+    assert "KDC101: known, not in Issue 3; messages of TDC001 apply where they are the same" in said
+
+
+def test_for_programs(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch, linux("/dev/ttyUSB0", "73828433"), port("/dev/ttyS0"))
+    first, second = (json.loads(line) for line in stagewire("list", "--json").out.splitlines())
+    assert first["units"] == ["BBD102", "BBD103"]
+    assert first["unit"] is None
+    assert first["usb"] == "0403:faf0"
+    assert first["controller"] is True
+    assert (second["url"], second["controller"], second["usb"]) == ("/dev/ttyS0", False, "")
+
+
+@pytest.mark.parametrize("others", [[], [port("/dev/ttyS0")]], ids=["no port", "another port"])
+def test_where_there_is_no_controller_it_names_the_doctor(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, others: list[object]
+) -> None:
+    show(monkeypatch, *others)
+    result = stagewire("list")
+    assert result.code == 0
+    assert "stagewire doctor" in result.err
+
+
+def test_what_a_device_calls_itself_cannot_steer_the_terminal(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    show(monkeypatch, linux("/dev/ttyUSB0", "\x1b[2J99"))
+    result = stagewire("list")
+    assert "\x1b" not in result.out
+    assert "\\x1b[2J99" in result.out

@@ -1,0 +1,263 @@
+"""``stagewire move``, ``home`` and ``stop``: what moves, what is asked first, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import pytest
+
+import stagewire_virtual as virtual
+from stagewire.devices.synchronous import Motion
+from stagewire_apt import stages
+from stagewire_cli import motion_session
+from stagewire_virtual import linking
+from stagewire_virtual.linking import SteppedLink
+
+if TYPE_CHECKING:
+    from conftest import Stagewire
+
+URL = "virtual://made"
+MOVE_ABSOLUTE, MOVE_RELATIVE, HOME, STOP = (
+    bytes.fromhex(id) for id in ("5304", "4804", "4304", "6504")
+)
+MOVES = (MOVE_ABSOLUTE, MOVE_RELATIVE, HOME)
+
+
+class Written(SteppedLink):
+    """The line of a virtual controller, whose time goes on when somebody waits; keeps what was sent."""
+
+    def __init__(self, controller: virtual.VirtualController) -> None:
+        super().__init__(controller)
+        self.written: list[bytes] = []
+
+    def write(self, data: bytes) -> None:
+        self.written.append(bytes(data))
+        super().write(data)
+
+    write_now = write
+
+    def count(self, *ids: bytes) -> int:
+        return sum(data.count(id) for data in self.written for id in ids)
+
+
+Attach = Callable[[virtual.VirtualController], Written]
+
+
+@pytest.fixture
+def attach(monkeypatch: pytest.MonkeyPatch) -> Attach:
+    """Have the URL of the tests lead to a virtual controller."""
+
+    def lead(controller: virtual.VirtualController) -> Written:
+        made = Written(controller)
+
+        def open_link(url: str, settings: object) -> Written:
+            again = Written(controller)
+            again.written = made.written
+            return again
+
+        monkeypatch.setattr(linking, "open_link", open_link)
+        return made
+
+    return lead
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Somebody sits there who can be asked."""
+    monkeypatch.setattr(motion_session, "refuse_silence", lambda yes: None)
+
+
+Z8 = ("--unit", "TDC001", "--stage", "Z8", "--yes")
+
+
+def test_a_move_says_from_where_to_where_and_where_it_stands_then(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    with virtual.TDC001(stage=stages.Z8, position=34304) as tdc:
+        line = attach(tdc)
+        result = stagewire("move", URL, "--to", "1.5", *Z8)
+    assert (result.code, result.err) == (0, "")
+    first, second = result.out.splitlines()
+    assert first.startswith("TDC001, serial number 83")
+    assert first.endswith(": moves from 0.0000 mm to 1.5 mm")
+    assert second.endswith("it stands at 1.5000 mm")
+    assert line.count(*MOVES) == line.count(MOVE_ABSOLUTE) == 1
+
+
+def test_by_a_distance_and_in_counts(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TDC001() as tdc:
+        line = attach(tdc)
+        first = stagewire("move", URL, "--unit", "TDC001", "--counts", "--by", "2000", "--yes")
+        second = stagewire("move", URL, "--unit", "TDC001", "--counts", "--by=-500", "--yes")
+    assert (first.code, second.code) == (0, 0)
+    assert "moves from 0 counts by 2000 counts" in first.out
+    assert "moves from 2000 counts by -500 counts" in second.out
+    assert second.out.endswith("it stands at 1500 counts\n")
+    assert line.count(MOVE_RELATIVE) == 2
+
+
+def test_home(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TDC001() as tdc:
+        line = attach(tdc)
+        result = stagewire("home", URL, "--unit", "TDC001", "--yes")
+    assert result.code == 0
+    assert "goes home from 0 counts" in result.out
+    assert line.count(*MOVES) == line.count(HOME) == 1
+
+
+def test_one_bay_of_a_rack(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.BBD102() as rack:
+        line = attach(rack)
+        which = stagewire("move", URL, "--unit", "BBD102", "--counts", "--to", "9", "--yes")
+        assert which.code == 2
+        assert "BBD102 has bay 1, bay 2: which one?" in which.err
+        none = stagewire(
+            "move", URL, "--unit", "BBD102", "--bay", "3", "--counts", "--to", "9", "--yes"
+        )
+        assert none.code == 2
+        assert "BBD102 has no bay 3; it has bay 1, bay 2" in none.err
+        assert line.count(*MOVES) == 0
+        result = stagewire(
+            "move", URL, "--unit", "BBD102", "--bay", "2", "--counts", "--to", "900", "--yes"
+        )
+    assert result.code == 0
+    assert ", bay 2: moves from 0 counts to 900 counts" in result.out
+    [sent] = [data for data in line.written if MOVE_ABSOLUTE in data]
+    assert sent[4] & 0x7F == 0x22
+
+
+def test_a_module_and_its_channel(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.rack(None, "MST601") as rack:
+        line = attach(rack)
+        result = stagewire(
+            "move", URL, "--bay", "2", "--channel", "2", "--counts", "--to", "900", "--yes"
+        )
+    assert result.code == 0, result.err
+    [sent] = [data for data in line.written if MOVE_ABSOLUTE in data]
+    at = sent.index(MOVE_ABSOLUTE)
+    assert (sent[at + 4] & 0x7F, sent[at + 6]) == (0x22, 2)
+
+
+def test_an_axis_of_an_ms2000(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.MS2000() as ms2000:
+        attach(ms2000)
+        result = stagewire("move", URL, "--unit", "MS2000", "--axis", "x", "--to", "0.1", "--yes")
+    assert result.code == 0, result.err
+    assert "axis X: moves from 0.0000 um to 0.1 mm" in result.out
+    assert result.out.endswith("it stands at 100.0000 um\n")
+
+
+@pytest.mark.usefixtures("terminal")
+@pytest.mark.parametrize(("answer", "moves"), [(b"y\n", 1), (b"n\n", 0), (b"\n", 0), (b"", 0)])
+def test_it_asks_before_it_moves(
+    stagewire: Stagewire, attach: Attach, answer: bytes, moves: int
+) -> None:
+    with virtual.TDC001() as tdc:
+        line = attach(tdc)
+        result = stagewire("move", URL, "--unit", "TDC001", "--counts", "--to", "900", input=answer)
+    assert line.count(*MOVES) == moves
+    if answer.startswith(b"n"):
+        assert result.code == 0
+        assert "nothing was moved" in result.out
+
+
+@pytest.mark.parametrize("words", [["move", URL, "--to", "1"], ["home", URL]])
+def test_without_a_terminal_and_without_yes_nothing_is_opened(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, words: list[str]
+) -> None:
+    monkeypatch.setattr(linking, "open_link", lambda *_: pytest.fail("it was opened"))
+    result = stagewire(*words)
+    assert result.code == 2
+    assert "say --yes if it may" in result.err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--to", "nan"], "not a number"),
+        (["--to", "inf"], "number"),
+        (["--to", "1e400", "--counts"], "any"),
+        (["--to", "x"], "not a number"),
+        (["--to", "1", "--by", "1"], "give one of --to"),
+        ([], "give one of --to"),
+        (["--to", "0.5", "--counts"], "whole numbers"),
+        (["--to", "1"], "--stage and --counts"),
+        (["--to", "1", "--stage", "Z9"], "no stage Z9"),
+        (["--to", "13", "--stage", "Z8", "--travel", "12"], "outside the travel"),
+        (["--to", "1", "--stage", "Z8", "--channel", "2"], "has no channel 2"),
+        (["--to", "1", "--stage", "Z8", "--axis", "X"], "has no axis X"),
+        (["--to", "1", "--stage", "Z8", "--travel", "nan"], "nan"),
+    ],
+)
+def test_what_cannot_be_is_refused_and_nothing_moves(
+    stagewire: Stagewire, attach: Attach, words: list[str], said: str
+) -> None:
+    with virtual.TDC001() as tdc:
+        line = attach(tdc)
+        result = stagewire("move", URL, "--unit", "TDC001", "--yes", *words)
+    assert result.code == 2
+    assert said in result.err or said == "any"
+    assert line.count(*MOVES) == 0
+
+
+def test_a_unit_that_does_not_move(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TSG001() as reader:
+        attach(reader)
+        result = stagewire("move", URL, "--unit", "TSG001", "--counts", "--to", "1", "--yes")
+    assert result.code == 2
+    assert "TSG001 has no move absolute" in result.err
+
+
+def test_a_controller_that_does_not_get_there_is_stopped_and_it_says_so(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    with virtual.TDC001(stage=stages.Z8) as tdc:
+        line = attach(tdc)
+        result = stagewire("move", URL, "--to", "10", "--timeout", "1", *Z8)
+    assert result.code == 1
+    assert "stop was sent; it stands at" in result.err
+    assert line.count(STOP) == 1
+
+
+def test_ctrl_c_stops_it_and_says_so(
+    stagewire: Stagewire, attach: Attach, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(self: Motion, timeout: float | None = None) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Motion, "wait", interrupt)
+    with virtual.TDC001(stage=stages.Z8) as tdc:
+        line = attach(tdc)
+        result = stagewire("move", URL, "--to", "10", *Z8)
+    assert result.code == 130
+    assert "interrupted: stop was sent; it stands at 0." in result.err
+    assert line.count(STOP) == 1
+
+
+def test_stop_asks_nobody_and_sends_nothing_before(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.BBD102() as rack:
+        line = attach(rack)
+        everything = stagewire("stop", URL, "--unit", "BBD102")
+        assert (everything.code, everything.err) == (0, "")
+        assert everything.out == "bay 1: stopped\nbay 2: stopped\n"
+        asked = [
+            data for data in line.written if data[:2] != bytes.fromhex("9204")
+        ]  # not a sign of life
+        assert [data[:2] for data in asked] == [STOP, STOP]
+        assert [data[4] for data in asked] == [0x21, 0x22]
+        one = stagewire("stop", URL, "--unit", "BBD102", "--bay", "2")
+        assert one.out == "bay 2: stopped\n"
+        assert line.count(STOP) == 3
+
+
+def test_stop_tells_every_part_even_if_one_says_nothing(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    with virtual.BBD102(empty_bays=[0]) as rack:
+        line = attach(rack)
+        result = stagewire("stop", URL, "--unit", "BBD102")
+    assert result.code == 1
+    assert result.out == "bay 2: stopped\n"
+    assert "bay 1: " in result.err
+    assert line.count(STOP) == 2

@@ -1,0 +1,144 @@
+"""Every call of every unit, found in the classes themselves, and arguments for it from the registry."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import random
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+KINDS = {"_get", "_set", "_change", "_ask", "_tell", "_act", "_start", "_halt"}
+
+
+@dataclass(frozen=True)
+class Call:
+    """One method of a part of a unit: what it does, and the table that it does it with."""
+
+    unit: str
+    part: str  # device, bay, channel or axis
+    name: str
+    kind: str
+    table: Any
+
+    def __str__(self) -> str:
+        return f"{self.unit}.{self.part}.{self.name}"
+
+
+@cache
+def registry(protocol: str = "thorlabs_apt") -> Any:
+    path = ROOT / "generated/registry" / f"{protocol}.json"
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def units(protocol: str = "thorlabs_apt") -> list[str]:
+    return [unit["name"] for unit in registry(protocol)["units"]]
+
+
+@cache
+def layouts(protocol: str = "thorlabs_apt") -> dict[str, Any]:
+    """Layouts of the registry by the name of their class."""
+    return {
+        layout["class"]: layout
+        for message in registry(protocol)["messages"]
+        for layout in message["layouts"]
+    }
+
+
+def parts(cls: type) -> dict[str, type]:
+    """The classes of a unit: itself, and that of its bays, channels or axes."""
+    found = {"device": cls}
+    for name in ("bay", "channel", "axis"):
+        part = getattr(cls, f"{name}_class", None)
+        if part is not None:
+            found[name] = part
+    return found
+
+
+def calls(unit: str, package: str = "stagewire_apt") -> list[Call]:
+    """Every call of a unit that its registry makes."""
+    cls = getattr(import_module(f"{package}.devices"), unit)
+    return [
+        Call(unit, part, name, kind, table)
+        for part, its in parts(cls).items()
+        for name, kind, table in _methods(its)
+    ]
+
+
+def _methods(cls: type) -> Iterator[tuple[str, str, Any]]:
+    for name, function in inspect.getmembers(cls, inspect.isfunction):
+        names = function.__code__.co_names
+        if name.startswith("_") or not names or names[0] not in KINDS:
+            continue
+        tables = function.__globals__[names[1]]
+        yield name, names[0], getattr(tables, names[2])
+
+
+def part_of(device: Any, part: str) -> Any:
+    """The first of the parts of a device that a call is one of."""
+    if part == "device":
+        return device
+    return device.axis("X") if part == "axis" else getattr(device, part)(1)
+
+
+def method(device: Any, call: Call) -> Callable[..., Any]:
+    found: Callable[..., Any] = getattr(part_of(device, call.part), call.name)
+    return found
+
+
+# Arguments
+
+
+def fields_of(layout: Any) -> list[Any]:
+    return [field for field in (layout["param1"], layout["param2"], *layout["fields"]) if field]
+
+
+def random_field(field: Any, draw: random.Random) -> Any:
+    """A value that a controller may say, and a user may write."""
+    if field["kind"] == "text":
+        return "".join(draw.choice("ABCDEFGH") for _ in range(field["size"] - 1))
+    if field["kind"] == "bytes":
+        return draw.randbytes(field["size"])
+    if field.get("enum"):
+        return draw.choice(sorted(field["enum"].values()))
+    return draw.randint(field["minimum"], field["maximum"])
+
+
+def fields_at_random(
+    cls: type, draw: random.Random, protocol: str = "thorlabs_apt", **fixed: int
+) -> dict[str, Any]:
+    """Fields of a message with values at random; `fixed` where the message has them."""
+    return {
+        field["name"]: fixed[field["name"]] if field["name"] in fixed else random_field(field, draw)
+        for field in fields_of(layouts(protocol)[cls.__name__])
+        if field["role"] == "value"
+    }
+
+
+def message_of(call: Call) -> type:
+    """The message that a call sends its arguments in."""
+    table = call.table
+    for name in ("message", "set") if call.kind in ("_set", "_change") else ("message", "req"):
+        if getattr(table, name, None) is not None:
+            found: type = getattr(table, name)
+            return found
+    raise AssertionError(f"{call}: its table has no message")
+
+
+def givens(call: Call) -> tuple[Any, ...]:
+    """What the caller gives: of a request, what it asks for."""
+    name = "asked" if call.kind in ("_get", "_ask") else "given"
+    return tuple(getattr(call.table, name, ()))
+
+
+def arguments(call: Call, draw: random.Random, protocol: str = "thorlabs_apt") -> dict[str, Any]:
+    """Arguments in raw counts, legal in every respect that the registry states."""
+    by_name = {
+        field["name"]: field for field in fields_of(layouts(protocol)[message_of(call).__name__])
+    }
+    return {given.keyword: random_field(by_name[given.field], draw) for given in givens(call)}

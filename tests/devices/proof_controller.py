@@ -1,0 +1,115 @@
+"""Controllers that say just what a test wants: they hear frames, and answer queries with values at random."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from proof_calls import fields_at_random
+from proof_line import FarEnd
+
+from stagewire import End, Frame
+from stagewire.devices.tables import ParameterSet, Query
+from stagewire.framing import Received
+from stagewire_apt import PROTOCOL
+
+HOST = 0x01
+Said = Iterable[tuple[float, bytes | None]]
+
+
+@cache
+def answers_of(package: str = "stagewire_apt") -> dict[type, type]:
+    """What answers what: the first class of a reply, by that of its request."""
+    found: dict[type, type] = {}
+    for table in vars(import_module(f"{package}.devices.tables")).values():
+        if not isinstance(table, (ParameterSet, Query)):
+            continue
+        req = getattr(table, "req", None)
+        gets = getattr(table, "gets", None) or (getattr(table, "get", None),)
+        if req is not None and gets[0] is not None:
+            found[req] = gets[0]
+    return found
+
+
+def channel_of(message: Any) -> int:
+    return int(getattr(message, "chan_ident", 0))
+
+
+class Controller(FarEnd):
+    """Hears what the host says; its answers are those of a class made from it. It answers nothing.
+
+    :ivar heard: every frame but those that keep a session alive.
+    """
+
+    def __init__(self) -> None:
+        self.heard: list[Frame] = []
+        self.kept_alive: list[bytes] = []
+        self._framer = PROTOCOL.framer(End.DEVICE)
+
+    def take(self, data: bytes) -> Said:
+        said: list[tuple[float, bytes | None]] = []
+        for event in self._framer.feed(data):
+            said += self.hear(event)
+        return said
+
+    def hear(self, event: Any) -> Said:
+        """Take one event of the line."""
+        assert isinstance(event, Received), f"the host sends what is no frame: {event!r}"
+        frame = event.frame
+        if "_ACK_" in frame.message.layout.message:
+            self.kept_alive.append(event.raw)
+            return ()
+        self.heard.append(frame)
+        return self.answer(frame)
+
+    def answer(self, frame: Frame) -> Said:
+        """Return what is said to a frame, and after how many seconds."""
+        return ()
+
+    @property
+    def raw(self) -> bytes:
+        """The bytes of what was heard."""
+        return b"".join(frame.encode() for frame in self.heard)
+
+    def names(self) -> list[str]:
+        """The messages that were heard, and forget them."""
+        names = [frame.message.layout.message for frame in self.heard]
+        self.heard.clear()
+        return names
+
+
+class Parrot(Controller):
+    """Answers each query at once, with values at random that stay until :meth:`renew`."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__()
+        self._draw = random.Random(seed)
+        self._state: dict[tuple[int, type, int, int], Any] = {}
+
+    def renew(self) -> None:
+        """Let every value be another one."""
+        self._state.clear()
+
+    def state(self, cls: type, dest: int, channel: int, index: int = 0) -> Any:
+        """What a controller has to say in a message of ``cls``: the same until it is renewed."""
+        key = (dest, cls, channel, index)
+        if key not in self._state:
+            fixed = {"chan_ident": channel, "bay_ident": index, "index": index}
+            self._state[key] = cls(**fields_at_random(cls, self._draw, **fixed))
+        return self._state[key]
+
+    def reply(self, frame: Frame) -> Frame | None:
+        """The answer to a query, None where it is none."""
+        cls = answers_of().get(type(frame.message))
+        if cls is None:
+            return None
+        index = getattr(frame.message, "bay_ident", getattr(frame.message, "index", 0))
+        message = self.state(cls, frame.dest, channel_of(frame.message), index)
+        return Frame(message, dest=HOST, source=frame.dest)
+
+    def answer(self, frame: Frame) -> Said:
+        reply = self.reply(frame)
+        return () if reply is None else [(0.001, reply.encode())]

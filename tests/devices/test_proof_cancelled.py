@@ -1,0 +1,147 @@
+"""Cancelled at every await: no lock stays, nothing is left over, the next reply meets its own request."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Generator
+from typing import Any
+
+import pytest
+from proof_controller import HOST, Parrot
+from proof_line import AsyncMemoryLink
+
+from stagewire import Frame
+from stagewire.errors import MotionUnderWayError
+from stagewire_apt import messages as m
+from stagewire_apt.aio import TDC001
+from stagewire_virtual import stepped
+
+
+class CancelledAt:
+    """An awaitable that cancels its own task when it suspends for the n-th time."""
+
+    def __init__(self, awaitable: Any, number: int) -> None:
+        self._awaitable = awaitable
+        self._number = number
+        self.suspended = 0
+
+    def __await__(self) -> Generator[Any, Any, Any]:
+        steps = self._awaitable.__await__()
+        error: BaseException | None = None
+        while True:
+            try:
+                future = next(steps) if error is None else steps.throw(error)
+            except StopIteration as stop:
+                return stop.value
+            self.suspended += 1
+            if self.suspended == self._number:
+                task = asyncio.current_task()
+                assert task is not None
+                task.cancel()
+            error = None
+            try:
+                yield future
+            except BaseException as thrown:
+                error = thrown
+
+
+class Mover(Parrot):
+    """A controller whose moves take half a second."""
+
+    def answer(self, frame: Frame) -> Any:
+        if isinstance(frame.message, (m.MotMoveAbsolute, m.MotMoveHome)):
+            end: Any = m.MotMoveCompletedHeader(chan_ident=1)
+            if isinstance(frame.message, m.MotMoveHome):
+                end = m.MotMoveHomed(chan_ident=1)
+            return [(0.5, end.pack(dest=HOST, source=0x50))]
+        if isinstance(frame.message, m.MotMoveStop):
+            return [(0.05, m.MotMoveStoppedHeader(chan_ident=1).pack(dest=HOST, source=0x50))]
+        return super().answer(frame)
+
+
+CALLS: dict[str, Callable[[TDC001], Any]] = {
+    "get": lambda tdc: tdc.get_vel_params(),
+    "set": lambda tdc: tdc.set_vel_params(min_velocity=0, acceleration=1, max_velocity=2),
+    "change": lambda tdc: tdc.change_vel_params(max_velocity=3),
+    "status": lambda tdc: tdc.get_dc_status_update(),
+    "move": lambda tdc: tdc.move_absolute(counts=1000),
+    "home": lambda tdc: tdc.home(),
+    "stop": lambda tdc: tdc.stop(),
+}
+
+
+async def works(tdc: TDC001, controller: Mover) -> None:
+    """Expect that a device does all that it should, with the answers of now."""
+    for ask, cls in [
+        (tdc.get_vel_params, m.MotGetVelParams),
+        (tdc.get_dc_status_update, m.MotGetDcStatusUpdate),
+    ]:
+        controller.renew()
+        values = await ask()
+        assert values.message == controller.state(cls, 0x50, 1)
+    controller.heard.clear()
+    await tdc.change_vel_params(acceleration=7)
+    assert controller.names() == ["MOT_REQ_VELPARAMS", "MOT_SET_VELPARAMS"]
+    await tdc.stop()
+    assert (await tdc.move_absolute(counts=500)).message.chan_ident == 1
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_cancelled_at_every_await(name: str) -> None:
+    async def cancelled(number: int) -> bool:
+        """Cancel at the n-th await; say whether there was one."""
+        controller = Mover(seed=number)
+        async with TDC001.open(
+            AsyncMemoryLink(controller), identify=False, on_close="leave"
+        ) as tdc:
+            call = CancelledAt(CALLS[name](tdc), number)
+            task = asyncio.ensure_future(_awaited(call))
+            [result] = await asyncio.gather(task, return_exceptions=True)
+            reached = call.suspended >= number
+            assert isinstance(result, asyncio.CancelledError) is reached, result
+            await works(tdc, controller)
+        return reached
+
+    number = 1
+    while stepped.run(cancelled(number)):
+        number += 1
+    assert number > 1 or name == "set"
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("after", [0.0, 0.0005, 0.001, 0.0010001, 0.049, 0.05, 0.3, 0.5, 0.5000001])
+def test_cancelled_at_any_time(name: str, after: float) -> None:
+    """Also at the very instant at which the reply comes."""
+
+    async def main() -> None:
+        controller = Mover(seed=1)
+        async with TDC001.open(
+            AsyncMemoryLink(controller), identify=False, on_close="leave"
+        ) as tdc:
+            task = asyncio.ensure_future(CALLS[name](tdc))
+            asyncio.get_running_loop().call_later(after, task.cancel)
+            await asyncio.gather(task, return_exceptions=True)
+            await works(tdc, controller)
+
+    stepped.run(main())
+
+
+def test_a_move_that_was_cancelled_is_not_sent_again_and_no_other_begins_before_its_end() -> None:
+    async def main() -> None:
+        controller = Mover(seed=1)
+        async with TDC001.open(
+            AsyncMemoryLink(controller), identify=False, on_close="leave"
+        ) as tdc:
+            with pytest.raises(TimeoutError):
+                await asyncio.wait_for(tdc.move_absolute(counts=1000), 0.1)
+            with pytest.raises(MotionUnderWayError):
+                await tdc.move_absolute(counts=2000)
+            await asyncio.sleep(1)
+            assert controller.names() == ["MOT_MOVE_ABSOLUTE"]
+            await tdc.move_absolute(counts=2000)
+
+    stepped.run(main())
+
+
+async def _awaited(awaitable: Any) -> Any:
+    return await awaitable

@@ -1,0 +1,161 @@
+"""The plug pulled at every byte of a move, either way: it is seen at most once, and nothing is re-sent."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import struct
+import threading
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+from proof_controller import HOST, Controller
+from proof_line import SIDES, Side, settled
+
+from stagewire import Frame
+from stagewire.errors import TransportLost
+from stagewire_apt import TDC001
+from stagewire_apt import messages as m
+from stagewire_apt.aio import TDC001 as AsyncTDC001
+
+MOVE = m.MotMoveAbsolute(chan_ident=1, absolute_distance=51456).pack(dest=0x50, source=HOST)
+COMPLETED = m.MotMoveCompletedDc(
+    chan_ident=1, position=51456, velocity=0, reserved=0, status_bits=0x80000400
+).pack(dest=HOST, source=0x50)
+
+
+class Cut(Controller):
+    """A controller whose plug is pulled when it has taken, or said, so many bytes of a move.
+
+    :param taken: of the frame that moves; None: it gets all of it.
+    :param said: of the frame that tells its end; None: all.
+    """
+
+    def __init__(self, taken: int | None, said: int | None) -> None:
+        super().__init__()
+        self._taken, self._said = taken, said
+
+    def take(self, data: bytes) -> Iterable[tuple[float, bytes | None]]:
+        if self._taken is not None and data[:2] == MOVE[:2]:
+            data = data[: self._taken]
+            self.unplug()
+        return super().take(data)
+
+    def answer(self, frame: Frame) -> Iterable[tuple[float, bytes | None]]:
+        if not isinstance(frame.message, m.MotMoveAbsolute):
+            return ()
+        if self._said is None:
+            return [(0.5, COMPLETED)]
+        return [(0.5, COMPLETED[: self._said]), (0.5, None)]
+
+    def moves(self) -> int:
+        return sum(frame.encode() == MOVE for frame in self.heard)
+
+
+CUTS = [
+    *(pytest.param(taken, None, id=f"{taken} bytes taken") for taken in range(len(MOVE) + 1)),
+    *(pytest.param(None, said, id=f"{said} bytes said") for said in range(len(COMPLETED) + 1)),
+]
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize(("taken", "said"), CUTS)
+def test_in_memory(taken: int | None, said: int | None, side: Side) -> None:
+    controller = Cut(taken, said)
+
+    async def scenario(bench: Any) -> None:
+        async with bench.open("TDC001", identify=False) as device:
+            if said == len(COMPLETED):
+                await settled(device.move_absolute(counts=51456))
+            else:
+                with pytest.raises(TransportLost):
+                    await settled(device.move_absolute(counts=51456))
+            with pytest.raises(TransportLost):
+                await bench.sleep(1)
+            with pytest.raises(TransportLost):  # each waiter, and each later one
+                await settled(device.get_vel_params())
+
+    side.run(controller, scenario)
+    assert controller.moves() == (1 if taken in (None, len(MOVE)) else 0)
+
+
+# The same on TCP, in real time, and connected again afterwards.
+
+
+class Server:
+    """A controller on TCP that hangs up on its first host, as ``controller`` has it; it serves one more."""
+
+    def __init__(self, controller: Cut) -> None:
+        self._controller = controller
+        controller.put = lambda delay, data: None
+        controller.pulled = lambda: None
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self._listening.settimeout(10)
+        self.url = f"socket://127.0.0.1:{self._listening.getsockname()[1]}"
+        self._thread = threading.Thread(target=self._serve)
+        self._thread.start()
+
+    def _serve(self) -> None:
+        for _ in range(2):
+            host, _ = self._listening.accept()
+            with host:
+                host.settimeout(10)
+                self._controller.unplugged = False
+                while not self._controller.unplugged and (data := host.recv(4096)):
+                    for _, said in self._controller.take(data):
+                        if said is None:
+                            self._controller.unplug()
+                        else:
+                            host.sendall(said)
+                if self._controller.unplugged:  # reset, as when the plug of an adapter is pulled
+                    linger = struct.pack("ii", 1, 0)
+                    host.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._thread.join(20)
+        self._listening.close()
+        assert not self._thread.is_alive()
+
+
+# A hang-up with everything said may overtake what was said: whether the end is seen is not sure then.
+SURE = [cut for cut in CUTS if cut.values[1] != len(COMPLETED)]
+
+
+@pytest.mark.parametrize(("taken", "said"), SURE)
+def test_on_tcp(taken: int | None, said: int | None) -> None:
+    controller = Cut(taken, said)
+    with (
+        Server(controller) as server,
+        TDC001.open(server.url, identify=False, on_close="leave") as tdc,
+    ):
+        with pytest.raises(TransportLost):
+            tdc.move_absolute(counts=51456, timeout=10)
+        moves = controller.moves()
+        tdc.reconnect()
+        tdc.identify()
+    assert controller.moves() == moves == (1 if taken in (None, len(MOVE)) else 0)
+
+
+@pytest.mark.parametrize(("taken", "said"), SURE)
+def test_on_tcp_with_asyncio(taken: int | None, said: int | None) -> None:
+    controller = Cut(taken, said)
+
+    async def main(url: str) -> int:
+        async with AsyncTDC001.open(url, identify=False, on_close="leave") as tdc:
+            with pytest.raises(TransportLost):
+                await tdc.move_absolute(counts=51456, timeout=10)
+            moves = controller.moves()
+            await tdc.reconnect()
+            await tdc.identify()
+        return moves
+
+    with Server(controller) as server:
+        moves = asyncio.run(main(server.url))
+    assert controller.moves() == moves == (1 if taken in (None, len(MOVE)) else 0)
+    assert [frame.message for frame in controller.heard if frame.encode() != MOVE] == [
+        m.ModIdentify()
+    ]

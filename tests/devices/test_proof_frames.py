@@ -1,0 +1,103 @@
+"""What each call of each unit puts on the wire: set_… one frame, change_… a REQ and a SET, get_… a REQ."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import pytest
+from proof_calls import Call, arguments, calls, givens, method, registry, units
+from proof_controller import Parrot
+from proof_line import SIDES, Side, settled
+
+from stagewire import Frame
+
+ONE_FRAME = ("_get", "_ask", "_set", "_tell")
+
+
+def of_kind(unit: str, *kinds: str) -> list[Call]:
+    return [call for call in calls(unit) if call.kind in kinds]
+
+
+def fields_written(call: Call, given: dict[str, Any], frame: Frame) -> list[str]:
+    """The fields of a frame that are not as they were given."""
+    by_keyword = {item.keyword: item.field for item in givens(call)}
+    return [
+        field
+        for keyword, field in by_keyword.items()
+        if keyword in given and getattr(frame.message, field) != given[keyword]
+    ]
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("unit", units())
+def test_a_call_is_one_frame_with_what_was_given(unit: str, side: Side) -> None:
+    controller = Parrot(seed=2)
+    draw = random.Random(unit)
+
+    async def scenario(bench: Any) -> list[str]:
+        wrong = []
+        async with bench.open(unit, identify=False, on_close="leave") as device:
+            for call in of_kind(unit, *ONE_FRAME):
+                if call.name.startswith("ack_"):  # a session says it by itself, too
+                    continue
+                given = arguments(call, draw)
+                controller.heard.clear()
+                await settled(method(device, call)(**given))
+                frames = list(controller.heard)
+                if len(frames) != 1:
+                    wrong.append(f"{call}: {controller.names()}")
+                elif fields_written(call, given, frames[0]):
+                    wrong.append(f"{call}: {given}, {frames}")
+        return wrong
+
+    assert side.run(controller, scenario) == []
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("unit", units())
+def test_a_change_is_one_request_and_one_set(unit: str, side: Side) -> None:
+    """And all that was not given is written as it was read."""
+    controller = Parrot(seed=3)
+    draw = random.Random(unit)
+
+    async def scenario(bench: Any) -> list[str]:
+        wrong = []
+        async with bench.open(unit, identify=False, on_close="leave") as device:
+            for call in of_kind(unit, "_change"):
+                given = arguments(call, draw)
+                keyword = draw.choice(sorted(given))
+                controller.renew()
+                controller.heard.clear()
+                await settled(method(device, call)(**{keyword: given[keyword]}))
+                classes = [type(frame.message) for frame in controller.heard]
+                if classes != [call.table.req, call.table.set]:
+                    wrong.append(f"{call}: {controller.names()}")
+                    continue
+                asked, written = controller.heard
+                reply = controller.reply(asked)
+                assert reply is not None
+                kept = {item.field: item.keyword for item in givens(call)}
+                for field, its_keyword in kept.items():
+                    source = (
+                        given[keyword] if its_keyword == keyword else getattr(reply.message, field)
+                    )
+                    if getattr(written.message, field) != source:
+                        wrong.append(f"{call}: {field} of {written}, {reply}, {keyword}")
+        return wrong
+
+    assert side.run(controller, scenario) == []
+
+
+@pytest.mark.parametrize("unit", units())
+def test_every_set_of_a_unit_has_its_call(unit: str) -> None:
+    """Each SET in the messages of a unit is written by a call; where there is a REQ, another one changes it."""
+    [facts] = [facts for facts in registry()["units"] if facts["name"] == unit]
+    sets = {name for name in facts["messages"] if "_SET_" in name}
+    written = {
+        (call.table.set if call.kind == "_set" else call.table.message).layout.message
+        for call in of_kind(unit, "_set", "_tell")
+    }
+    assert {name for name in written if "_SET_" in name} == sets
+    readable = {name for name in sets if name.replace("_SET_", "_REQ_") in facts["messages"]}
+    assert {call.table.set.layout.message for call in of_kind(unit, "_change")} == readable

@@ -1,0 +1,171 @@
+"""Ten things that really come between a request and its reply: no query of any unit takes them for the reply.
+
+Each query of each unit is asked twice. Before the first reply comes an intrusion, at once with it or a
+little earlier; the second is clean. Both answers have to be those that the controller gave, and from one
+question to the next it says something else.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import pytest
+from proof_calls import Call, arguments, calls, method, registry, units
+from proof_controller import HOST, Parrot, answers_of, channel_of
+from proof_line import SIDES, Side, settled
+
+from stagewire import Frame
+from stagewire_apt import messages as m
+
+STATUS_SIZE = 14
+
+
+class Intruder(Parrot):
+    """Says what is in :attr:`before` just before its next reply: as one chunk with it, or apart."""
+
+    def __init__(self, seed: int, apart: bool) -> None:
+        super().__init__(seed)
+        self._apart = apart
+        self.before: Callable[[Intruder, Frame], bytes] | None = None
+
+    def answer(self, frame: Frame) -> Iterable[tuple[float, bytes]]:
+        reply = self.reply(frame)
+        if reply is None:
+            return ()
+        if self.before is None:
+            return [(0.001, reply.encode())]
+        intrusion, self.before = self.before(self, frame), None
+        if self._apart:
+            return [(0.001, intrusion), (0.002, reply.encode())]
+        return [(0.001, intrusion + reply.encode())]
+
+
+def status(controller: Intruder, frame: Frame) -> bytes:
+    """The packet of the status that the channel truly has."""
+    message = controller.state(m.MotGetDcStatusUpdate, frame.dest, channel_of(frame.message) or 1)
+    return message.pack(dest=HOST, source=frame.dest)[6:]
+
+
+def packet(id: int, data: bytes, frame: Frame) -> bytes:
+    return bytes([id & 0xFF, id >> 8, len(data), 0, HOST | 0x80, frame.dest]) + data
+
+
+def completion_of_20_bytes(controller: Intruder, frame: Frame) -> bytes:
+    return packet(0x0464, status(controller, frame), frame)
+
+
+def completion_of_6_bytes(controller: Intruder, frame: Frame) -> bytes:
+    return bytes([0x64, 0x04, channel_of(frame.message) or 1, 0, HOST, frame.dest])
+
+
+def dc_status(controller: Intruder, frame: Frame) -> bytes:
+    return packet(0x0491, status(controller, frame), frame)
+
+
+def status_of_34_bytes(controller: Intruder, frame: Frame) -> bytes:
+    """As newer controllers send it: the layout of this issue, and 14 bytes more."""
+    return packet(0x0491, status(controller, frame) + bytes(range(14)), frame)
+
+
+def response(controller: Intruder, frame: Frame) -> bytes:
+    return bytes([0x80, 0x00, 0, 0, HOST, frame.dest])
+
+
+def rich_response(controller: Intruder, frame: Frame) -> bytes:
+    return packet(0x0081, bytes([0x53, 0x04, 0x10, 0x00]) + b"over current".ljust(64, b"\0"), frame)
+
+
+def unknown(controller: Intruder, frame: Frame) -> bytes:
+    return packet(0x7ABC, bytes(range(10)), frame)
+
+
+def unknown_with_a_frame_inside(controller: Intruder, frame: Frame) -> bytes:
+    """Its packet is a reply to the very request, with other values, behind bytes that hide it."""
+    other = Parrot(seed=99)
+    reply = other.reply(frame)
+    assert reply is not None
+    return packet(0x7ABC, (b"\1\2" + reply.encode())[:255], frame)
+
+
+def stray_zero(controller: Intruder, frame: Frame) -> bytes:
+    return b"\0"
+
+
+def three_bytes_of_garbage(controller: Intruder, frame: Frame) -> bytes:
+    return b"\xff\x13\x37"
+
+
+INTRUSIONS: list[Callable[[Intruder, Frame], bytes]] = [
+    completion_of_20_bytes,
+    completion_of_6_bytes,
+    dc_status,
+    status_of_34_bytes,
+    response,
+    rich_response,
+    unknown,
+    unknown_with_a_frame_inside,
+    stray_zero,
+    three_bytes_of_garbage,
+]
+QUERIES = ("_get", "_ask")
+
+
+def queries(unit: str) -> list[Call]:
+    return [call for call in calls(unit) if call.kind in QUERIES]
+
+
+def said_unasked(call: Call) -> bool:
+    """Whether the reply is a status that also comes unasked: each is as right as the line is fast.
+
+    So the reply to the first question may answer the second one; the state stays the same meanwhile.
+    """
+    reply = answers_of()[call.table.req]
+    return bool(reply.layout.unsolicited)
+
+
+def true_answer(controller: Intruder) -> Any:
+    """What the controller said to the request that it heard last."""
+    reply = controller.reply(controller.heard[-1])
+    assert reply is not None
+    return reply.message
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("apart", [False, True], ids=["in one chunk", "apart"])
+@pytest.mark.parametrize("unit", units())
+def test_no_query_takes_an_intrusion_for_its_reply(unit: str, apart: bool, side: Side) -> None:
+    controller = Intruder(seed=1, apart=apart)
+    draw = random.Random(unit)
+
+    async def scenario(bench: Any) -> list[str]:
+        wrong = []
+        async with bench.open(unit, identify=False, on_close="leave") as device:
+            for call in queries(unit):
+                ask = method(device, call)
+                for intrusion in INTRUSIONS:
+                    for before in (intrusion, None):
+                        if before or not said_unasked(call):
+                            controller.renew()
+                        controller.before = before
+                        values = await settled(ask(**arguments(call, draw)))
+                        if values.message != true_answer(controller):
+                            wrong.append(f"{call}, {intrusion.__name__}: {values}")
+        return wrong
+
+    assert side.run(controller, scenario) == []
+
+
+@pytest.mark.parametrize("unit", units())
+def test_the_matrix_asks_every_query_of_a_unit(unit: str) -> None:
+    """Each GET in the messages of a unit that something asks for is the answer to one of the calls."""
+    [facts] = [facts for facts in registry()["units"] if facts["name"] == unit]
+    asked = {call.table.req.layout.message for call in queries(unit)}
+    assert asked == {name for name in facts["messages"] if "_REQ_" in name}
+
+
+def test_intrusions_are_those_of_the_field_notes() -> None:
+    frame = Frame(m.MotReqPosCounter(chan_ident=1), dest=0x50, source=HOST)
+    sizes = [len(intrusion(Intruder(1, False), frame)) for intrusion in INTRUSIONS]
+    assert sizes == [20, 6, 20, 34, 6, 74, 16, 20, 1, 3]

@@ -1,0 +1,253 @@
+"""Controllers are asked who they are: what is sent, and what is made of the answers, or of none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+import stagewire
+import stagewire_virtual as virtual
+from made_ports import linux, port, show
+from stagewire import links
+from stagewire.discovery.diagnosis import Diagnosis, Verdict, diagnose_computer
+from stagewire.discovery.line_diagnosis import diagnose_line
+from stagewire.discovery.opening import unit_at
+from stagewire.errors import BadValueError, LinkOpenError, TransportLost, WrongUnitError
+from stagewire.links import Link
+from stagewire_virtual.linking import SteppedLink
+
+INFO_AT = {dest: bytes([0x05, 0, 0, 0, dest, 0x01]) for dest in (0x50, 0x11, 0x22)}
+
+
+class Silent(Link):
+    """A line on which nothing is said, or one thing again and again; reading lets its time pass."""
+
+    def __init__(self, says: bytes = b"", *, is_lost: bool = False) -> None:
+        self.url = "silent"
+        self.now = 0.0
+        self.clock = lambda: self.now
+        self.written: list[bytes] = []
+        self.closed = False
+        self._says = says
+        self._is_lost = is_lost
+
+    def read(self, timeout: float) -> bytes:
+        if self._is_lost:
+            raise TransportLost("silent: the line is gone")
+        self.now += max(timeout, 0.05)
+        return self._says
+
+    def write(self, data: bytes) -> None:
+        self.written.append(bytes(data))
+
+    write_now = write
+
+    def wake(self) -> None:
+        pass
+
+    def close(self) -> None:
+        self.closed = True
+
+
+class Counted(SteppedLink):
+    """The line of a virtual controller, with what was sent to it."""
+
+    def __init__(self, controller: virtual.VirtualController) -> None:
+        super().__init__(controller)
+        self.written: list[bytes] = []
+
+    def write(self, data: bytes) -> None:
+        self.written.append(bytes(data))
+        super().write(data)
+
+
+OpenLine = Callable[..., Link]
+
+
+@pytest.fixture
+def opens(monkeypatch: pytest.MonkeyPatch) -> Callable[[OpenLine], None]:
+    """Have a function open every line."""
+    show(monkeypatch)
+
+    def take(open_line: OpenLine) -> None:
+        monkeypatch.setattr(links, "open_link", open_line)
+
+    return take
+
+
+def only(told: list[Diagnosis]) -> Diagnosis:
+    [one] = told
+    assert one.verdict is not Verdict.WRONG or one.advice
+    return one
+
+
+def test_asking_tells_two_units_of_one_prefix_apart_and_names_the_bays(
+    monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
+) -> None:
+    with virtual.BBD103(empty_bays=[1]) as rack:
+        line = Counted(rack)
+        opens(lambda url: line)
+        show(monkeypatch, linux("/dev/ttyUSB0", "73000001"), port("/dev/ttyS0"))
+        asked, other = stagewire.discover(ask=True)
+    assert (asked.unit, asked.bays, asked.problem) == ("BBD103", (1, 3), "")
+    assert asked.identity is not None
+    assert asked.identity.firmware == "1.0.0"
+    assert asked.serial_number.startswith("73")
+    assert other.identity is None
+    assert line.written[0] == INFO_AT[0x11]  # a rack is not asked at the address of another kind
+    assert len(line.written) == 1 + 3
+
+
+def test_a_unit_with_a_plug_of_its_own_is_asked_there_alone(
+    monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
+) -> None:
+    with virtual.TDC001() as tdc:
+        line = Counted(tdc)
+        opens(lambda url: line)
+        show(monkeypatch, linux("/dev/ttyUSB0", "83000001"))
+        [asked] = stagewire.discover(ask=True)
+    assert asked.unit == "TDC001"
+    assert line.written == [INFO_AT[0x50]]
+
+
+def test_a_port_that_cannot_be_opened_or_is_lost_is_no_end_of_it(
+    monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
+) -> None:
+    gone = Silent(is_lost=True)
+
+    def open_line(url: str) -> Link:
+        if url == "/dev/ttyUSB0":
+            raise LinkOpenError(f"{url}: busy")
+        return gone
+
+    opens(open_line)
+    show(monkeypatch, linux("/dev/ttyUSB0", "83000001"), linux("/dev/ttyUSB1", "80000001"))
+    busy, lost = stagewire.discover(ask=True)
+    assert (busy.unit, busy.problem) == ("TDC001", "/dev/ttyUSB0: busy")
+    assert lost.problem == "silent: the line is gone"
+    assert gone.closed
+
+
+def test_another_port_is_never_opened(
+    monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
+) -> None:
+    opens(lambda url, **_: pytest.fail("it was opened"))
+    show(
+        monkeypatch, port("/dev/ttyS0"), linux("/dev/ttyUSB0", "83000001", pid=0x6001, maker="FTDI")
+    )
+    assert [one.identity for one in stagewire.discover(ask=True)] == [None, None]
+    assert all(one.verdict is not Verdict.FINE for one in diagnose_computer(ask=True))
+
+
+def test_the_doctor_is_answered(opens: Callable[[OpenLine], None]) -> None:
+    with virtual.BBD102() as rack:
+        opens(lambda url, **_: SteppedLink(rack))
+        told = only(diagnose_line("/dev/ttyUSB0"))
+    assert told.verdict is Verdict.FINE
+    assert told.text.startswith("answers: BBD102: 2 channel benchtop")
+    assert told.text.endswith("bays with a module: 1, 2")
+
+
+def test_another_unit_than_was_named(opens: Callable[[OpenLine], None]) -> None:
+    with virtual.TDC001() as tdc:
+        opens(lambda url, **_: SteppedLink(tdc))
+        told = only(diagnose_line("/dev/ttyUSB0", "TST001"))
+    assert told.verdict is Verdict.WRONG
+    assert "another unit answers: TDC001" in told.text
+    assert "expected was TST001" in told.text
+
+
+def test_a_wrong_baud_rate_is_found_among_the_documented_ones(
+    opens: Callable[[OpenLine], None],
+) -> None:
+    tried: list[int | None] = []
+
+    with virtual.TDC001() as tdc:
+
+        def open_line(url: str, baudrate: int | None = None) -> Link:
+            tried.append(baudrate)
+            return SteppedLink(tdc) if baudrate == 19200 else Silent(b"\xff\x07\xf8")
+
+        opens(open_line)
+        told = only(diagnose_line("/dev/ttyUSB0"))
+    assert tried == [None, 9600, 19200]
+    assert "wrong baud rate: at 19200 it answers: TDC001" in told.text
+    assert "baudrate=19200" in told.advice
+
+
+@pytest.mark.parametrize(
+    ("says", "said"), [(b"", "it said nothing"), (b"\xff\x07", "bytes that are no frame")]
+)
+def test_nobody_answers(opens: Callable[[OpenLine], None], says: bytes, said: str) -> None:
+    made: list[Silent] = []
+
+    def open_line(url: str, baudrate: int | None = None) -> Link:
+        made.append(Silent(says))
+        return made[-1]
+
+    opens(open_line)
+    told = only(diagnose_line("/dev/ttyUSB0"))
+    assert told.verdict is Verdict.WRONG
+    assert said in told.text
+    assert len(made) == 5  # as opened, and the four documented rates
+    assert all(one.closed for one in made)
+    assert all(sent in INFO_AT.values() for one in made for sent in one.written)
+
+
+def test_a_line_without_a_rate_is_asked_once(opens: Callable[[OpenLine], None]) -> None:
+    made: list[Silent] = []
+
+    def open_line(url: str) -> Link:
+        made.append(Silent())
+        return made[-1]
+
+    opens(open_line)
+    only(diagnose_line("socket://127.0.0.1:9"))
+    assert len(made) == 1
+    assert made[0].written == [INFO_AT[0x50], INFO_AT[0x11]]
+
+
+def test_a_line_that_cannot_be_opened(opens: Callable[[OpenLine], None]) -> None:
+    def open_line(url: str, **_: object) -> Link:
+        raise LinkOpenError(f"{url}: there is no such port")
+
+    opens(open_line)
+    [told] = diagnose_line("/dev/ttyUSB7")
+    assert (told.verdict, told.text) == (Verdict.WRONG, "there is no such port")
+
+
+def test_a_name_that_no_unit_has() -> None:
+    with pytest.raises(BadValueError, match="did you mean TDC001"):
+        diagnose_line("/dev/ttyUSB0", "TDC01")
+
+
+def test_which_unit_it_is_comes_from_the_url_or_the_plug_before_anybody_is_asked(
+    monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
+) -> None:
+    opens(lambda url, **_: pytest.fail("it was opened"))
+    show(monkeypatch, linux("/dev/ttyUSB0", "80000001"), linux("/dev/ttyUSB1", "27000001"))
+    assert unit_at("virtual://tdc001?stage=Z8") == "TDC001"
+    assert unit_at("/dev/ttyUSB0") == "TST001"
+    assert unit_at("/dev/ttyUSB1") == "KDC101"
+
+
+def test_which_unit_it_is_is_asked_where_nothing_tells(opens: Callable[[OpenLine], None]) -> None:
+    with virtual.BSC103() as rack:
+        opens(lambda url, **_: SteppedLink(rack))
+        assert unit_at("socket://127.0.0.1:9") == "BSC103"
+    with virtual.rack(None, "MPZ601") as modules:
+        line = Counted(modules)
+        opens(lambda url, **_: line)
+        assert unit_at("socket://127.0.0.1:9", bay=2) == "MPZ601"
+        assert line.written[-1] == INFO_AT[0x22]
+
+
+def test_which_unit_it_is_cannot_be_found_out(opens: Callable[[OpenLine], None]) -> None:
+    opens(lambda url, **_: Silent())
+    with pytest.raises(WrongUnitError, match=r"name its unit \(unit="):
+        unit_at("/dev/ttyUSB0")
+    with virtual.rack("MPZ601") as modules:
+        opens(lambda url, **_: SteppedLink(modules))
+        with pytest.raises(WrongUnitError, match="unknown to every registry"):
+            unit_at("/dev/ttyUSB0")

@@ -1,0 +1,147 @@
+"""Ports are told apart by what the operating system says of them; none is opened for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import stagewire
+from made_ports import linux, macos, port, show, windows
+from stagewire.discovery.known import by_name, by_serial_number
+from stagewire.discovery.ports import port_of, serial_ports
+from stagewire.discovery.usb import plug_of
+from stagewire.protocol import load_protocol
+
+APT = load_protocol("thorlabs_apt")
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    import serial
+
+    def refuse(*_: object, **__: object) -> None:
+        pytest.fail("a port was opened")
+
+    monkeypatch.setattr(serial, "serial_for_url", refuse)
+    show(monkeypatch)
+
+
+@pytest.mark.parametrize(
+    "info",
+    [
+        linux("/dev/ttyUSB0", "83828433"),
+        windows("COM3", "83828433"),
+        macos("/dev/cu.usbserial-83828433", "83828433"),
+    ],
+    ids=["linux", "windows", "macos"],
+)
+def test_a_unit_is_known_by_its_plug_on_every_system(
+    monkeypatch: pytest.MonkeyPatch, info: object
+) -> None:
+    show(monkeypatch, info)
+    [found] = stagewire.discover()
+    assert (found.unit, found.serial_number, found.url) == ("TDC001", "83828433", info.device)
+    assert found.is_controller
+    assert found.what == "TDC001: 1 channel T-Cube DC servo driver"
+
+
+def test_a_unit_newer_than_the_document_is_named_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch, linux("/dev/ttyUSB0", "27250000"))
+    [found] = stagewire.discover()
+    assert found.unit == "KDC101"
+    assert found.what == (
+        "KDC101: known, not in Issue 3; messages of TDC001 apply where they are the same"
+    )
+
+
+def test_a_unit_that_nothing_is_like_is_named_all_the_same() -> None:
+    [known] = by_serial_number(APT, "37000001")
+    assert (known.name, known.unit) == ("MFF101", None)
+    assert "known, not in Issue 3" in str(known)
+    assert "no messages for it" in str(known)
+
+
+def test_units_that_share_a_prefix_are_both_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch, windows("COM7", "73000123"))
+    [found] = stagewire.discover()
+    assert found.unit is None
+    assert "BBD102 or BBD103" in found.what
+
+
+def test_a_prefix_of_three_digits_is_that_of_a_number_of_nine() -> None:
+    assert [known.name for known in by_serial_number(APT, "103387864")] == ["BBD30x"]
+    assert by_serial_number(APT, "10338786") == []
+
+
+@pytest.mark.parametrize(
+    "number", ["", "8", "A50285BI", "99000001", "83828433A", "8382843", "٨٣828433"]
+)
+def test_other_serial_numbers_are_those_of_nothing_known(number: str) -> None:
+    assert by_serial_number(APT, number) == []
+
+
+def test_an_unknown_prefix_is_still_a_controller(monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch, linux("/dev/ttyUSB0", "99000001"))
+    [found] = stagewire.discover()
+    assert found.is_controller
+    assert found.unit is None
+    assert "no registry knows its serial number (99000001)" in found.what
+
+
+def test_a_port_that_nobody_knows_is_listed_as_such_after_the_controllers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    adapter = linux("/dev/ttyUSB0", "83828433", pid=0x6001, maker="FTDI")
+    show(monkeypatch, port("/dev/ttyS0"), adapter, linux("/dev/ttyUSB1", "80000001"))
+    found = stagewire.discover()
+    assert [one.url for one in found] == ["/dev/ttyUSB1", "/dev/ttyS0", "/dev/ttyUSB0"]
+    assert [one.is_controller for one in found] == [True, False, False]
+    assert "MS-2000" in found[1].what
+    assert found[2].known == ()  # a serial number alone proves nothing
+
+
+def test_a_chip_with_the_ids_of_its_maker_counts_by_the_name_of_the_manufacturer() -> None:
+    assert plug_of(0x0403, 0x6001, "Thorlabs") is not None
+    assert plug_of(0x0403, 0x6001, "FTDI") is None
+    assert plug_of(None, None, "Thorlabs") is None
+    assert plug_of(0x1234, 0xFAF0) is None
+
+
+def test_ports_come_in_the_order_of_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch, *(port(f"COM{number}") for number in (10, 9, 1)), port("/dev/ttyS0"))
+    assert [one.device for one in serial_ports()] == ["/dev/ttyS0", "COM1", "COM9", "COM10"]
+
+
+def test_a_port_is_found_by_its_name_and_through_links(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    device = tmp_path / "ttyUSB0"
+    device.touch()
+    link = tmp_path / "by-serial"
+    link.symlink_to(device)
+    show(monkeypatch, linux(str(device), "83828433"), port("COM3"))
+    for url in (device, link):
+        found = port_of(str(url))
+        assert found is not None
+        assert found.serial_number == "83828433"
+    assert port_of("com3") is not None
+    assert port_of("COM4") is None
+
+
+def test_names_are_found_in_any_case_and_later_ones_too() -> None:
+    tdc, kdc = by_name(APT, "tdc001"), by_name(APT, "kdc101")
+    assert tdc is not None
+    assert kdc is not None
+    assert (tdc.unit, tdc.documented) == ("TDC001", True)
+    assert (kdc.unit, kdc.documented) == ("TDC001", False)
+    assert by_name(APT, "TDC002") is None
+
+
+def test_every_prefix_of_the_registry_leads_to_its_unit() -> None:
+    registry = APT.registry()
+    prefixes = {str(unit["usb_prefix"]) for unit in registry["units"] if unit.get("usb_prefix")}
+    for prefix in prefixes | set(registry["known_prefixes"]):
+        known = by_serial_number(APT, f"{prefix}000001")
+        assert known, prefix
+        assert all(str(one) for one in known)

@@ -1,0 +1,55 @@
+"""The rules for udev: whole, and what they have to say."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+RULES = Path(__file__).parents[2] / "examples" / "udev" / "70-stagewire.rules"
+MATCHES = {"ACTION", "SUBSYSTEM", "DRIVER", "KERNEL", "ATTR", "ATTRS", "ENV"}
+ASSIGNED = {"GROUP", "MODE", "TAG", "SYMLINK", "ATTR", "ENV", "RUN"}
+PART = re.compile(r'([A-Z]+)(?:\{(\w+)\})?(==|!=|\+=|:=|=)"([^"]*)"')
+
+
+def rules() -> list[dict[tuple[str, str, str], str]]:
+    """Return every rule: key, what is in its braces and operator, with the value."""
+    found = []
+    for line in RULES.read_text("utf-8").splitlines():
+        if line and not line.startswith("#"):
+            parts = [PART.fullmatch(part) for part in re.split(r",\s+(?=[A-Z]+[{=+])", line)]
+            assert all(parts), line
+            found.append({(p[1], p[2] or "", p[3]): p[4] for p in parts if p})
+    return found
+
+
+def test_each_key_is_compared_or_assigned_as_it_can_be() -> None:
+    for rule in rules():
+        for key, _, operator in rule:
+            assert key in (MATCHES if operator in ("==", "!=") else ASSIGNED)
+
+
+def test_each_rule_is_for_the_controllers_alone() -> None:
+    for rule in rules():
+        for attribute, value in (("idVendor", "0403"), ("idProduct", "faf0")):
+            given = {rule.get((key, attribute, "==")) for key in ("ATTR", "ATTRS")}
+            assert given == {None, value}
+
+
+def test_a_link_by_serial_number_and_a_latency_of_1_ms() -> None:
+    [port] = [rule for rule in rules() if rule["SUBSYSTEM", "", "=="] == "tty"]
+    assert port["SYMLINK", "", "+="] == "stagewire/by-serial/$attr{serial}"
+    assert port["GROUP", "", "="] == "dialout"
+    [chip] = [rule for rule in rules() if rule["SUBSYSTEM", "", "=="] == "usb-serial"]
+    assert chip["ATTR", "latency_timer", "="] == "1"
+
+
+@pytest.mark.skipif(not shutil.which("udevadm"), reason="udev is not installed")
+def test_udev_takes_them() -> None:
+    done = subprocess.run(["udevadm", "verify", str(RULES)], capture_output=True, text=True)
+    if "Unknown command verb" in done.stderr:
+        pytest.skip("udevadm of before version 254 cannot verify")
+    assert done.returncode == 0, done.stdout + done.stderr

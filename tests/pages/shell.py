@@ -1,0 +1,107 @@
+"""Runs the blocks of ``sh``, line by line, where nothing of the reader's own can be hurt.
+
+- A line ends with 0 unless its comment says ``exit status N``. Programs have no input, and no terminal.
+- A line that serves (a virtual controller) goes on while those below it run; then it gets Ctrl-C, and must
+  end with 0; with 1 the recording of a session that nobody repeated.
+- A port number of the document is one that is free.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sysconfig
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+__all__ = ["Shell", "lines"]
+
+PATIENCE = 60.0
+
+_SERVES = re.compile(r"stagewire virtual (?!--list)")
+_SERVED = re.compile(r" at (socket://|/dev/|\w+)")
+_COMMENT = re.compile(r"\s+#\s.*$")
+_STATUS = re.compile(r"# exit status (\d+)")
+_PORT = re.compile(r"(?<=127\.0\.0\.1:)\d+|(?<=--tcp )\d+(?![.\d])")
+
+
+def lines(text: str) -> Iterator[tuple[str, int]]:
+    """Yield the commands of a block, each with the exit status that it shall have."""
+    for line in text.replace("\\\n", " ").splitlines():
+        status = _STATUS.search(line)
+        command = _COMMENT.sub("", line).strip()
+        if command and not command.startswith("#"):
+            yield command, int(status[1]) if status else 0
+
+
+class Shell:
+    """Somebody who types the lines of one block in a folder.
+
+    :param folder: where he is.
+    :param output: a folder for what the programs print.
+    """
+
+    def __init__(self, folder: Path, output: Path) -> None:
+        self.folder = folder
+        self.output = output
+        self.served: list[tuple[str, subprocess.Popen[bytes]]] = []
+        self.ports: dict[str, str] = {}
+        path = os.pathsep.join([sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)])
+        self.environment = {**os.environ, "PATH": path, "PYTHONUNBUFFERED": "1"}
+
+    def type(self, command: str, status: int) -> None:
+        """Run a command; fails the test when it ends otherwise than it shall."""
+        command = _PORT.sub(lambda port: self._free(port[0]), command)
+        if _SERVES.match(command):
+            self._serve(command)
+            return
+        process, printed = self._start(command)
+        code = process.wait(PATIENCE)
+        assert code == status, f"{command}\nends with {code}, not {status}\n{printed.read_text()}"
+        assert "Traceback" not in printed.read_text(), printed.read_text()
+
+    def __enter__(self) -> Shell:
+        """Return this."""
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        """End what serves, as Ctrl-C does; how it ends counts unless something has failed before."""
+        for _, process in self.served:
+            process.send_signal(signal.SIGINT)
+        for command, process in self.served:
+            status = process.wait(PATIENCE)
+            wanted = 1 if "--replay" in command else 0
+            assert kind or status == wanted, f"{command}\nends with {status}, not {wanted}"
+
+    def _start(self, command: str) -> tuple[subprocess.Popen[bytes], Path]:
+        printed = self.output / f"{len(list(self.output.iterdir()))}.txt"
+        with printed.open("wb") as file:
+            process = subprocess.Popen(
+                ["bash", "-c", f"exec {command}" if _SERVES.match(command) else command],
+                cwd=self.folder,
+                env=self.environment,
+                stdin=subprocess.DEVNULL,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+            )
+        return process, printed
+
+    def _serve(self, command: str) -> None:
+        process, printed = self._start(command)
+        self.served.append((command, process))
+        end = time.monotonic() + PATIENCE
+        while not _SERVED.search(printed.read_text()):
+            assert process.poll() is None, f"{command}\nends at once\n{printed.read_text()}"
+            assert time.monotonic() < end, f"{command}\nserves nothing\n{printed.read_text()}"
+            time.sleep(0.02)
+
+    def _free(self, port: str) -> str:
+        """Return a free port, the same for the same one of the document."""
+        if port not in self.ports:
+            with socket.create_server(("127.0.0.1", 0)) as server:
+                self.ports[port] = str(server.getsockname()[1])
+        return self.ports[port]

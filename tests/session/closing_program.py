@@ -1,0 +1,63 @@
+"""A program that begins to home a controller and is then ended in some way; run by test_session_closing.
+
+Usage: closing_program.py WORLD POLICY END PORT
+"""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+
+from stagewire.links import open_async_link, open_link
+from stagewire.session.asynchronous import AsyncFramedSession
+from stagewire.session.options import Ends
+from stagewire.session.synchronous import FramedSession
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+
+HOMED = Ends((m.MotMoveHomed,), (m.MotMoveStoppedHeader,))
+
+
+def last_words() -> bytes:
+    return m.MotMoveStop(1, 2).pack(0x50, 1)
+
+
+def threads(url: str, stop: bool, end: str) -> None:
+    session = FramedSession(PROTOCOL, open_link(url), background=end != "terminate reader")
+    if stop:
+        session.on_close.append(last_words)
+    motion = session.begin(m.MotMoveHome(1), HOMED, 0x50)
+    print("homing", flush=True)
+    match end:
+        case "terminate" | "terminate reader" | "exit on SIGTERM":
+            session.wait(motion)
+        case "close":
+            session.close()
+        case "exit":
+            return
+
+
+async def loop(url: str, stop: bool, end: str) -> None:
+    session = AsyncFramedSession(PROTOCOL, await open_async_link(url))
+    if stop:
+        session.on_close.append(last_words)
+    motion = await session.begin(m.MotMoveHome(1), HOMED, 0x50)
+    print("homing", flush=True)
+    match end:
+        case "terminate" | "exit on SIGTERM":
+            await session.wait(motion)
+        case "close":
+            await session.close()
+        case "exit":
+            sys.exit(0)
+
+
+if __name__ == "__main__":
+    world, policy, end, url = sys.argv[1:]
+    if end == "exit on SIGTERM":
+        signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(7))
+    if world == "threads":
+        threads(url, policy == "stop", end)
+    else:
+        asyncio.run(loop(url, policy == "stop", end))

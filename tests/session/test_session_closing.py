@@ -1,0 +1,123 @@
+"""What a session says last, however the program ends; nothing is installed that was not there before."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from session_lines import AsyncTestLink, TestLink
+
+import stagewire_virtual as virtual
+from stagewire.session import termination
+from stagewire.session.asynchronous import AsyncFramedSession
+from stagewire.session.synchronous import FramedSession
+from stagewire_apt import PROTOCOL, stages
+from stagewire_virtual import stepped
+
+PROGRAM = Path(__file__).with_name("closing_program.py")
+MOVE_STOP = bytes.fromhex("65 04 01 02 50 01")
+MOVE_HOME = bytes.fromhex("43 04 01 00 50 01")
+
+# World, how it ends, and with which status the process ends.
+ENDS = [
+    ("threads", "terminate", -signal.SIGTERM),
+    ("threads", "terminate reader", -signal.SIGTERM),
+    ("threads", "exit on SIGTERM", 7),
+    ("threads", "close", 0),
+    ("threads", "exit", 0),
+    ("loop", "terminate", -signal.SIGTERM),
+    ("loop", "exit on SIGTERM", 7),
+    ("loop", "close", 0),
+    ("loop", "exit", 0),
+]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without asking it")
+@pytest.mark.parametrize("policy", ["stop", "leave"])
+@pytest.mark.parametrize(("world", "end", "status"), ENDS)
+def test_a_program_that_ends_stops_what_moves(
+    world: str, end: str, status: int, policy: str
+) -> None:
+    with virtual.TDC001(stage=stages.Z8).tcp() as tdc:
+        heard: list[bytes] = []
+        tdc.link.observer.received = lambda link, when, data: heard.append(data)  # type: ignore[method-assign]
+        command = [sys.executable, "-W", "ignore", str(PROGRAM), world, policy, end, tdc.url]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
+            assert program.stdout is not None
+            assert program.stdout.readline() == "homing\n"
+            if "SIGTERM" in end or "terminate" in end:
+                program.send_signal(signal.SIGTERM)
+            assert program.wait(20) == status
+        until = time.monotonic() + 10
+        while tdc.link.connected and time.monotonic() < until:
+            time.sleep(0.005)
+        said = b"".join(heard)
+    assert said.startswith(MOVE_HOME)
+    assert (MOVE_STOP in said) == (policy == "stop")
+
+
+def test_a_handler_of_the_user_stays() -> None:
+    def handler(number: int, frame: object) -> None: ...
+
+    before = signal.signal(signal.SIGTERM, handler)
+    try:
+        with FramedSession(PROTOCOL, TestLink()):
+            assert signal.getsignal(signal.SIGTERM) is handler
+        assert signal.getsignal(signal.SIGTERM) is handler
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def test_after_the_last_session_everything_is_as_before() -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    first, second = (FramedSession(PROTOCOL, TestLink()) for _ in range(2))
+    assert signal.getsignal(signal.SIGTERM) is termination._on_sigterm
+    first.close()
+    assert signal.getsignal(signal.SIGTERM) is termination._on_sigterm
+    second.close()
+    assert signal.getsignal(signal.SIGTERM) is before
+    assert not termination._open
+
+
+def test_a_fork_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    link = TestLink()
+    with FramedSession(PROTOCOL, link) as session:
+        session.on_close.append(lambda: MOVE_STOP)
+        with monkeypatch.context() as child:
+            child.setattr(os, "getpid", lambda: -1)
+            termination._at_exit()
+        assert not session.closed
+        assert not link.written
+        assert not link.told_now
+
+
+@pytest.mark.parametrize("fails", [True, False])
+def test_one_session_that_fails_does_not_silence_the_others(fails: bool) -> None:
+    def fail() -> bytes:
+        if fails:
+            raise ZeroDivisionError
+        return b""
+
+    link = TestLink()
+    with FramedSession(PROTOCOL, TestLink()) as first, FramedSession(PROTOCOL, link) as second:
+        first.on_close.append(fail)
+        second.on_close.append(lambda: MOVE_STOP)
+        termination._at_exit()
+        first.on_close.clear()
+    assert link.written == [MOVE_STOP]
+
+
+def test_in_an_event_loop_the_last_words_do_not_wait_for_it() -> None:
+    async def main() -> None:
+        link = AsyncTestLink()
+        async with AsyncFramedSession(PROTOCOL, link) as session:
+            session.on_close.append(lambda: MOVE_STOP)
+            termination._at_exit()
+            assert link.told_now == [MOVE_STOP]
+
+    stepped.run(main())

@@ -1,0 +1,221 @@
+"""Whose answer a frame is: by message, address, and what request and reply both say."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from stepped_core import HOST, VEL, Framed, dc_status, said, vel_params
+
+from stagewire_apt import messages as m
+
+BAYS = (0x21, 0x22, 0x23)
+
+
+def test_the_reply_of_the_address_that_was_asked_is_the_answer():
+    talk = Framed()
+    asked = talk.ask(dest=0x22)
+    assert talk.wrote == m.MotReqVelParams(1).pack(0x22, HOST)
+    talk.hear(said(vel_params(5), 0x22))
+    assert asked.done
+    assert asked.value().message == vel_params(5)
+    assert asked.value().source == 0x22
+
+
+@pytest.mark.parametrize("source", [0x11, 0x21, 0x23, 0x2A, 0x50])
+def test_another_documented_address_never_is(source):
+    talk = Framed()
+    asked = talk.ask(dest=0x22)
+    talk.hear(said(vel_params(5), source))
+    assert not asked.done
+    talk.hear(said(vel_params(6), 0x22))
+    assert asked.value().message.max_velocity == 6
+
+
+@pytest.mark.parametrize("addresses", [(HOST, 0x22), (0, 0), (0x22, HOST)])
+def test_zero_addresses_and_unswapped_ones_are_matched(addresses):
+    talk = Framed()
+    asked = talk.ask(dest=0x22)
+    dest, source = addresses
+    talk.hear(said(vel_params(5), source, dest))
+    assert asked.value().message.max_velocity == 5
+
+
+def test_an_unswapped_answer_is_that_of_the_bay_it_names():
+    talk = Framed()
+    first, second = talk.ask(dest=0x21), talk.ask(dest=0x22)
+    talk.hear(said(vel_params(2), source=HOST, dest=0x22))
+    assert (first.done, second.done) == (False, True)
+
+
+def test_another_channel_never_is():
+    talk = Framed()
+    asked = talk.ask(m.MotReqVelParams(2))
+    talk.hear(said(vel_params(5, chan_ident=1)))
+    assert not asked.done
+    talk.hear(said(vel_params(6, chan_ident=2)))
+    assert asked.value().message.max_velocity == 6
+
+
+def test_a_bay_that_is_asked_about_is_repeated():
+    talk = Framed()
+    asked = talk.ask(m.RackReqBayUsed(1), (m.RackGetBayUsed,), dest=0x11)
+    talk.hear(said(m.RackGetBayUsed(0, 1), 0x11))
+    assert not asked.done
+    talk.hear(said(m.RackGetBayUsed(1, 2), 0x11))
+    assert asked.value().message == m.RackGetBayUsed(1, 2)
+
+
+def test_a_reserved_byte_of_a_request_selects_nothing():
+    """RACK_REQ_STATUSBITS names a byte as the reply names its value."""
+    talk = Framed()
+    asked = talk.ask(m.RackReqStatusBits(), (m.RackGetStatusBits,), dest=0x11)
+    talk.hear(said(m.RackGetStatusBits(status_bits=5), 0x11))
+    assert asked.value().message.status_bits == 5
+
+
+def test_any_of_several_replies_is_one():
+    talk = Framed()
+    replies = (m.MotGetVelParams, m.MotGetJogParams, m.MotGetDcStatusUpdate)
+    asked = talk.ask(replies=replies)
+    talk.hear(said(dc_status(3)))
+    assert asked.value().message == dc_status(3)
+
+
+def test_a_message_that_was_not_asked_for_never_is():
+    talk = Framed()
+    asked = talk.ask()
+    talk.hear(said(dc_status()), said(m.MotGetPosCounter(1, 4)), said(m.MotMoveHomed(1)))
+    assert not asked.done
+    assert talk.core.statistics.matched == 0
+
+
+def test_addresses_do_not_wait_for_each_other():
+    talk = Framed()
+    asked = [talk.ask(dest=bay) for bay in BAYS]
+    assert all(one.written for one in asked)
+    for bay in reversed(BAYS):
+        talk.hear(said(vel_params(bay), bay))
+    assert [one.value().message.max_velocity for one in asked] == [*BAYS]
+
+
+def test_an_answer_without_an_address_that_two_may_have_meant_is_nobodys():
+    talk = Framed()
+    first, second = talk.ask(dest=0x21), talk.ask(dest=0x22)
+    talk.hear(said(vel_params(5), 0, 0))
+    assert (first.done, second.done) == (False, False)
+    assert talk.core.statistics.ambiguous == 1
+    talk.hear(said(vel_params(1), 0x21), said(vel_params(2), 0x22))
+    assert [one.value().message.max_velocity for one in (first, second)] == [1, 2]
+
+
+def test_where_answers_have_no_address_one_question_waits_for_the_other():
+    talk = Framed()
+    talk.ask(dest=0x21)
+    talk.hear(said(vel_params(0), 0, 0))
+    first, second = talk.ask(dest=0x21), talk.ask(dest=0x22)
+    assert (first.written, second.written) == (True, False)
+    talk.hear(said(vel_params(1), 0, 0))
+    assert second.written
+    talk.hear(said(vel_params(2), 0, 0))
+    assert [one.value().message.max_velocity for one in (first, second)] == [1, 2]
+
+
+FORMS = {
+    "header": m.MotMoveCompletedHeader(1),
+    "dc": m.MotMoveCompletedDc(chan_ident=1, position=4, velocity=0, status_bits=0),
+    "stepper": m.MotMoveCompletedStepper(chan_ident=1, position=4, enc_count=0, status_bits=0),
+}
+
+
+@pytest.mark.parametrize("unswapped", [False, True])
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("order", [*itertools.permutations(BAYS)])
+def test_three_bays_that_move_at_once_end_in_any_order(order, form, unswapped):
+    talk = Framed()
+    moves = {bay: talk.move(bay) for bay in BAYS}
+    ended = []
+    for bay in order:
+        moves[bay].on_done = lambda exchange: ended.append(exchange.dest)
+    for count, bay in enumerate(order, 1):
+        source, dest = (HOST, bay) if unswapped else (bay, HOST)
+        talk.hear(said(FORMS[form], source, dest))
+        assert ended == [*order[:count]]
+    assert all(move.error is None for move in moves.values())
+
+
+@pytest.mark.parametrize("status", [{}, {"status": "dc"}, {"status": "stepper"}])
+def test_the_status_of_an_end_is_decided_by_what_was_told(status):
+    talk = Framed()
+    talk.core.tell(0x50, **status)
+    move = talk.move()
+    talk.hear(said(FORMS["dc"]))
+    name = {"dc": "MotMoveCompletedDc", "stepper": "MotMoveCompletedStepper"}.get(
+        status.get("status", ""), "MotMoveCompletedUndecided"
+    )
+    assert type(move.value().message).__name__ == name
+    assert move.value().message.position == 4
+
+
+def test_an_end_without_an_address_is_that_of_the_only_motion():
+    talk = Framed()
+    move = talk.move(0x22)
+    talk.hear(said(FORMS["header"], 0, 0))
+    assert move.value().message == FORMS["header"]
+
+
+def test_an_end_without_an_address_ends_none_of_several_motions():
+    talk = Framed()
+    moves = [talk.move(bay) for bay in BAYS]
+    talk.hear(said(FORMS["dc"], 0, 0))
+    assert not any(move.done for move in moves)
+    assert talk.core.statistics.ambiguous == 1
+
+
+def test_the_end_of_another_channel_ends_nothing():
+    talk = Framed()
+    first, second = talk.move(chan_ident=1), talk.move(chan_ident=2)
+    talk.later(1)
+    talk.hear(said(m.MotMoveCompletedHeader(2)))
+    assert (first.done, second.done) == (False, True)
+
+
+INTRUSIONS = {
+    "a 20-byte completion": said(FORMS["dc"]),
+    "a 6-byte completion": said(FORMS["header"]),
+    "a DC status": said(dc_status()),
+    "a 34-byte status": bytes.fromhex("81041c008150") + bytes(range(1, 29)),
+    "HW_RESPONSE": said(m.HwResponse()),
+    "HW_RICHRESPONSE": said(m.HwRichResponse(bytes(68))),
+    "an unknown id": bytes.fromhex("fe7f00000150"),
+    "an unknown id whose payload is a frame": bytes.fromhex("fe7f14008150") + said(vel_params(99)),
+    "a stray zero": b"\0",
+    "three bytes of garbage": bytes.fromhex("fa0c81"),
+}
+
+
+@pytest.mark.parametrize("intrusion", INTRUSIONS)
+def test_an_intrusion_before_a_reply_changes_neither_it_nor_the_next(intrusion):
+    talk = Framed()
+    first = talk.ask()
+    talk.hear(INTRUSIONS[intrusion])
+    talk.hear(said(vel_params(5)))
+    second = talk.ask()
+    talk.hear(said(vel_params(6)))
+    assert [one.value().message.max_velocity for one in (first, second)] == [5, 6]
+
+
+def test_a_reply_whose_id_has_no_layout_can_be_asked_for():
+    talk = Framed()
+    asked = talk.ask(m.HwReqInfo(), (m.HwRichResponse,))
+    talk.hear(said(m.HwRichResponse(bytes(68))))
+    assert asked.value().message.data == bytes(68)
+
+
+def test_nothing_of_a_frame_that_only_looks_like_an_answer_is_one():
+    """The header form of the velocity parameters does not exist, and too short a packet is none."""
+    talk = Framed()
+    asked = talk.ask(replies=VEL)
+    talk.hear(bytes.fromhex("150404008150 01000000"))
+    assert not asked.done
+    assert talk.core.statistics.bad_length == 1

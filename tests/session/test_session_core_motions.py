@@ -1,0 +1,293 @@
+"""Motions: one on a channel, their ends, stops, and what is unknown after a timeout."""
+
+from __future__ import annotations
+
+import pytest
+
+from stagewire.errors import MotionStopped, MotionTimeout, MotionUnderWayError, ReplyTimeout
+from stagewire.session.framed import Ends
+from stagewire_apt import messages as m
+from stepped_core import MOVED, Framed, dc_status, said
+
+COMPLETED = said(m.MotMoveCompletedHeader(1))
+STOPPED_HERE = m.MotMoveStoppedHeader(1)
+STOPPED = said(STOPPED_HERE)
+MOVE = m.MotMoveAbsolute(1, 1000).pack(0x50, 1)
+STOP = m.MotMoveStop(1, 2).pack(0x50, 1)
+
+
+def test_a_motion_ends_with_what_completes_it():
+    talk = Framed()
+    move = talk.move()
+    assert talk.wrote == MOVE
+    talk.later(30)
+    assert not move.done
+    talk.hear(COMPLETED)
+    assert move.value().message == m.MotMoveCompletedHeader(1)
+
+
+def test_a_motion_that_is_stopped_by_others_says_so():
+    talk = Framed()
+    move = talk.move()
+    talk.hear(STOPPED)
+    with pytest.raises(MotionStopped, match="MOT_MOVE_ABSOLUTE was stopped before its end") as stopped:
+        move.value()
+    assert stopped.value.message == STOPPED_HERE
+    assert talk.move().written is False  # paced, and not refused
+
+
+def test_homing_ends_with_homed_and_not_with_completed():
+    talk = Framed()
+    ends = Ends(completed=(m.MotMoveHomed,), stopped=MOVED.stopped)
+    home = talk.core.begin(m.MotMoveHome(1), ends, 0x50, 60, talk.now)
+    talk.flush()
+    talk.hear(COMPLETED)
+    assert not home.done
+    talk.hear(said(m.MotMoveHomed(1)))
+    assert home.value().message == m.MotMoveHomed(1)
+
+
+def test_an_end_that_comes_before_the_command_was_written_ends_nothing():
+    talk = Framed()
+    talk.send()  # the pacing keeps the move back
+    move = talk.move()
+    talk.hear(COMPLETED)
+    assert (move.written, move.done) == (False, False)
+    talk.later(0.01)
+    assert move.written
+    talk.hear(COMPLETED)
+    assert move.done
+
+
+def test_what_nobody_reports_is_over_when_it_is_written():
+    talk = Framed()
+    move = talk.move(ends=Ends())
+    assert move.done
+    assert move.value() is None
+    talk.later(1)
+    assert talk.move().written
+
+
+def test_a_second_motion_on_the_channel_is_refused_before_a_byte():
+    talk = Framed()
+    talk.move()
+    talk.later(1)
+    with pytest.raises(MotionUnderWayError, match="MOT_MOVE_ABSOLUTE is under way on channel 1 of 0x50"):
+        talk.move()
+    assert talk.wrote == MOVE
+    assert talk.move(chan_ident=2).written
+    assert talk.move(0x21).written
+
+
+def test_a_motion_that_waits_to_be_sent_is_under_way_too():
+    talk = Framed()
+    talk.send()
+    talk.move()
+    with pytest.raises(MotionUnderWayError):
+        talk.move()
+
+
+def test_after_an_end_another_may_begin():
+    talk = Framed()
+    talk.move()
+    talk.hear(COMPLETED)
+    talk.later(1)
+    assert talk.move().written
+
+
+def test_an_end_that_does_not_come_in_time_leaves_the_motion_unknown():
+    talk = Framed()
+    move = talk.move(timeout=10)
+    for _ in range(3):
+        talk.later(3)
+        talk.hear(said(dc_status()), said(m.HwResponse()))
+    talk.later(1)
+    with pytest.raises(MotionTimeout) as refused:
+        move.value()
+    text = str(refused.value)
+    assert "no MOT_MOVE_COMPLETED or MOT_MOVE_STOPPED came from there within 10 s" in text
+    assert "3 x MOT_GET_DCSTATUSUPDATE, 3 x HW_RESPONSE" in text
+    assert "may still be under way" in text
+    with pytest.raises(MotionUnderWayError, match="given up before its end was reported"):
+        talk.move()
+    talk.later(3600)  # time alone does not stop a motor
+    with pytest.raises(MotionUnderWayError):
+        talk.move()
+
+
+def test_a_cancelled_motion_is_unknown_too_and_its_late_end_settles_that():
+    talk = Framed()
+    move = talk.move()
+    talk.cancel(move)
+    assert talk.wrote == MOVE  # nothing is sent on account of it
+    with pytest.raises(MotionUnderWayError):
+        talk.move()
+    talk.hear(COMPLETED)
+    talk.later(1)
+    assert talk.move().written
+
+
+def test_a_cancelled_motion_that_was_not_sent_is_not_under_way():
+    talk = Framed()
+    talk.send()
+    talk.cancel(talk.move())
+    again = talk.move()
+    assert talk.later(1) == MOVE
+    assert again.written
+
+
+def test_a_motion_whose_time_passed_before_it_was_sent_is_not_sent():
+    talk = Framed(pacing=5)
+    talk.send()
+    move = talk.move(timeout=1)
+    assert talk.later(10) == b""
+    with pytest.raises(MotionTimeout, match="was not sent"):
+        move.value()
+    assert talk.move().written
+
+
+def test_an_answered_stop_settles_what_is_unknown():
+    talk = Framed()
+    talk.move(timeout=1)
+    talk.later(1)
+    stop = talk.halt()
+    talk.hear(STOPPED)
+    assert stop.value().message == STOPPED_HERE
+    talk.later(1)
+    assert talk.move().written
+
+
+def test_reading_that_nothing_moves_settles_what_is_unknown_and_nothing_else():
+    talk = Framed()
+    talk.move(timeout=1)
+    talk.move(0x21)
+    talk.later(1)
+    for dest in (0x50, 0x21):
+        talk.core.settled(dest, 1)
+    talk.core.settled(0x22, 1)
+    assert talk.move().written
+    with pytest.raises(MotionUnderWayError):
+        talk.move(0x21)
+
+
+def test_a_stop_ends_the_motion_when_it_is_answered():
+    talk = Framed()
+    move = talk.move()
+    stop = talk.halt()
+    assert talk.wrote == MOVE + STOP
+    assert (move.done, stop.done) == (False, False)
+    talk.hear(STOPPED)
+    assert isinstance(move.error, MotionStopped)
+    assert stop.value().message == STOPPED_HERE
+
+
+def test_a_stop_ends_a_motion_that_does_not_know_this_end_of_its_own():
+    talk = Framed()
+    move = talk.move(ends=Ends(completed=MOVED.completed))
+    talk.halt()
+    talk.hear(STOPPED)
+    assert isinstance(move.error, MotionStopped)
+
+
+def test_a_motion_that_completes_while_a_stop_is_on_its_way_has_completed():
+    talk = Framed()
+    move, stop = talk.move(), talk.halt()
+    talk.hear(COMPLETED)
+    assert move.value().message == m.MotMoveCompletedHeader(1)
+    assert not stop.done
+    talk.hear(STOPPED)
+    assert stop.done
+
+
+def test_a_stop_keeps_a_motion_that_was_not_sent_from_being_sent():
+    talk = Framed()
+    talk.send()
+    move = talk.move()
+    talk.wrote = b""
+    stop = talk.halt()
+    assert isinstance(move.error, MotionStopped)
+    assert "nothing was sent" in str(move.error)
+    assert talk.later(1) == b""
+    assert talk.wrote == STOP
+    talk.hear(STOPPED)
+    assert stop.done
+
+
+def test_a_stop_ends_the_motion_of_its_own_address_alone():
+    talk = Framed()
+    moves = [talk.move(bay) for bay in (0x21, 0x22)]
+    talk.halt(0x22)
+    talk.hear(said(STOPPED_HERE, 0x22))
+    assert [move.done for move in moves] == [False, True]
+
+
+def test_nothing_begins_while_a_stop_waits_for_its_answer():
+    talk = Framed()
+    talk.halt()
+    with pytest.raises(MotionUnderWayError, match="MOT_MOVE_STOP on channel 1 of 0x50 has not been answered"):
+        talk.move()
+    talk.hear(STOPPED)
+    talk.later(1)
+    assert talk.move().written
+
+
+def test_a_stop_that_nobody_answers_is_a_timeout_and_the_motion_goes_on():
+    talk = Framed()
+    move, stop = talk.move(), talk.halt(timeout=0.5)
+    talk.later(0.5)
+    assert type(stop.error) is ReplyTimeout
+    assert not move.done
+    talk.hear(STOPPED)  # late, and still the end of that motion
+    assert isinstance(move.error, MotionStopped)
+
+
+def test_the_late_answer_to_a_stop_does_not_end_a_motion_that_began_after_it():
+    talk = Framed(quiet=0.5)
+    talk.cancel(talk.halt())
+    talk.later(0.1)
+    move = talk.move()
+    assert move.written
+    talk.hear(STOPPED)
+    assert not move.done
+    assert talk.core.statistics.late == 1
+    talk.hear(STOPPED)  # the motion's own
+    assert isinstance(move.error, MotionStopped)
+
+
+def test_after_the_quiet_period_an_end_is_the_motion_s_own():
+    talk = Framed(quiet=0.5)
+    talk.cancel(talk.halt())
+    talk.later(0.5)
+    move = talk.move()
+    talk.hear(STOPPED)
+    assert isinstance(move.error, MotionStopped)
+
+
+def test_two_stops_end_with_one_answer_and_the_second_answer_ends_nothing():
+    talk = Framed(quiet=0.5)
+    stops = [talk.halt(), talk.halt()]
+    talk.hear(STOPPED)
+    assert all(stop.done for stop in stops)
+    talk.later(0.1)
+    move = talk.move()
+    talk.hear(STOPPED)
+    assert not move.done
+
+
+def test_a_stop_without_an_answer_is_done_when_it_is_written():
+    talk = Framed()
+    move = talk.move()
+    stop = talk.halt(ends=None)
+    assert stop.done
+    assert stop.value() is None
+    assert not move.done
+
+
+def test_a_stop_that_is_cancelled_before_it_was_written_is_written_all_the_same():
+    talk = Framed()
+    move = talk.move()
+    stop = talk.core.halt(m.MotMoveStop(1, 2), Ends((m.MotMoveStoppedDc,)), 0x50, 1.0, talk.now)
+    talk.core.cancel(stop, talk.now)
+    assert talk.flush() == STOP
+    talk.hear(STOPPED)
+    assert isinstance(move.error, MotionStopped)

@@ -1,0 +1,115 @@
+"""Sessions for threads: several callers at once."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+
+import pytest
+from session_lines import BAYS, TestLink, answer, jog, velocity
+
+from stagewire.errors import StagewireError
+from stagewire.links import LineSettings
+from stagewire.session.options import SessionOptions
+from stagewire.session.synchronous import FramedSession
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+from stagewire_virtual.linking import open_link
+
+CALLS = 100
+THREADS = 8
+
+reading = pytest.mark.parametrize("background", [True, False], ids=["background", "no thread"])
+
+
+def run_all(threads: list[threading.Thread]) -> None:
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+        assert not thread.is_alive()
+
+
+@reading
+def test_each_of_eight_threads_gets_its_own_replies(background: bool) -> None:
+    wrong: list[object] = []
+
+    def call(number: int) -> None:
+        dest = BAYS[number % len(BAYS)]
+        for turn in range(CALLS):
+            if (number + turn) % 2:
+                got = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), dest)
+                expected: object = velocity(1, dest)
+            else:
+                got = session.ask(m.MotReqJogParams(1), (m.MotGetJogParams,), dest)
+                expected = jog(1, dest)
+            if got.message != expected or got.source != dest:
+                wrong.append((got, expected))
+
+    with FramedSession(PROTOCOL, TestLink(answer), background=background) as session:
+        run_all([threading.Thread(target=call, args=(n,)) for n in range(THREADS)])
+    assert not wrong
+
+
+@reading
+def test_whoever_leaves_lets_another_one_read(background: bool) -> None:
+    """The first to wait gives up before the reply to the second comes."""
+    link = TestLink()
+    got: list[object] = []
+
+    def impatient() -> None:
+        with pytest.raises(StagewireError):
+            session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[0], 0.1)
+        link.say(velocity(1, BAYS[1]).pack(1, BAYS[1]))
+
+    def patient() -> None:
+        while not link.written:
+            time.sleep(0.001)
+        message = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[1], 30).message
+        got.append(message)
+
+    with FramedSession(PROTOCOL, link, background=background) as session:
+        run_all([threading.Thread(target=impatient), threading.Thread(target=patient)])
+    assert got == [velocity(1, BAYS[1])]
+
+
+@reading
+def test_a_frame_that_has_to_wait_is_written_when_its_time_has_come(background: bool) -> None:
+    """Frames without a reply are paced, whichever threads send them."""
+    link = TestLink()
+    times: dict[int, float] = {}
+    write = link.write
+
+    def timed(data: bytes) -> None:
+        times[len(times)] = time.monotonic()
+        write(data)
+
+    link.write = timed  # type: ignore[method-assign]
+    options = SessionOptions(pacing=0.02)
+    with FramedSession(PROTOCOL, link, background=background, options=options) as session:
+        run_all(
+            [
+                threading.Thread(target=session.send, args=(m.HwStopUpdateMsgs(), BAYS[0], 5))
+                for _ in range(3)
+            ]
+        )
+    assert len(times) == 3
+    assert all(later - earlier >= 0.019 for earlier, later in itertools.pairwise(times.values()))
+
+
+@reading
+def test_a_virtual_controller_serves_eight_threads(background: bool) -> None:
+    def call(number: int) -> None:
+        for _ in range(20):
+            if number % 2:
+                got = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50).message
+            else:
+                got = session.ask(m.MotReqJogParams(1), (m.MotGetJogParams,), 0x50).message
+            right.append(isinstance(got, m.MotGetVelParams if number % 2 else m.MotGetJogParams))
+
+    right: list[bool] = []
+    link = open_link("virtual://TDC001", LineSettings())
+    with FramedSession(PROTOCOL, link, background=background) as session:
+        run_all([threading.Thread(target=call, args=(n,)) for n in range(THREADS)])
+    assert right == [True] * (20 * THREADS)

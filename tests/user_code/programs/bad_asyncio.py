@@ -1,0 +1,18 @@
+"""Mistakes that users of asyncio make; behind each what mypy and pyright call it."""
+
+from __future__ import annotations
+
+from stagewire_apt.aio import TDC001
+
+
+async def one_stage(tdc: TDC001) -> float:
+    """A stage in millimetres."""
+    tdc.home()  # wrong: unused-coroutine reportUnusedCoroutine
+    await tdc.move_absolute(um=1.5)  # wrong: call-arg reportCallIssue
+    await tdc.move_absolute(mm=b"1.5")  # wrong: arg-type reportArgumentType
+    await tdc.jog("forward")  # wrong: arg-type reportArgumentType
+    tdc.start_home().wait()  # wrong: attr-defined reportAttributeAccessIssue
+    print(tdc.get_vel_params().max_velocity)  # wrong: attr-defined reportAttributeAccessIssue
+    with TDC001.open("virtual://TDC001") as other:  # wrong: attr-defined reportGeneralTypeIssues
+        print(other)
+    return tdc.get_dc_status_update().position_mm  # wrong: attr-defined reportAttributeAccessIssue

@@ -1,0 +1,57 @@
+"""What users of asyncio write, without a mistake; the classes have the same names in another module."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import assert_type
+
+from stagewire_apt import messages as m
+from stagewire_apt.aio import BBD102, TDC001, TPZ001
+from stagewire_ms2000.aio import MS2000
+
+from stagewire.devices.asynchronous import Motion
+from stagewire.devices.tables import MotionEnd
+
+
+async def one_stage(url: str) -> float:
+    """Home a stage and move it."""
+    async with TDC001.open(url, stage="Z8", travel_mm=(0, 25)) as tdc:
+        assert_type(tdc, TDC001)
+        assert_type(await tdc.home(), MotionEnd)
+        await tdc.move_absolute(mm=1.5)
+        motion = await tdc.start_move_relative(mm=-0.5)
+        assert_type(motion, Motion)
+        await motion.stop()
+        changed = await tdc.change_vel_params(max_velocity_mm_per_s=2.5)
+        assert_type(changed.max_velocity_mm_per_s, float)
+        return (await tdc.get_dc_status_update()).position_mm
+
+
+async def two_bays(url: str) -> None:
+    """Both bays move at once."""
+    async with BBD102.open(url, stages=["MLS203", "MLS203"]) as bbd102:
+        ends = await asyncio.gather(*(bay.move_absolute(mm=10) for bay in bbd102.bays))
+        assert_type(ends, list[MotionEnd])
+
+
+async def listen(url: str) -> int:
+    """Take what comes unasked."""
+    async with (
+        TDC001.open(url) as tdc,
+        tdc.subscribe(m.MotGetDcStatusUpdate) as updates,
+    ):
+        await tdc.start_updates(10)
+        async for event in updates:
+            print(event)
+        return updates.dropped
+
+
+async def others(url: str) -> float:
+    """A piezo and the axes of an MS-2000."""
+    async with MS2000.open(url) as ms2000, ms2000.low_level():
+        x = ms2000.axis("X")
+        await x.move_absolute(um=100)
+        assert_type((await x.read_motor_position()).position, int)
+    async with TPZ001.open(url, max_volts=75) as tpz001:
+        await tpz001.set_output_volts(volts=12.5)
+        return (await tpz001.get_output_volts()).volts

@@ -1,0 +1,94 @@
+"""What users write, without a mistake: no type checker finds anything, and each knows what comes back."""
+
+from __future__ import annotations
+
+from typing import assert_type
+
+from stagewire.devices.synchronous import Motion
+
+import stagewire
+from stagewire.devices.tables import MotionEnd
+from stagewire_apt import BBD102, BSC002, MST601, TDC001, TPZ001, enumerations
+from stagewire_apt import messages as m
+from stagewire_ms2000 import MS2000
+
+
+def one_stage(url: str) -> float:
+    """Home a stage and move it, in engineering units and in counts."""
+    with TDC001.open(url, stage="Z8", travel_mm=25, log="session.txt") as tdc:
+        assert_type(tdc, TDC001)
+        assert_type(tdc.home(), MotionEnd)
+        assert_type(tdc.move_absolute(mm=1.5), MotionEnd)
+        tdc.move_absolute(counts=34_304, timeout=30)
+        tdc.move_relative(mm=-0.25)
+        tdc.jog(enumerations.MoveDirection.FORWARD)
+        motion = tdc.start_move_absolute(mm=12)
+        assert_type(motion, Motion)
+        assert_type(motion.done, bool)
+        motion.stop()
+        assert_type(motion.wait(timeout=60), MotionEnd)
+        tdc.set_vel_params(min_velocity=0, acceleration_mm_per_s2=1.5, max_velocity_mm_per_s=2.3)
+        changed = tdc.change_vel_params(max_velocity_mm_per_s="2.5")
+        assert_type(changed.max_velocity_mm_per_s, float)
+        assert_type(changed.max_velocity, int)
+        return tdc.get_dc_status_update().position_mm
+
+
+def two_bays(url: str) -> list[float]:
+    """Each bay has a stage of its own."""
+    with BBD102.open(url, stages=["MLS203", "MLS203"]) as bbd102:
+        for bay in bbd102.bays:
+            bay.home()
+        bbd102.bay(2).set_vel_params(
+            min_velocity=0, acceleration_mm_per_s2=10, max_velocity_mm_per_s=99
+        )
+        motions = [bay.start_move_absolute(mm=10) for bay in bbd102.bays]
+        return [motion.wait().seconds for motion in motions]
+
+
+def channels(url: str) -> None:
+    """Each channel has one, too; and so has each of a module in a rack."""
+    with BSC002.open(url) as bsc002:
+        bsc002.channel(2).move_relative(counts=1000)
+    with MST601.open(url, bay=1) as module:
+        module.channel(1).home()
+
+
+def piezo(url: str) -> float:
+    """A piezo has volts, and a maximum of them."""
+    with TPZ001.open(url, max_volts=75) as tpz001:
+        tpz001.set_output_volts(volts=12.5)
+        return tpz001.get_output_volts().volts
+
+
+def listen(url: str) -> int:
+    """Take what comes unasked."""
+    with (
+        TDC001.open(url) as tdc,
+        tdc.subscribe(m.MotGetDcStatusUpdate) as updates,
+    ):
+        tdc.start_updates(10)
+        for event in updates:
+            print(event)
+        return updates.dropped
+
+
+def axes(url: str) -> int:
+    """The MS-2000 has axes, and enters its low-level mode explicitly."""
+    with MS2000.open(url) as ms2000, ms2000.low_level():
+        x = ms2000.axis("X")
+        x.move_absolute(um=100, timeout=10)
+        x.stop()
+        return x.read_motor_position().position
+
+
+def careful(url: str) -> bool:
+    """Every error is one of Stagewire."""
+    try:
+        with TDC001.open(url) as tdc:
+            tdc.move_absolute(mm=1)
+    except stagewire.ReplyTimeout as late:
+        print(late)
+    except stagewire.StagewireError:
+        return False
+    return True
