@@ -72,10 +72,11 @@ def flood(connection: socket.socket) -> None:
     speaking = threading.Thread(target=say)
     speaking.start()
     came: list[float] = []
-    while data := connection.recv(65536):
-        for _ in range(data.count(stop)):
-            came.append(time.monotonic())
-            connection.sendall(stopped)
+    with suppress(ConnectionError):  # of a host that leaves with something unread
+        while data := connection.recv(65536):
+            for _ in range(data.count(stop)):
+                came.append(time.monotonic())
+                connection.sendall(stopped)
     over.set()
     speaking.join()
     print(json.dumps({"stops": came, "rate": sent / (time.monotonic() - began)}), flush=True)

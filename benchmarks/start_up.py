@@ -26,6 +26,7 @@ BARE = [sys.executable, "-c", "pass"]
 IMPORT = [sys.executable, "-c", "import stagewire_apt"]
 RUNTIME = [sys.executable, "-c", "import stagewire"]
 COMMANDS = [sys.executable, "-c", "import stagewire_ms2000"]
+DEVICES = [sys.executable, "-c", "from stagewire_apt import TDC001"]
 
 
 class Processes:
@@ -73,6 +74,9 @@ def importing() -> bool:
         "import stagewire_apt": processes.runner("import stagewire_apt", IMPORT),
         "import stagewire": processes.runner("import stagewire", RUNTIME),
         "import stagewire_ms2000": processes.runner("import stagewire_ms2000", COMMANDS),
+        "from stagewire_apt import TDC001": processes.runner(
+            "TDC001", DEVICES
+        ),  # no bound: asked for
     }
     bounds = [
         Bound(name, over, at_most=at_most, difference=True, scale=1e3, unit="ms")

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 
 import typer
 
-from stagewire.discovery.opening import device_class, unit_at
 from stagewire.errors import (
     EncodeError,
     UnknownScaleError,
@@ -20,6 +19,7 @@ from stagewire.errors import (
 from stagewire_cli.errors import CalledWronglyError
 
 __all__ = [
+    "Bay",
     "Line",
     "Stage",
     "Unit",
@@ -40,6 +40,10 @@ Line = Annotated[
 Unit = Annotated[
     str | None,
     typer.Option("--unit", metavar="NAME", help="Unit that is there.  [default: found out]"),
+]
+Bay = Annotated[
+    int | None,
+    typer.Option("--bay", min=1, help="Bay of a rack; the first is 1, at address 0x21."),
 ]
 Stage = Annotated[
     str | None,
@@ -82,6 +86,8 @@ def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any
     Raises :class:`CalledWronglyError` for a unit or a stage that nobody knows, and
     :class:`~stagewire.errors.StagewireError` for a line that cannot be opened.
     """
+    from stagewire.discovery.opening import device_class, unit_at
+
     given = {name: value for name, value in options.items() if value is not None}
     with called_wrongly():
         device_type = device_class(unit or unit_at(url, bay=bay))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stagewire.discovery.diagnosis import Diagnosis, Verdict, diagnose_computer
-from stagewire.discovery.line_diagnosis import diagnose_line
 from stagewire.errors import BadValueError
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.progress import progress
 from stagewire_cli.terminal import printable
+
+if TYPE_CHECKING:
+    from stagewire.discovery.diagnosis import Diagnosis
 
 __all__ = ["EXAMPLE", "doctor"]
 
@@ -22,7 +23,7 @@ Examples:
   stagewire doctor COM3 --unit MS2000
 """
 
-_MARKS = {Verdict.FINE: "fine ", Verdict.NOTE: "note ", Verdict.WRONG: "WRONG"}
+_MARKS = {"fine": "fine ", "note": "note ", "wrong": "WRONG"}
 
 
 def doctor(
@@ -48,6 +49,10 @@ def doctor(
     Looks for missing ports and permissions, and for drivers that give no port. What is asked of a
     controller, when it is, changes nothing: its identity, at the documented baud rates if need be.
     """
+    from stagewire.discovery.computer_diagnosis import diagnose_computer
+    from stagewire.discovery.diagnosis import Verdict
+    from stagewire.discovery.line_diagnosis import diagnose_line
+
     if url is None and unit is not None:
         raise CalledWronglyError(f"--unit {unit}: on which line? give its URL, too")
     with progress() as say:
@@ -68,6 +73,6 @@ def doctor(
 
 def _tell(diagnosis: Diagnosis) -> None:
     about, text = printable(diagnosis.about), printable(diagnosis.text)
-    typer.echo(f"{_MARKS[diagnosis.verdict]}  {about}: {text}")
+    typer.echo(f"{_MARKS[diagnosis.verdict.value]}  {about}: {text}")
     if diagnosis.advice:
         typer.echo(f"       {printable(diagnosis.advice)}")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Line, Stage, Unit, seconds_above_0
+from stagewire_cli.devices import Bay, Line, Stage, Unit, seconds_above_0
 from stagewire_cli.errors import CalledWronglyError
 
 __all__ = ["EXAMPLE", "monitor"]
@@ -24,6 +24,7 @@ def monitor(
     url: Line,
     unit: Unit = None,
     stage: Stage = None,
+    bay: Bay = None,
     seconds: Annotated[
         float | None,
         typer.Option(
@@ -57,4 +58,4 @@ def monitor(
         from stagewire_cli.monitor_plot import check_plot
 
         check_plot(plot)
-    watch(url, unit, stage, seconds=seconds, picture=plot, log=log)
+    watch(url, unit, stage, bay, seconds=seconds, picture=plot, log=log)

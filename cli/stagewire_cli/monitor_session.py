@@ -37,6 +37,7 @@ def watch(
     url: str,
     unit: str | None,
     stage: str | None,
+    bay: int | None,
     *,
     seconds: float | None,
     picture: Path | None,
@@ -44,6 +45,7 @@ def watch(
 ) -> None:
     """Watch a controller until Ctrl-C, or for a time.
 
+    :param bay: where it stands in its rack, if it is a module.
     :param picture: file for a picture of what was seen; None: none is drawn.
     :param log: file for a capture; None: none is made.
 
@@ -53,7 +55,7 @@ def watch(
     board = Board(track=picture is not None)
     title = url
     try:
-        with opened(url, unit, stage=stage, log=log, on_close="leave") as device:
+        with opened(url, unit, bay=bay, stage=stage, log=log, on_close="leave") as device:
             title = title_of(device)
             with suppress(KeyboardInterrupt), _shown(title, board) as draw:
                 _follow(device, board, draw, seconds)
@@ -87,6 +89,7 @@ def _follow(device: Any, board: Board, draw: Draw, seconds: float | None) -> Non
         for name, values in sayings:
             passed = now() - begin
             if seconds is not None and passed >= seconds:
+                draw(passed)
                 return
             if values is None:
                 draw(passed)
@@ -101,13 +104,13 @@ def _follow(device: Any, board: Board, draw: Draw, seconds: float | None) -> Non
 def _sayings(device: Any, board: Board) -> Iterator[Iterator[Saying]]:
     """Give what is said without end; with None in between, whenever the table may be drawn."""
     parts = parts_of(device)
-    speakers = [one for one in (*parts.values(), device) if hasattr(one, "start_updates")]
+    speakers = [part for part in parts.values() if hasattr(part, "start_updates")]
+    if not speakers and hasattr(device, "start_updates"):  # it speaks for all its channels
+        speakers = [device]
     classes = _unasked(device)
     if not speakers or not classes:
         yield _asked(device, parts)
         return
-    if any(speaker is not device for speaker in speakers):
-        speakers = [speaker for speaker in speakers if speaker is not device]
     with ExitStack() as stack:
         subscription = stack.enter_context(device.session.subscribe(classes))
         for speaker in speakers:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Line, Stage, Unit, seconds_above_0
+from stagewire_cli.devices import Bay, Line, Stage, Unit, seconds_above_0
 from stagewire_cli.errors import CalledWronglyError
 
 __all__ = ["HOME_EXAMPLE", "MOVE_EXAMPLE", "STOP_EXAMPLE", "home", "move", "stop"]
@@ -28,10 +28,6 @@ Examples:
   stagewire stop COM3 --unit BBD102 --bay 2
 """
 
-Bay = Annotated[
-    int | None,
-    typer.Option("--bay", min=1, help="Bay of a rack; the first is 1, at address 0x21."),
-]
 Channel = Annotated[
     int | None, typer.Option("--channel", min=1, help="Channel of the controller; the first is 1.")
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -20,6 +21,7 @@ __all__ = ["Target", "Where", "refuse_silence", "run_home", "run_move", "run_sto
 
 _INTERRUPTED = 130
 _PIECE = 0.25  # seconds
+_STOP_TIMEOUT = 10.0  # seconds until a stage that was told to stands still
 _IN_UNITS = {"mm": 1, "um": 1000}
 """The keywords by which a call takes a length, and how many of them are a mm."""
 
@@ -139,18 +141,25 @@ def run_home(where: Where, *, timeout: float, yes: bool) -> None:
 
 
 def run_stop(where: Where) -> None:
-    """Stop what moves; every part is told, whatever the others say."""
+    """Stop what moves; all parts are told at once, whatever the others answer."""
+    with opened(
+        where.url, where.unit, bay=where.bay, identify=False, motion_timeout=_STOP_TIMEOUT
+    ) as device:
+        parts = where.parts(device)
+        for part in parts.values():
+            _call(device, part, "stop")
+        with ThreadPoolExecutor(max_workers=len(parts)) as threads:
+            ends = [threads.submit(part.stop) for part in parts.values()]
     failed = False
-    with opened(where.url, where.unit, bay=where.bay, identify=False) as device:
-        for name, part in where.parts(device).items():
-            label = name or device.unit.name
-            try:
-                part.stop()
-            except StagewireError as error:
-                failed = True
-                typer.echo(f"stagewire: {label}: {error}", err=True)
-            else:
-                typer.echo(f"{label}: stopped")
+    for name, end in zip(parts, ends, strict=True):
+        label, error = name or device.unit.name, end.exception()
+        if error is None:
+            typer.echo(f"{label}: stopped" if end.result() else f"{label}: stop was sent")
+        elif isinstance(error, StagewireError):
+            failed = True
+            typer.echo(f"stagewire: {label}: {error}", err=True)
+        else:
+            raise error
     if failed:
         raise typer.Exit(WRONG)
 
@@ -205,11 +214,10 @@ def _end_of(motion: Any, now: Callable[[], float], timeout: float) -> Any:
     """Wait for the end of a motion, in pieces: Windows hears of Ctrl-C only between two of them."""
     deadline = now() + timeout
     while True:
-        left = deadline - now()
         try:
-            return motion.wait(max(_PIECE, min(2 * _PIECE, left)))
+            return motion.wait(_PIECE)
         except MotionTimeout:
-            if motion.done or left <= _PIECE:
+            if motion.done or now() > deadline + _PIECE:  # it was given up, or should have been
                 raise
 
 

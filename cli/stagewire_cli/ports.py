@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stagewire.discovery import Found, discover
 from stagewire_cli.terminal import console, printable, table
+
+if TYPE_CHECKING:
+    from stagewire.discovery import Found
 
 __all__ = ["EXAMPLE", "list_ports"]
 
@@ -33,6 +35,8 @@ def list_ports(
 
     Without --ask no port is opened: the USB plug tells ids and serial number, and its first digits the unit.
     """
+    from stagewire.discovery import discover
+
     found = discover(ask)
     if as_json:
         for one in found:

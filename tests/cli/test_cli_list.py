@@ -13,9 +13,7 @@ if TYPE_CHECKING:
     from conftest import Stagewire
 
 
-def test_controllers_and_other_ports(
-    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_controllers_and_other_ports(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
     show(monkeypatch, port("/dev/ttyS0"), linux("/dev/ttyUSB0", "83828433"))
     result = stagewire("list")
     assert (result.code, result.err) == (0, "")

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from attached import URL, Written, attached
 
+import stagewire_virtual as virtual
+from stagewire.capture import read_capture
+from stagewire_apt import messages as m
+from stagewire_apt import stages
 from stagewire_cli.monitor_plot import plot
 from stagewire_cli.monitor_readings import Board, Track
+from stagewire_cli.monitor_screen import Screen
 from stagewire_cli.status import Reading, Value
 
 if TYPE_CHECKING:
@@ -42,6 +49,25 @@ def test_the_rate_is_that_of_the_last_two_seconds() -> None:
     assert board.rate("", 6.0) == pytest.approx(5, abs=0.5)
     assert board.rate("", 9.0) == 0
     assert board.count == 50
+
+
+def test_the_table_has_a_row_for_each_part_and_counts_what_was_dropped(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    board = Board()
+    with Screen("BBD102, serial number 1", board) as screen:
+        screen.draw(0.0)
+        board.add(reading(0.5, 1.25, 2.0, "bay 1"))
+        board.add(Reading("bay 2", 1.0, {"position": Value(7)}, None))
+        board.dropped = 3
+        screen.draw(1.5)
+    title, heading, _, first, second, counted = capsys.readouterr().out.splitlines()
+    assert title == "BBD102, serial number 1"
+    assert heading.split() == ["part", "position", "velocity", "state", "age", "per", "second"]
+    assert first.split("  ")[0] == "bay 1"
+    assert " 1.2500 mm   2.0000 mm/s   homed, settled   1.0 s " in first
+    assert second.split() == ["bay", "2", "7", "0.5", "s", "0.7"]
+    assert counted == "1.5 s, 2 status messages, 3 dropped; Ctrl-C ends"
 
 
 def test_a_velocity_that_was_sent_in_units_is_drawn_as_it_was_sent() -> None:
@@ -100,6 +126,106 @@ def test_without_matplotlib(
     result = stagewire("monitor", "/dev/there-is-none", "--plot", tmp_path / "a.png")
     assert result.code == 2
     assert "pip install 'stagewire[plot]'" in result.err
+
+
+@pytest.fixture
+def moving(monkeypatch: pytest.MonkeyPatch) -> Iterator[Written]:
+    """A controller that just began to move by 1 mm, as by its own panel."""
+    with virtual.TDC001(stage=stages.Z8) as tdc:
+        tdc.write(m.MotMoveRelative(chan_ident=1, relative_distance=34304).pack(0x50, 0x01))
+        yield attached(monkeypatch, tdc)
+
+
+def test_what_is_said_is_shown_line_by_line_in_units(stagewire: Stagewire, moving: Written) -> None:
+    result = stagewire("monitor", URL, "--unit", "TDC001", "--stage", "Z8", "--for", "3")
+    assert result.code == 0
+    title, *lines = result.out.splitlines()
+    assert title.startswith("TDC001, serial number 83")
+    assert len(lines) == 30  # ten a second
+    assert "moving_forward" in lines[0]
+    assert "position=0.0" in lines[0]
+    assert "position=1.0000 mm" in lines[-1]
+    assert "[tracking, settled, channel_enabled]" in lines[-1]
+    assert result.err == "30 status messages, 0 dropped\n"
+
+
+def test_updates_are_switched_on_and_off_again_and_nothing_is_moved_or_stopped(
+    stagewire: Stagewire, moving: Written
+) -> None:
+    stagewire("monitor", URL, "--unit", "TDC001", "--for", "0.5")
+    sent = [name for name in moving.sent() if name != "MOT_ACK_DCSTATUSUPDATE"]
+    assert sent == ["HW_REQ_INFO", "HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS"]
+
+
+def test_without_a_stage_all_is_in_counts(stagewire: Stagewire, moving: Written) -> None:
+    result = stagewire("monitor", URL, "--unit", "TDC001", "--for", "3")
+    assert "position=34304" in result.out.splitlines()[-1]
+
+
+def test_a_picture_and_a_capture_of_it(
+    stagewire: Stagewire, moving: Written, tmp_path: Path
+) -> None:
+    picture, log = tmp_path / "move.png", tmp_path / "log.txt"
+    result = stagewire(
+        "monitor", URL, "--unit", "TDC001", "--stage", "Z8", "--for", "2",
+        "--plot", picture, "--log", log,
+    )  # fmt: skip
+    assert result.code == 0
+    assert picture.read_bytes().startswith(PNG)
+    capture = read_capture(log)
+    assert capture.heading.unit == "TDC001"
+    assert sum("MOT_GET_DCSTATUSUPDATE" in one.comment for one in capture.recorded) >= 19
+
+
+def test_every_bay_is_a_part(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+    with virtual.BBD102() as rack:
+        attached(monkeypatch, rack)
+        result = stagewire("monitor", URL, "--for", "0.35")
+    assert result.out.count("  bay 1  ") == result.out.count("  bay 2  ") == 3
+
+
+def test_what_sends_nothing_is_asked(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+    with virtual.MS2000() as ms2000:
+        attached(monkeypatch, ms2000)
+        result = stagewire("monitor", URL, "--unit", "MS2000", "--for", "20")
+    assert result.code == 0, result.err
+    assert result.out.count("axis X") == result.out.count("axis Z") > 10
+    assert "axis SCAN" not in result.out
+
+
+def test_ctrl_c_ends_it_and_the_picture_is_drawn(
+    stagewire: Stagewire, moving: Written, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    add = Board.add
+
+    def interrupt(self: Board, reading: Reading) -> None:
+        add(self, reading)
+        if self.count == 5:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Board, "add", interrupt)
+    result = stagewire("monitor", URL, "--unit", "TDC001", "--plot", tmp_path / "a.svg")
+    assert result.code == 0
+    assert result.err == "5 status messages, 0 dropped\n"
+    assert (tmp_path / "a.svg").exists()
+    assert moving.sent()[-1] == "HW_STOP_UPDATEMSGS"
+
+
+def test_a_line_that_is_lost_ends_it_with_a_sentence(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with virtual.TDC001() as tdc:
+        attached(monkeypatch, tdc)
+        add = Board.add
+
+        def unplug(self: Board, reading: Reading) -> None:
+            add(self, reading)
+            tdc.unplug()
+
+        monkeypatch.setattr(Board, "add", unplug)
+        result = stagewire("monitor", URL, "--unit", "TDC001")
+    assert result.code == 1
+    assert "unplugged" in result.err
 
 
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "x"])

@@ -2,43 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from attached import URL, Written, attached
 
 import stagewire_virtual as virtual
 from stagewire.devices.synchronous import Motion
 from stagewire_apt import stages
+from stagewire_apt.devices import BBD102Bay
 from stagewire_cli import motion_session
 from stagewire_virtual import linking
-from stagewire_virtual.linking import SteppedLink
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-URL = "virtual://made"
+COMMAND = [sys.executable, "-c", "from stagewire_cli.main import run; run()"]
 MOVE_ABSOLUTE, MOVE_RELATIVE, HOME, STOP = (
     bytes.fromhex(id) for id in ("5304", "4804", "4304", "6504")
 )
 MOVES = (MOVE_ABSOLUTE, MOVE_RELATIVE, HOME)
-
-
-class Written(SteppedLink):
-    """The line of a virtual controller, whose time goes on when somebody waits; keeps what was sent."""
-
-    def __init__(self, controller: virtual.VirtualController) -> None:
-        super().__init__(controller)
-        self.written: list[bytes] = []
-
-    def write(self, data: bytes) -> None:
-        self.written.append(bytes(data))
-        super().write(data)
-
-    write_now = write
-
-    def count(self, *ids: bytes) -> int:
-        return sum(data.count(id) for data in self.written for id in ids)
 
 
 Attach = Callable[[virtual.VirtualController], Written]
@@ -47,19 +40,7 @@ Attach = Callable[[virtual.VirtualController], Written]
 @pytest.fixture
 def attach(monkeypatch: pytest.MonkeyPatch) -> Attach:
     """Have the URL of the tests lead to a virtual controller."""
-
-    def lead(controller: virtual.VirtualController) -> Written:
-        made = Written(controller)
-
-        def open_link(url: str, settings: object) -> Written:
-            again = Written(controller)
-            again.written = made.written
-            return again
-
-        monkeypatch.setattr(linking, "open_link", open_link)
-        return made
-
-    return lead
+    return partial(attached, monkeypatch)
 
 
 @pytest.fixture
@@ -241,11 +222,8 @@ def test_stop_asks_nobody_and_sends_nothing_before(stagewire: Stagewire, attach:
         everything = stagewire("stop", URL, "--unit", "BBD102")
         assert (everything.code, everything.err) == (0, "")
         assert everything.out == "bay 1: stopped\nbay 2: stopped\n"
-        asked = [
-            data for data in line.written if data[:2] != bytes.fromhex("9204")
-        ]  # not a sign of life
-        assert [data[:2] for data in asked] == [STOP, STOP]
-        assert [data[4] for data in asked] == [0x21, 0x22]
+        sent = [name for name in line.sent() if name != "MOT_ACK_DCSTATUSUPDATE"]
+        assert sent == ["MOT_MOVE_STOP", "MOT_MOVE_STOP"]
         one = stagewire("stop", URL, "--unit", "BBD102", "--bay", "2")
         assert one.out == "bay 2: stopped\n"
         assert line.count(STOP) == 3
@@ -261,3 +239,69 @@ def test_stop_tells_every_part_even_if_one_says_nothing(
     assert result.out == "bay 2: stopped\n"
     assert "bay 1: " in result.err
     assert line.count(STOP) == 2
+
+
+def test_stop_waits_for_no_part_before_all_are_told(
+    stagewire: Stagewire, attach: Attach, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = threading.Barrier(2, timeout=20)
+    monkeypatch.setattr(BBD102Bay, "stop", lambda self: both.wait())
+    with virtual.BBD102() as rack:
+        attach(rack)
+        assert stagewire("stop", URL, "--unit", "BBD102").code == 0
+
+
+def test_stop_where_nothing_says_that_it_stands(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.MS2000() as ms2000:
+        attach(ms2000)
+        result = stagewire("stop", URL, "--unit", "MS2000", "--axis", "y")
+    assert (result.code, result.out) == (0, "axis Y: stop was sent\n")
+
+
+def test_what_has_no_stop(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TPZ001() as piezo:
+        attach(piezo)
+        result = stagewire("stop", URL, "--unit", "TPZ001")
+    assert result.code == 2
+    assert "TPZ001 has no stop" in result.err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends a signal")
+def test_ctrl_c_in_a_process_of_its_own(tmp_path: Path) -> None:
+    with serving("TDC001", "--stage", "Z8", "--log", tmp_path / "log.txt") as url:
+        words = ("move", url, "--unit", "TDC001", "--stage", "Z8", "--to", "50", "--yes")
+        with subprocess.Popen(
+            [*COMMAND, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as process:
+            wait_for(tmp_path / "log.txt", "MOT_MOVE_ABSOLUTE")
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "moves from 0.0000 mm to 50 mm" in out
+    assert err.startswith("interrupted: stop was sent; it stands at ")
+    assert "Traceback" not in err
+    assert "MOT_MOVE_STOPPED" in (tmp_path / "log.txt").read_text()
+
+
+@contextmanager
+def serving(*words: object) -> Iterator[str]:
+    """Serve a virtual controller in a process of its own; give its URL."""
+    with subprocess.Popen(
+        [*COMMAND, "virtual", *map(str, words)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        try:
+            yield process.stdout.readline().rstrip("\n").partition(" at ")[2]
+        finally:
+            process.terminate()
+            process.stdout.read()
+
+
+def wait_for(log: Path, text: str) -> None:
+    end = time.monotonic() + 30
+    while text not in log.read_text():
+        assert time.monotonic() < end
+        time.sleep(0.05)

@@ -40,6 +40,12 @@ def units(protocol: str = "thorlabs_apt") -> list[str]:
     return [unit["name"] for unit in registry(protocol)["units"]]
 
 
+def facts_of(unit: str, protocol: str = "thorlabs_apt") -> Any:
+    """What the registry says of a unit."""
+    [facts] = [facts for facts in registry(protocol)["units"] if facts["name"] == unit]
+    return facts
+
+
 @cache
 def layouts(protocol: str = "thorlabs_apt") -> dict[str, Any]:
     """Layouts of the registry by the name of their class."""

@@ -170,8 +170,8 @@ class Tally:
 
     def __str__(self) -> str:
         faults = ", ".join(f"{name} {count}" for name, count in sorted(self.faults.items()))
-        outcome = f"{self.right} right, {self.failed} failed, {self.spoilt} spoilt"
-        return f"{outcome}, {len(self.wrong)} wrong; {faults}"
+        asked = f"{self.right} right, {self.failed} of them when asked again after an error"
+        return f"{asked}; {self.spoilt} spoilt, {len(self.wrong)} wrong; {faults}"
 
 
 def judge(controller: Noisy, before: int, cls: type, message: Any) -> str:

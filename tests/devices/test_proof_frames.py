@@ -6,7 +6,7 @@ import random
 from typing import Any
 
 import pytest
-from proof_calls import Call, arguments, calls, givens, method, registry, units
+from proof_calls import Call, arguments, calls, facts_of, givens, method, units
 from proof_controller import Parrot
 from proof_line import SIDES, Side, settled
 
@@ -91,8 +91,8 @@ def test_a_change_is_one_request_and_one_set(unit: str, side: Side) -> None:
 
 @pytest.mark.parametrize("unit", units())
 def test_every_set_of_a_unit_has_its_call(unit: str) -> None:
-    """Each SET in the messages of a unit is written by a call; where there is a REQ, another one changes it."""
-    [facts] = [facts for facts in registry()["units"] if facts["name"] == unit]
+    """Each SET in the messages of a unit is written by a call; where there is a REQ, one changes it, too."""
+    facts = facts_of(unit)
     sets = {name for name in facts["messages"] if "_SET_" in name}
     written = {
         (call.table.set if call.kind == "_set" else call.table.message).layout.message

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import pytest
-from proof_calls import Call, arguments, calls, method, registry, units
+from proof_calls import Call, arguments, calls, facts_of, method, units
 from proof_controller import HOST, Parrot, answers_of, channel_of
 from proof_line import SIDES, Side, settled
 
@@ -160,7 +160,7 @@ def test_no_query_takes_an_intrusion_for_its_reply(unit: str, apart: bool, side:
 @pytest.mark.parametrize("unit", units())
 def test_the_matrix_asks_every_query_of_a_unit(unit: str) -> None:
     """Each GET in the messages of a unit that something asks for is the answer to one of the calls."""
-    [facts] = [facts for facts in registry()["units"] if facts["name"] == unit]
+    facts = facts_of(unit)
     asked = {call.table.req.layout.message for call in queries(unit)}
     assert asked == {name for name in facts["messages"] if "_REQ_" in name}
 

@@ -12,31 +12,32 @@ from proof_calls import (
     Call,
     arguments,
     calls,
+    facts_of,
     fields_of,
     givens,
     layouts,
     message_of,
     method,
-    registry,
     units,
 )
 from proof_controller import Parrot
 from proof_line import SIDES, Side, settled
 
-from stagewire.errors import StagewireError, UnknownScaleError
+from stagewire.errors import LimitError, OutOfRangeError, StagewireError, UnknownScaleError
 from stagewire_apt import stages
 
 TAKING = ("_set", "_change", "_tell", "_act", "_start", "_halt")
 NO_NUMBERS = (math.nan, math.inf, -math.inf)
+MODERATE = (0, 1, 10, 1000)
 FAR_OUT = (10**12, -(10**12), 1e300, -1e300)
 
 
 def options_of(unit: str) -> dict[str, Any]:
     """All that scales can need."""
-    [facts] = [facts for facts in registry()["units"] if facts["name"] == unit]
+    facts = facts_of(unit)
     options: dict[str, Any] = {"identify": False, "on_close": "leave"}
     if facts["stages"]:
-        options |= {"stage": getattr(stages, facts["stages"][0]), "travel_mm": 25}
+        options["stage"] = getattr(stages, facts["stages"][0])
     if facts["status"] == "piezo":
         options |= {"max_volts": 75, "max_travel_um": 100}
     return options
@@ -48,7 +49,7 @@ def in_units(call: Call, draw: random.Random) -> Iterator[tuple[str, dict[str, A
         for way in given.ways:
             others = arguments(call, draw)
             del others[given.keyword]
-            yield way[0] if isinstance(way, tuple) else way.keyword, others
+            yield way[0], others
 
 
 def in_counts(
@@ -105,30 +106,70 @@ def test_what_is_no_number_or_too_much_makes_no_byte(unit: str, side: Side) -> N
 
 @pytest.mark.parametrize("unit", units())
 def test_what_is_refused_there_is_refused_for_its_value(unit: str) -> None:
-    """The same calls with 0 are taken, wherever the scale is known; and stages have known scales."""
+    """The same calls with a moderate value are taken wherever the scale is known; positions of stages are."""
     controller = Parrot(seed=6)
     draw = random.Random(unit)
+    writing = [call for call in taking(unit) if call.kind in ("_set", "_change", "_tell")]
 
-    async def scenario(bench: Any) -> tuple[list[str], int]:
-        unknown, taken = [], 0
+    async def scenario(bench: Any) -> tuple[list[str], list[str]]:
+        unknown: list[str] = []
+        refused: list[str] = []
         async with bench.open(unit, **options_of(unit)) as device:
-            for call in taking(unit):
-                if call.kind not in ("_set", "_change", "_tell"):
-                    continue
+            for call in writing:
+                quantities = {given.keyword: given.quantity for given in givens(call)}
                 for keyword, others in in_units(call, draw):
-                    try:
-                        method(device, call)(**others, **{keyword: 0})
-                        taken += 1
-                    except UnknownScaleError:
-                        unknown.append(f"{call}({keyword})")
-        return unknown, taken
+                    [missing] = quantities.keys() - others.keys()
+                    for value in MODERATE:
+                        try:
+                            method(device, call)(**others, **{keyword: value})
+                            break
+                        except UnknownScaleError:
+                            unknown.append(quantities[missing])
+                            break
+                        except OutOfRangeError:
+                            continue
+                    else:
+                        refused.append(f"{call}({keyword})")
+        return unknown, refused
 
-    unknown, taken = SIDES[0].run(controller, scenario)
-    ways = sum(
-        len(given.ways)
+    unknown, refused = SIDES[0].run(controller, scenario)
+    assert refused == []
+    assert "position" not in unknown or not facts_of(unit)["stages"]
+
+
+MOVERS = [unit for unit in units() if facts_of(unit)["stages"]]
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("unit", MOVERS)
+def test_outside_the_travel_makes_no_byte(unit: str, side: Side) -> None:
+    """Of every place to go to, now or later: 25 mm of travel, and a thousandth of a millimetre more."""
+    controller = Parrot(seed=7)
+    draw = random.Random(unit)
+    places = [
+        (call, given)
         for call in taking(unit)
-        if call.kind in ("_set", "_change", "_tell")
         for given in givens(call)
-    )
-    assert taken + len(unknown) == ways
-    assert taken >= ways / 2 or not options_of(unit).get("stage"), unknown
+        if given.target == "absolute"
+    ]
+    assert {call.name for call, _ in places} >= {"move_absolute", "set_move_abs_params"}
+
+    async def scenario(bench: Any) -> list[str]:
+        wrong = []
+        async with bench.open(unit, **options_of(unit), travel_mm=25) as device:
+            for call, given in places:
+                others = arguments(call, draw)
+                others |= {other.keyword: 0 for _, other in places if other.keyword in others}
+                del others[given.keyword]
+                [way] = given.ways
+                for value in ("25.001", "-0.001"):
+                    try:
+                        await settled(method(device, call)(**others, **{way[0]: value}))
+                    except LimitError:
+                        if controller.heard:
+                            wrong.append(f"{call}({value}): {controller.names()}")
+                    else:
+                        wrong.append(f"{call}({value}) was taken")
+        return wrong
+
+    assert side.run(controller, scenario) == []

@@ -10,11 +10,15 @@ import stagewire
 import stagewire_virtual as virtual
 from made_ports import linux, port, show
 from stagewire import links
-from stagewire.discovery.diagnosis import Diagnosis, Verdict, diagnose_computer
+from stagewire.discovery.asking import used_bays
+from stagewire.discovery.computer_diagnosis import diagnose_computer
+from stagewire.discovery.diagnosis import Diagnosis, Verdict
 from stagewire.discovery.line_diagnosis import diagnose_line
 from stagewire.discovery.opening import unit_at
 from stagewire.errors import BadValueError, LinkOpenError, TransportLost, WrongUnitError
-from stagewire.links import Link
+from stagewire.links import Link, serial_lines
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
 from stagewire_virtual.linking import SteppedLink
 
 INFO_AT = {dest: bytes([0x05, 0, 0, 0, dest, 0x01]) for dest in (0x50, 0x11, 0x22)}
@@ -111,6 +115,28 @@ def test_a_unit_with_a_plug_of_its_own_is_asked_there_alone(
     assert line.written == [INFO_AT[0x50]]
 
 
+@pytest.mark.parametrize(("number", "address"), [("83000001", 0x50), ("73000001", 0x11)])
+def test_a_unit_that_is_known_and_silent_is_asked_at_no_other_address(
+    monkeypatch: pytest.MonkeyPatch,
+    opens: Callable[[OpenLine], None],
+    number: str,
+    address: int,
+) -> None:
+    line = Silent()
+    opens(lambda url: line)
+    show(monkeypatch, linux("/dev/ttyUSB0", number))
+    [asked] = stagewire.discover(ask=True)
+    assert asked.problem == f"asked for its identity at {address:#04x}, it said nothing"
+    assert line.written == [INFO_AT[address]]
+
+
+def test_what_is_said_of_another_bay_is_no_answer() -> None:
+    line = Silent()
+    said = iter([m.RackGetBayUsed(1, 1), m.RackGetBayUsed(0, 2), m.RackGetBayUsed(1, 1)])
+    line.read = lambda timeout: next(said).pack(dest=0x01, source=0x11)  # type: ignore[method-assign]
+    assert used_bays(line, PROTOCOL, 0x11, 2) == (2,)
+
+
 def test_a_port_that_cannot_be_opened_or_is_lost_is_no_end_of_it(
     monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
 ) -> None:
@@ -147,6 +173,18 @@ def test_the_doctor_is_answered(opens: Callable[[OpenLine], None]) -> None:
     assert told.verdict is Verdict.FINE
     assert told.text.startswith("answers: BBD102: 2 channel benchtop")
     assert told.text.endswith("bays with a module: 1, 2")
+
+
+def test_the_doctor_asks_the_ports_of_controllers_if_it_is_told_to(
+    monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
+) -> None:
+    with virtual.TDC001() as tdc:
+        opens(lambda url: SteppedLink(tdc))
+        show(monkeypatch, linux("/dev/ttyUSB0", "83000001"), port("/dev/ttyS0"))
+        assert len(diagnose_computer()) == 2
+        told = diagnose_computer(ask=True)
+    assert [one.about for one in told] == ["/dev/ttyUSB0", "/dev/ttyS0", "/dev/ttyUSB0"]
+    assert told[-1].text.startswith("answers: TDC001")
 
 
 def test_another_unit_than_was_named(opens: Callable[[OpenLine], None]) -> None:
@@ -249,5 +287,31 @@ def test_which_unit_it_is_cannot_be_found_out(opens: Callable[[OpenLine], None])
         unit_at("/dev/ttyUSB0")
     with virtual.rack("MPZ601") as modules:
         opens(lambda url, **_: SteppedLink(modules))
-        with pytest.raises(WrongUnitError, match="unknown to every registry"):
+        with pytest.raises(WrongUnitError, match=r"bays with a module \(bay=\): 1"):
             unit_at("/dev/ttyUSB0")
+
+
+def test_a_controller_of_commands_is_asked_at_every_rate_of_its_switches(
+    opens: Callable[[OpenLine], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[int] = []
+
+    with virtual.MS2000() as ms2000:
+
+        def open_serial(url: str, settings: links.LineSettings) -> Link:
+            tried.append(settings.baudrate)
+            return SteppedLink(ms2000) if settings.baudrate == 28800 else Silent()
+
+        monkeypatch.setattr(serial_lines, "open_serial", open_serial)
+        told = only(diagnose_line("COM3", "MS2000"))
+    assert tried == [9600, 19200, 28800]
+    assert told.verdict is Verdict.FINE
+    assert told.text == "answers: MS2000, axis X: EMOT at 28800 baud: open it with baudrate=28800"
+
+
+def test_no_controller_of_commands_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch)
+    monkeypatch.setattr(serial_lines, "open_serial", lambda url, settings: Silent())
+    told = only(diagnose_line("COM3", "MS2000"))
+    assert told.verdict is Verdict.WRONG
+    assert "tried: 9600, 19200, 28800, 115200 baud" in told.text

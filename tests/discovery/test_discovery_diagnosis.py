@@ -13,7 +13,8 @@ import pytest
 from made_ports import linux, port, show, windows
 from stagewire.discovery import linux as linux_room
 from stagewire.discovery import windows as windows_room
-from stagewire.discovery.diagnosis import Diagnosis, Verdict, diagnose_computer
+from stagewire.discovery.computer_diagnosis import diagnose_computer
+from stagewire.discovery.diagnosis import Diagnosis, Verdict
 from stagewire.discovery.linux import usb_devices
 from stagewire.discovery.ports import Port
 from stagewire.discovery.windows import without_port

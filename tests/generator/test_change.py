@@ -149,7 +149,7 @@ def test_what_is_generated_agrees(generated: dict[str, dict[str, str]], edited: 
 
 # Facts that stand in registry.json, which the library reads, and not in generated code.
 OF_THE_REGISTRY = {
-    "address", "controller-added", "exchange", "family-added", "field-enumeration",
+    "address", "bit-motion", "controller-added", "exchange", "family-added", "field-enumeration",
     "field-flags-by-unit", "field-quantity", "field-scale", "list-added", "list-messages",
     "message-set", "prefix-added", "quantity-added", "quantity-removed", "quantity-unit", "scale",
     "scale-added", "scale-form", "scale-removed", "set-removed", "unit-added", "unit-address",
@@ -259,10 +259,10 @@ NOT_IN = {
     "good_commands": {
         "address", "controller-unit-removed", "layout-context", "layout-only-zero", "message-direction",
         "unit-address", "unit-also-at", "unit-channels", "unit-keep-alive", "unit-prefix", "unit-rate",
-        "unit-status",
+        "unit-status", "addressee", "setting",
     },
     "good_packets": {
-        "address", "command-dummy", "command-size", "controller-unit-removed", "layout-context",
+        "addressee", "call-default", "setting", "address", "command-dummy", "command-size", "controller-unit-removed", "layout-context",
         "layout-only-zero", "message-kind", "setup-switch", "unit-address", "unit-also-at", "unit-channels",
         "unit-keep-alive", "unit-prefix", "unit-rate", "unit-status",
     },

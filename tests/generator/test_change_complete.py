@@ -81,6 +81,8 @@ def paths(schema: Any, part: Any, path: str = "") -> set[str]:
         (Protocol, "framing", ("protocol", "properties", "framing")),
         (Protocol, "contexts", ("protocol", "properties", "contexts")),
         (Protocol, "units", ("units",)),
+        (Protocol, "settings", ("quantities", "properties", "settings")),
+        (model.Message, "call", ("messages", "$defs", "call")),
         (model.Message, "exchange", ("messages", "$defs", "exchange")),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -204,7 +206,7 @@ def value_at(data: Any, path: KeyPath) -> Any:
     return data
 
 
-@pytest.mark.parametrize("attribute", ["document", "formats", "framing", "contexts", "units"])
+@pytest.mark.parametrize("attribute", ["document", "formats", "framing", "contexts", "settings", "units"])
 def test_no_plain_fact_can_change_unnoticed(
     protocol: Protocol, commands: Protocol, packets: Protocol, attribute: str
 ) -> None:

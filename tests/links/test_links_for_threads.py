@@ -1,4 +1,4 @@
-"""What lines for threads do beside what all lines do: time limits, waking, other threads, lines that stall."""
+"""What lines for threads do beside what all lines do: time limits, waking, threads, lines that stall."""
 
 from __future__ import annotations
 
@@ -39,10 +39,18 @@ def thread(call: Callable[[], Any]) -> Iterator[list[Any]]:
             ended.append(error)
 
     beside = threading.Thread(target=run)
+    begun = time.monotonic()
     beside.start()
     yield ended
     beside.join(PATIENCE)
     assert not beside.is_alive()
+    assert time.monotonic() - begun < PATIENCE / 2, "it ended because its time did"
+
+
+def heard_more(link: Link) -> bytes:
+    more = link.read(PATIENCE)
+    assert more
+    return more
 
 
 def until(condition: Callable[[], bool]) -> None:
@@ -118,8 +126,7 @@ class TestReading:
         for one in beside:
             one.start()
         while len(heard) < 4 * 20 * 50:
-            assert (more := link.read(PATIENCE))
-            heard += more
+            heard += heard_more(link)
         for one in beside:
             one.join()
         assert sorted(heard[at : at + 50] for at in range(0, len(heard), 50)) == sorted(words * 20)
@@ -128,8 +135,7 @@ class TestReading:
         link.write_now(b"stop")
         heard = b""
         while len(heard) < 4:
-            assert (more := link.read(PATIENCE))
-            heard += more
+            heard += heard_more(link)
         assert heard == b"stop"
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import os
 import socket
+import struct
+import subprocess
 import sys
 import types
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from importlib import metadata
 from typing import Any
 
@@ -20,6 +23,7 @@ from stagewire.links import AsyncLink, LineSettings, Link, open_async_link, open
 from .far_ends import FAR_ENDS
 from .hosts import HOSTS, Loop, Threads
 
+pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated")
 posix = pytest.mark.skipif(os.name != "posix", reason="ports that are files are those of POSIX")
 Open = Callable[..., Threads | Loop]
 
@@ -183,17 +187,34 @@ def test_cancelled_while_it_is_opened(pty: str) -> None:
 
 
 def test_cancelled_while_it_connects() -> None:
-    async def main() -> None:
-        with socket.create_server(("127.0.0.1", 0)) as listener:
-            url = f"rfc2217://127.0.0.1:{listener.getsockname()[1]}?timeout=0.2"
-            opening = asyncio.create_task(open_async_link(url))
-            await asyncio.sleep(0.05)
-            opening.cancel()
-            with pytest.raises(asyncio.CancelledError):
-                await opening
-            listener.accept()[0].close()
+    """Nobody answers as RFC 2217 has it; what was begun is put away."""
 
-    asyncio.run(main())
+    async def main(url: str) -> None:
+        opening = asyncio.create_task(open_async_link(url))
+        await asyncio.sleep(0.05)
+        opening.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await opening
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        asyncio.run(main(f"rfc2217://127.0.0.1:{listener.getsockname()[1]}?timeout=0.2"))
+        listener.accept()[0].close()
+
+
+def test_cancelled_when_it_was_opened() -> None:
+    """A line over a network that nobody wants any more is closed."""
+
+    async def main(url: str) -> None:
+        opening = asyncio.create_task(open_async_link(url))
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        opening.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await opening
+        await asyncio.sleep(0.5)
+
+    with FAR_ENDS["rfc2217"]() as far:
+        asyncio.run(main(far.url))
 
 
 class TestOtherSchemes:
@@ -264,9 +285,33 @@ def test_tcp_sends_at_once_and_finds_out_that_nobody_is_there() -> None:
                     assert connection.getsockopt(socket.IPPROTO_TCP, option) == value
 
 
-def test_pyserial_is_not_needed_for_tcp() -> None:
-    import subprocess
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux can make a connection deaf")
+def test_a_cable_that_is_pulled() -> None:
+    """The other end neither answers nor hangs up; whoever only listens learns it, and whoever writes."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        url = f"socket://127.0.0.1:{listener.getsockname()[1]}"
+        hosts, far = [], []
+        for way in HOSTS.values():
+            hosts.append(way(url, stall_timeout=0.5))
+            far.append(listener.accept()[0])
+            deafen(far[-1])
+        hosts[0].write(b"move")
+        for host in hosts:
+            assert "is gone" in str(host.wait_lost())
+            host.close()
+        for connection in far:
+            connection.close()
 
+
+def deafen(connection: socket.socket) -> None:
+    """Let the system drop whatever comes on a connection: a filter of one instruction, "keep 0 bytes"."""
+    attach_filter = 26
+    instruction = ctypes.create_string_buffer(struct.pack("HBBI", 0x06, 0, 0, 0))
+    program = struct.pack("HL", 1, ctypes.addressof(instruction))
+    connection.setsockopt(socket.SOL_SOCKET, attach_filter, program)
+
+
+def test_pyserial_is_not_needed_for_tcp() -> None:
     program = (
         "import sys, socket, stagewire.links as links;"
         "far = socket.create_server(('127.0.0.1', 0));"

@@ -158,9 +158,18 @@ class TestNetworks:
 
     @pytest.mark.parametrize(
         "url",
-        ["socket://", "socket://127.0.0.1", "socket://:4001", "socket://127.0.0.1:x"]
-        + ["socket://127.0.0.1:0", "socket://127.0.0.1:70000", "socket://127.0.0.1:1/x"]
-        + ["SOCKET://[::1", "socket://127.0.0.1:4001?logging=debug", "socket://me@127.0.0.1:1"],
+        [
+            "socket://",
+            "socket://127.0.0.1",
+            "socket://:4001",
+            "socket://127.0.0.1:x",
+            "socket://127.0.0.1:0",
+            "socket://127.0.0.1:70000",
+            "socket://127.0.0.1:1/x",
+            "SOCKET://[::1",
+            "socket://127.0.0.1:4001?logging=debug",
+            "socket://me@127.0.0.1:1",
+        ],
     )
     def test_no_url(self, refused: Open, url: str) -> None:
         assert "expected socket://HOST:PORT" in refused(url)

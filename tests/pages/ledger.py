@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fenced import ROOT, Block, blocks
 
-__all__ = ["ELSEWHERE", "NOT_RUN", "READ_ONLY", "documents", "here"]
+__all__ = ["BY_MACHINE", "ELSEWHERE", "NOT_RUN", "READ_ONLY", "documents", "here"]
 
 ELSEWHERE = {
     "docs/build-systems.md": "tests/building/test_page.py",
@@ -36,6 +36,11 @@ NOT_RUN = {
     "python tests/teeth/mutants.py": "minutes; tests/teeth/test_teeth.py runs a part",
 }
 """Lines of shell blocks that no test can run, each with the reason."""
+
+BY_MACHINE = {
+    "stagewire doctor": "finds fault with a machine into which no controller is plugged",
+}
+"""Lines that may end with 1 as well, each with the reason."""
 
 READ_ONLY = {
     ("docs/architecture.md", "spec/ ──► generator/ ──► generated/ ──┐"): "a picture",

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ledger import NOT_RUN, here
+from ledger import BY_MACHINE, NOT_RUN, here
 from shell import Shell, lines
 
 from fenced import ROOT, Block
@@ -54,4 +54,4 @@ def test_the_lines_of_a_block(block: Block, checkout: Path, tmp_path: Path) -> N
     with Shell(checkout, tmp_path) as shell:
         for command, status in lines(block.text):
             if command not in NOT_RUN:
-                shell.type(command, status)
+                shell.type(command, status, *([1] if command in BY_MACHINE else []))

@@ -62,6 +62,38 @@ def test_a_silent_controller_costs_just_the_timeout() -> None:
     stepped.run(main())
 
 
+def test_of_two_timeouts_each_ends_at_its_own_time() -> None:
+    async def main() -> None:
+        async with session(AsyncTestLink()) as one:
+            later = asyncio.create_task(ask(one, BAYS[0], timeout=30))
+            await asyncio.sleep(0)
+            with pytest.raises(ReplyTimeout):
+                await ask(one, BAYS[1], timeout=0.05)
+            assert one.now() == pytest.approx(0.05)
+            with pytest.raises(ReplyTimeout):
+                await later
+            assert one.now() == pytest.approx(30)
+
+    stepped.run(main())
+
+
+def test_a_cancelled_request_that_waits_is_never_sent() -> None:
+    async def main() -> None:
+        link = AsyncTestLink()
+        async with session(link) as one:
+            tasks = [asyncio.create_task(ask(one)) for _ in range(2)]
+            await asyncio.sleep(0)
+            tasks[1].cancel()
+            await asyncio.wait([tasks[1]])
+            assert one.statistics.cancelled == 1
+            link.say(velocity().pack(1, USB))
+            assert await tasks[0] == velocity()
+            await one.pause(10)
+        assert len(link.written) == 1
+
+    stepped.run(main())
+
+
 def test_a_hundred_tasks_get_their_own_replies() -> None:
     async def main() -> None:
         async with session(AsyncTestLink(answer)) as one:

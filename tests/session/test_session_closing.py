@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -73,14 +75,19 @@ def test_a_handler_of_the_user_stays() -> None:
         signal.signal(signal.SIGTERM, before)
 
 
-def test_after_the_last_session_everything_is_as_before() -> None:
+def test_after_the_last_session_everything_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    registered: list[object] = []
+    monkeypatch.setattr(atexit, "register", registered.append)
+    monkeypatch.setattr(atexit, "unregister", registered.remove)
     before = signal.getsignal(signal.SIGTERM)
     first, second = (FramedSession(PROTOCOL, TestLink()) for _ in range(2))
     assert signal.getsignal(signal.SIGTERM) is termination._on_sigterm
     first.close()
+    assert registered == [termination._at_exit]
     assert signal.getsignal(signal.SIGTERM) is termination._on_sigterm
     second.close()
     assert signal.getsignal(signal.SIGTERM) is before
+    assert not registered
     assert not termination._open
 
 
@@ -96,20 +103,32 @@ def test_a_fork_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
         assert not link.told_now
 
 
-@pytest.mark.parametrize("fails", [True, False])
-def test_one_session_that_fails_does_not_silence_the_others(fails: bool) -> None:
+@pytest.mark.parametrize("ending", [termination._at_exit, None], ids=["exit", "close"])
+def test_what_fails_does_not_silence_the_others(
+    ending: Callable[[], None] | None, caplog: pytest.LogCaptureFixture
+) -> None:
     def fail() -> bytes:
-        if fails:
-            raise ZeroDivisionError
-        return b""
+        raise ZeroDivisionError
 
-    link = TestLink()
-    with FramedSession(PROTOCOL, TestLink()) as first, FramedSession(PROTOCOL, link) as second:
-        first.on_close.append(fail)
+    links = [TestLink(), TestLink()]
+    with FramedSession(PROTOCOL, links[0]) as first, FramedSession(PROTOCOL, links[1]) as second:
+        first.on_close += [fail, lambda: MOVE_STOP]
         second.on_close.append(lambda: MOVE_STOP)
-        termination._at_exit()
-        first.on_close.clear()
-    assert link.written == [MOVE_STOP]
+        if ending:
+            ending()
+    assert [link.written for link in links] == [[MOVE_STOP], [MOVE_STOP]]
+    assert "what was to be said last is not said" in caplog.text
+
+
+def test_a_signal_in_the_midst_of_closing_loses_no_stop() -> None:
+    link = TestLink()
+    session = FramedSession(PROTOCOL, link)
+    session.on_close.append(lambda: MOVE_STOP)
+    link.answer = lambda data: session.say_last() or b""  # type: ignore[func-returns-value]
+    session.close()
+    assert link.told_now == [MOVE_STOP]
+    session.say_last()
+    assert link.told_now == [MOVE_STOP]
 
 
 def test_in_an_event_loop_the_last_words_do_not_wait_for_it() -> None:

@@ -227,7 +227,9 @@ def test_modes_are_entered_by_setup_commands():
     talk.send(TO_HIGH, None)
     assert talk.wrote == bytes((255, 65))
     assert talk.core.mode == "high_level"
-    with pytest.raises(WrongModeError, match="READ_STATUS was not sent: the controller takes lines"):
+    with pytest.raises(
+        WrongModeError, match="READ_STATUS was not sent: the controller takes lines"
+    ):
         talk.ask(c.ReadStatus(), X)
     talk.later(1)
     talk.send(TO_LOW, None)
@@ -306,7 +308,9 @@ def test_a_line_of_text_that_never_ends_is_bounded():
     assert len(asked.value()) == 4096
 
 
-@pytest.mark.parametrize("line", ["", "two\rlines", "tab\t", "µm", "\xff\x41", "x" * 5000, b"WHERE X", None])
+@pytest.mark.parametrize(
+    "line", ["", "two\rlines", "tab\t", "µm", "\xff\x41", "x" * 5000, b"WHERE X", None]
+)
 def test_what_is_no_line_of_text_is_refused(line):
     talk = Commands(low_level=False)
     talk.send(TO_HIGH, None)

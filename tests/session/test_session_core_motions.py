@@ -30,7 +30,9 @@ def test_a_motion_that_is_stopped_by_others_says_so():
     talk = Framed()
     move = talk.move()
     talk.hear(STOPPED)
-    with pytest.raises(MotionStopped, match="MOT_MOVE_ABSOLUTE was stopped before its end") as stopped:
+    with pytest.raises(
+        MotionStopped, match="MOT_MOVE_ABSOLUTE was stopped before its end"
+    ) as stopped:
         move.value()
     assert stopped.value.message == STOPPED_HERE
     assert talk.move().written is False  # paced, and not refused
@@ -72,7 +74,9 @@ def test_a_second_motion_on_the_channel_is_refused_before_a_byte():
     talk = Framed()
     talk.move()
     talk.later(1)
-    with pytest.raises(MotionUnderWayError, match="MOT_MOVE_ABSOLUTE is under way on channel 1 of 0x50"):
+    with pytest.raises(
+        MotionUnderWayError, match="MOT_MOVE_ABSOLUTE is under way on channel 1 of 0x50"
+    ):
         talk.move()
     assert talk.wrote == MOVE
     assert talk.move(chan_ident=2).written
@@ -224,7 +228,9 @@ def test_a_stop_ends_the_motion_of_its_own_address_alone():
 def test_nothing_begins_while_a_stop_waits_for_its_answer():
     talk = Framed()
     talk.halt()
-    with pytest.raises(MotionUnderWayError, match="MOT_MOVE_STOP on channel 1 of 0x50 has not been answered"):
+    with pytest.raises(
+        MotionUnderWayError, match="MOT_MOVE_STOP on channel 1 of 0x50 has not been answered"
+    ):
         talk.move()
     talk.hear(STOPPED)
     talk.later(1)
@@ -266,12 +272,25 @@ def test_after_the_quiet_period_an_end_is_the_motion_s_own():
 def test_two_stops_end_with_one_answer_and_the_second_answer_ends_nothing():
     talk = Framed(quiet=0.5)
     stops = [talk.halt(), talk.halt()]
+    talk.later(0.8)
     talk.hear(STOPPED)
     assert all(stop.done for stop in stops)
     talk.later(0.1)
     move = talk.move()
     talk.hear(STOPPED)
     assert not move.done
+
+
+def test_a_second_answer_that_never_came_takes_nothing_from_a_later_motion():
+    talk = Framed(quiet=0.5)
+    talk.halt(timeout=60)
+    talk.halt(timeout=60)
+    talk.later(10)
+    talk.hear(STOPPED)
+    talk.later(0.5)
+    move = talk.move()
+    talk.hear(STOPPED)
+    assert isinstance(move.error, MotionStopped)
 
 
 def test_a_stop_without_an_answer_is_done_when_it_is_written():

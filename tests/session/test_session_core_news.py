@@ -86,13 +86,16 @@ def test_a_subscription_is_to_one_address_and_what_does_not_say():
 
 def test_a_condition_that_fails_ends_its_own_subscription_alone():
     talk = Framed()
-    wrong = talk.core.subscribe(lambda event: event.nothing)
+    asked = []
+    wrong = talk.core.subscribe(lambda event: asked.append(event) or event.nothing)
     right = talk.core.subscribe(m.MotGetDcStatusUpdate)
     talk.hear(said(dc_status()), said(dc_status()))
     assert len(everything(right)) == 2
     assert "condition failed" in str(wrong.error)
     assert isinstance(wrong.error.__cause__, AttributeError)
     assert len(wrong) == 0
+    talk.hear(said(dc_status()))
+    assert len(asked) == 1
 
 
 def test_a_full_queue_loses_the_oldest_counts_and_says_so_once(caplog):

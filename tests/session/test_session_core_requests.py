@@ -87,7 +87,9 @@ def test_time_that_is_spent_waiting_counts_and_nothing_is_sent_after_it():
     sent = talk.send()
     wrote = talk.later(2)
     assert not waiting.written
-    with pytest.raises(ReplyTimeout, match="MOT_REQ_JOGPARAMS to 0x50 was not sent: other requests"):
+    with pytest.raises(
+        ReplyTimeout, match="MOT_REQ_JOGPARAMS to 0x50 was not sent: other requests"
+    ):
         waiting.value()
     assert sent.written  # it went on when its turn came
     assert wrote == m.ModIdentify().pack(0x50, 1)
@@ -135,7 +137,21 @@ def test_a_poisoned_question_that_times_out_says_that_nothing_was_sent():
     again = talk.ask()
     talk.later(1)
     assert not again.written
-    assert "was not sent: the late reply to an earlier one might still have come" in str(again.error)
+    assert "was not sent: the late reply to an earlier one might still have come" in str(
+        again.error
+    )
+
+
+def test_questions_that_wait_for_late_replies_keep_their_order():
+    talk = Framed(quiet=0.5)
+    for question in ((), JOG):
+        talk.cancel(talk.ask(*question))
+    jog, vel = talk.ask(*JOG), talk.ask()
+    other = talk.ask(m.MotReqVelParams(2))
+    assert (jog.written, vel.written, other.written) == (False, False, True)
+    assert talk.hear(said(vel_params(1, chan_ident=2))) == b""
+    assert talk.later(0.5) == m.MotReqJogParams(1).pack(0x50, 1)
+    assert talk.hear(jog_params(1)) == VEL_REQUEST.pack(0x50, 1)
 
 
 def test_other_questions_and_addresses_and_channels_go_on_meanwhile():

@@ -106,6 +106,14 @@ def test_signs_of_life_wait_for_nothing_and_keep_nothing_back():
     assert other.ask().written
 
 
+def test_signs_of_life_go_on_whatever_times_out_between_them():
+    talk = Framed()
+    talk.core.keep_alive(ALIVE, (0x50,), period=0.5)
+    assert talk.flush() == ALIVE.pack(0x50, 1)
+    talk.ask(timeout=0.7)
+    assert talk.later(2) == ALIVE.pack(0x50, 1) * 4
+
+
 def test_signs_of_life_that_were_missed_are_not_made_up_for():
     talk = Framed()
     talk.core.keep_alive(ALIVE, (0x50,), period=0.5)

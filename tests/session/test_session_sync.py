@@ -241,6 +241,7 @@ def test_an_interrupted_call_cancels_its_request(session: Make) -> None:
     link.answer = interrupt  # type: ignore[assignment]
     with pytest.raises(KeyboardInterrupt):
         ask(one)
+    assert one.statistics.cancelled == 1
     link.answer = silent
     link.say(velocity().pack(1, USB))  # the late reply, which is nobody's
     link.answer = answer

@@ -163,7 +163,7 @@ async def open_session(
     Raises :class:`~stagewire.errors.LinkOpenError`, and what the session refuses.
     """
     choices, options = connection.choices, session_options(connection)
-    opened = await open_async_link(link, **link_options(choices))
+    opened = await open_async_link(link, **link_options(connection))
     try:
         return kind(
             protocol, opened, options=options, log=choices.log, unit=connection.unit.name, **more

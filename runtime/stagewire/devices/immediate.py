@@ -169,7 +169,7 @@ def open_session(
     Raises :class:`~stagewire.errors.LinkOpenError`, and what the session refuses.
     """
     choices, options = connection.choices, session_options(connection)
-    opened = open_link(link, **link_options(choices))
+    opened = open_link(link, **link_options(connection))
     try:
         return kind(
             protocol,

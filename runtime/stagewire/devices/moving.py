@@ -114,18 +114,19 @@ async def start(spot: Spot, action: Action, timeout: float | None, given: Keywor
     seconds = spot.motion_seconds(timeout)
     fields = fields_of(what, action.given, given, spot.scales())
     message = spot.message(action.message, fields)
-    await check_target(spot, what, action, fields)
+    deadline = Deadline(spot.line, seconds)
+    await check_target(spot, what, action, fields, deadline)
     ends = spot.connection.ends_of(action)
     running = spot.running(action, what) or Running(what, b"", spot.line.now())
-    started = Started(spot, action, running, ends, Deadline(spot.line, seconds))
+    started = Started(spot, action, running, ends, deadline)
     if action.poll is not None:
-        async with spot.lock("motion", what, seconds):
-            await _refuse_second(spot, what, action.poll)
-            await send_starting(spot, action, message, running, spot.seconds(None))
+        async with spot.lock("motion", what, deadline.left):
+            await _refuse_second(spot, what, action.poll, deadline)
+            await send_starting(spot, action, message, running, spot.part_of(deadline))
     elif ends is None or spot.connection.silenced(spot.address, ends.completed):
-        await send_starting(spot, action, message, running, spot.seconds(None))
+        await send_starting(spot, action, message, running, spot.part_of(deadline))
     else:
-        await _begin(spot, message, ends, seconds, running)
+        await _begin(spot, message, ends, deadline.left, running)
     return started
 
 
@@ -149,12 +150,12 @@ async def _begin(
         raise
 
 
-async def _refuse_second(spot: Spot, what: str, poll: Poll) -> None:
+async def _refuse_second(spot: Spot, what: str, poll: Poll, deadline: Deadline) -> None:
     """Raise where something that was started here still moves."""
     running = spot.connection.motions.at(spot.place)
     if running is None:
         return
-    if await _is_busy(spot, poll, spot.seconds(None)):
+    if await _is_busy(spot, poll, spot.part_of(deadline)):
         raise MotionUnderWayError(
             f"{what} was not sent: {running.what} is still under way; wait for its end or stop it first"
         )
@@ -174,7 +175,7 @@ async def _polled(spot: Spot, running: Running, poll: Poll, deadline: Deadline) 
         if running.stopped:
             raise MotionStopped(f"{running.what} was stopped")
         try:
-            busy = await _is_busy(spot, poll, spot.seconds(None))
+            busy = await _is_busy(spot, poll, spot.part_of(deadline))
         except ReplyTimeout:  # one reply that is lost says nothing of the motion
             busy = True
         if running.stopped:

@@ -10,7 +10,6 @@ from stagewire.devices.calls import ask
 from stagewire.devices.connection import Connection
 from stagewire.devices.identity import check_identity
 from stagewire.devices.line import LineOfFrames
-from stagewire.devices.options import Choices
 from stagewire.devices.spot import Spot
 from stagewire.devices.tables import Query
 from stagewire.devices.unit import Facts
@@ -22,6 +21,9 @@ from stagewire.session.options import SessionOptions
 __all__ = ["commanded", "framed", "greet", "link_options", "session_options"]
 
 _log = logging.getLogger("stagewire")
+
+_PLAIN: Final = {"baudrate": 9600, "rtscts": False}
+"""The line to a controller of commands: the slowest of its rates, and no handshake."""
 
 _OCCUPIED: Final = 1
 """State of a bay of a rack that holds a card."""
@@ -54,10 +56,12 @@ def session_options(connection: Connection) -> SessionOptions:
     )
 
 
-def link_options(choices: Choices) -> dict[str, Any]:
-    """Return what the user chose of the line itself."""
+def link_options(connection: Connection) -> dict[str, Any]:
+    """Return what the user chose of the line itself, or what suits the protocol."""
+    choices = connection.choices
     chosen = {"baudrate": choices.baudrate, "rtscts": choices.rtscts}
-    return {name: value for name, value in chosen.items() if value is not None}
+    given = {name: value for name, value in chosen.items() if value is not None}
+    return {**_PLAIN, **given} if isinstance(connection.facts.protocol, CommandProtocol) else given
 
 
 async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:

@@ -40,7 +40,7 @@ class OpenOptions(TypedDict, total=False):
     address: int | None
     """That of the controller, where it is not the one of the document."""
     baudrate: int | None
-    """Of a serial port; None: the document's."""
+    """Of a serial port; None: 115200, and 9600 where commands have no frame."""
     rtscts: bool | None
     """Hardware handshake; None: as the port asks."""
     line: Literal["usb", "rs232"]

@@ -138,8 +138,8 @@ class Scales:
         return rule
 
     def _case(self, setting: str, quantity: str, unit: str, case: str | None) -> str:
-        """Return the case that holds; what a user says where the controller cannot be told or asked."""
-        if case is not None and setting not in self.settings and setting not in self.ways:
+        """Return the case that holds; where it is not known, what a user says by writing it."""
+        if case is not None and setting not in self.settings:
             return case
         return str(self._setting(setting, quantity, unit).value)
 

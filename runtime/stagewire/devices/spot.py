@@ -8,7 +8,7 @@ from typing import Any, Final, cast
 
 from stagewire.commands import Command as WireCommand
 from stagewire.devices.connection import Connection, Place
-from stagewire.devices.line import Line, LineOfFrames, seconds_of
+from stagewire.devices.line import Deadline, Line, LineOfFrames, seconds_of
 from stagewire.devices.motions import Running
 from stagewire.devices.scales import Scales
 from stagewire.devices.tables import Action, Command, ParameterSet, Query
@@ -66,6 +66,10 @@ class Spot:
     def motion_seconds(self, timeout: float | None) -> float:
         """Return how long a motion may last."""
         return seconds_of(timeout, self.connection.choices.motion_timeout)
+
+    def part_of(self, deadline: Deadline) -> float:
+        """Return how long one question of a longer call may last."""
+        return min(self.connection.choices.timeout, deadline.left)
 
     def lock(self, key: str, what: str, seconds: float) -> AbstractAsyncContextManager[None]:
         """Keep others out of what has the same key here."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from stagewire.devices.calls import ask, check_travel
 from stagewire.devices.limits import in_mm, mm_of
+from stagewire.devices.line import Deadline
 from stagewire.devices.spot import Spot
 from stagewire.devices.tables import Action
 from stagewire.devices.values import InUnits, Values
@@ -16,7 +17,9 @@ from stagewire.errors import LimitError
 __all__ = ["check_target"]
 
 
-async def check_target(spot: Spot, what: str, action: Action, fields: Mapping[str, Any]) -> None:
+async def check_target(
+    spot: Spot, what: str, action: Action, fields: Mapping[str, Any], deadline: Deadline
+) -> None:
     """Raise :class:`~stagewire.errors.LimitError` for a target outside of the travel, if that is known.
 
     What is stored in the controller is read, where it decides. Of a distance the position is read, too; where
@@ -28,7 +31,9 @@ async def check_target(spot: Spot, what: str, action: Action, fields: Mapping[st
     check_travel(spot, what, action.given, fields)  # asks nothing
     if action.stored is not None:
         table, field = action.stored
-        distance = _in_mm(await ask(spot, table, None, {}), lambda value: value.field == field)
+        distance = _in_mm(
+            await ask(spot, table, spot.part_of(deadline), {}), lambda value: value.field == field
+        )
         assert distance is not None  # a target is in units
         if action.target == "absolute":
             travel.check_place(f"{what}: {field}, as it is stored", distance)
@@ -43,7 +48,10 @@ async def check_target(spot: Spot, what: str, action: Action, fields: Mapping[st
     status = spot.connection.unit.status_query
     if status is None:
         return
-    here = _in_mm(await ask(spot, status, None, {}), lambda value: value.quantity == "position")
+    here = _in_mm(
+        await ask(spot, status, spot.part_of(deadline), {}),
+        lambda value: value.quantity == "position",
+    )
     if here is not None and all(here + distance not in travel for distance in distances):
         way = " or ".join(f"{float(distance):+.10g}" for distance in distances)
         raise LimitError(

@@ -2,7 +2,8 @@
 
 :func:`discover` looks at what the operating system says of its serial ports and opens none of them, unless
 it is told to ask. :func:`open` opens a controller whose class nobody had to name. What
-:mod:`stagewire.discovery.diagnosis` finds wrong, it says with what to do about it.
+:mod:`~stagewire.discovery.computer_diagnosis` and :mod:`~stagewire.discovery.line_diagnosis` find wrong, they
+say with what to do about it.
 
 The runtime knows no unit: names, prefixes of serial numbers and addresses come from the registries of the
 protocols that are installed.

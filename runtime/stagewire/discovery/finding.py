@@ -36,7 +36,7 @@ def discover(ask: bool = False, timeout: float = ASK_TIMEOUT) -> list[Found]:
     """
     found = [look_at(port) for port in serial_ports()]
     if ask:
-        found = [asked(one, timeout) if one.port.plug else one for one in found]
+        found = [asked(one, timeout) for one in found]
     return sorted(found, key=lambda one: not one.is_controller)
 
 
@@ -53,7 +53,10 @@ def look_at(port: Port) -> Found:
 
 
 def asked(found: Found, timeout: float = ASK_TIMEOUT) -> Found:
-    """Open the port of what was found by its plug, ask it, and return what is known now."""
+    """Open the port of what was found by its plug, ask it, and return what is known now.
+
+    What is no controller by its plug is returned as it is.
+    """
     from stagewire.links import open_link
 
     plug = found.port.plug

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stagewire.discovery.asking import can_identify
-from stagewire.discovery.diagnosis import Diagnosis, Verdict, heard
+from stagewire.discovery.diagnosis import Diagnosis, Verdict
 from stagewire.discovery.finding import ASK_TIMEOUT, look_at, recognise
 from stagewire.discovery.found import Found
 from stagewire.discovery.known import Known, protocols
@@ -70,7 +70,25 @@ def _framed(found: Found, protocol: FramedProtocol) -> Diagnosis:
             f"another unit answers: {first.what}; expected was {wanted}",
             "name the unit that is there, or the port of the one that is meant: stagewire list",
         )
-    return heard(first)
+    return _heard(first)
+
+
+def _heard(found: Found) -> Diagnosis:
+    """Say what came of asking a controller."""
+    if found.identity is None:
+        return Diagnosis(
+            Verdict.WRONG,
+            found.url,
+            found.problem,
+            "see that it is switched on, that its own panel is not in a menu, and that no other program has "
+            "the port; unplug the USB cable and plug it in again; a controller on RS-232 needs its cable "
+            "crossed as its manual says",
+        )
+    told = f"{found.what}; serial number {found.serial_number}, firmware {found.identity.firmware}"
+    if found.bays is not None:
+        listed = ", ".join(map(str, found.bays)) or "none"
+        told += f"; bays with a module: {listed}"
+    return Diagnosis(Verdict.FINE, found.url, f"answers: {told}")
 
 
 def _asked(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import re
 from importlib import import_module
-from urllib.parse import urlsplit
 
 from stagewire.discovery.asking import can_identify, identify
 from stagewire.discovery.finding import ASK_TIMEOUT, look_at, recognise
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["device_class", "known_by_name", "open", "unit_at"]
 
-_VIRTUAL = "virtual"
+_VIRTUAL = re.compile(r"virtual://([^?#/]*)", re.IGNORECASE)
 _LINK_OPTIONS = ("baudrate", "rtscts")
 
 
@@ -80,15 +80,18 @@ def unit_at(url: str, **options: Any) -> str:
 
     Raises :class:`~stagewire.errors.WrongUnitError` where it cannot be found out.
     """
-    parts = urlsplit(url)
-    if parts.scheme == _VIRTUAL and _by_any(parts.netloc) is not None:
-        return parts.netloc.upper()
+    virtual = _VIRTUAL.match(url)
+    if virtual and _by_any(virtual[1]) is not None:
+        return virtual[1].upper()
     port = port_of(url)
     found = look_at(port) if port else Found(Port(url))
     if found.unit is None:
         found = _asked(found, **options)
     if found.unit is None:
-        raise WrongUnitError(f"{url}: {found.what}; name its unit (unit=, such as unit='TDC001')")
+        advice = "name its unit (unit=, such as unit='TDC001')"
+        if found.bays:
+            advice = f"name one of the bays with a module (bay=): {', '.join(map(str, found.bays))}"
+        raise WrongUnitError(f"{url}: {found.what}; {advice}")
     return found.unit
 
 

@@ -38,7 +38,7 @@ async def open_async_tcp(url: str, settings: LineSettings) -> AsyncTcpLink:
         raise unknown_host(url, host, error) from error
     except OSError as error:
         raise connect_refusal(url, error, settings.open_timeout) from error
-    set_options(connection)
+    set_options(connection, settings.stall_timeout)
     link = AsyncTcpLink(url, connection, settings.stall_timeout)
     await asyncio.get_running_loop().create_connection(lambda: link, sock=connection)
     return link
@@ -117,7 +117,8 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
         try:
             await asyncio.wait((self._ended,), timeout=_FLUSH)
         finally:
-            self._transport.abort()
+            if not self._ended.done():
+                self._transport.abort()
         await self._ended  # set in the next round of the loop
 
     # As asyncio sees it

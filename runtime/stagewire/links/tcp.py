@@ -31,7 +31,7 @@ def open_tcp(url: str, settings: LineSettings) -> DescriptorLink:
     except OSError as error:
         raise connect_refusal(url, error, settings.open_timeout) from error
     connection.setblocking(False)
-    set_options(connection)
+    set_options(connection, settings.stall_timeout)
     return DescriptorLink(
         url,
         connection.fileno(),

@@ -28,21 +28,20 @@ class Session(ThreadDriver[_C]):
     Every call may be made by any thread.
     """
 
-    def perform(self, make: Callable[[float], Exchange]) -> Any:
+    def perform(self, make: Callable[[float], Exchange], *, is_stop: bool = False) -> Any:
         """Begin an exchange, wait for its end and return its result, or raise its error.
 
         An exception that comes from elsewhere, such as ``KeyboardInterrupt``, cancels the exchange.
 
         :param make: has the core make the exchange; is called with the time.
+        :param is_stop: whether nothing may keep it from being written.
         """
-        exchange: Exchange | None = None
         waiter = Waiter()
         try:
-            exchange = self._issue(make, waiter, waiter.end)
+            exchange = self._issue(make, waiter, waiter.end, is_stop=is_stop)
             self._wait(waiter)
         except BaseException:
-            if exchange is not None:
-                self._cancel(exchange)
+            self._cancel(waiter)
             raise
         finally:
             self._leave(waiter)
@@ -52,26 +51,27 @@ class Session(ThreadDriver[_C]):
         self,
         make: Callable[[float], Exchange],
         on_done: Callable[[Exchange], object] | None = None,
+        *,
+        is_stop: bool = False,
     ) -> Exchange:
         """Begin an exchange and return it when its bytes are with the line.
 
         Raises its error if it ends before.
 
         :param on_done: called once when it ends, by whoever notices; it has to call no session.
+        :param is_stop: whether nothing may keep it from being written.
         """
-        exchange: Exchange | None = None
         waiter = Waiter()
         watchers = Watchers([waiter.end] if on_done is None else [waiter.end, on_done])
         try:
-            exchange = self._issue(make, waiter, watchers, waiter.end)
+            exchange = self._issue(make, waiter, watchers, waiter.end, is_stop)
             self._wait(waiter)
             with self._writing:  # in which another thread may be, with these very bytes
                 pass
             with self._lock:
                 watchers.remove(waiter.end)
         except BaseException:
-            if exchange is not None:
-                self._cancel(exchange)
+            self._cancel(waiter)
             raise
         finally:
             self._leave(waiter)

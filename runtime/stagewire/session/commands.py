@@ -271,11 +271,6 @@ class CommandCore(Core):
         if self._outstanding is not None:
             yield self._outstanding
 
-    def _forget(self) -> None:
-        self._stops.clear()
-        self._queue.clear()
-        self._outstanding = None
-
     def _give_up(self, line: Line, error: StagewireError, now: float) -> None:
         if line is self._outstanding:
             pending = len(self._text) + sum(len(event.raw) for event in self._replies.abandon())

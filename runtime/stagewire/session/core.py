@@ -122,15 +122,10 @@ class Core:
         """Yield every exchange that has not ended."""
         raise NotImplementedError
 
-    def _forget(self) -> None:
-        """Forget all exchanges."""
-        raise NotImplementedError
-
     def _finish(self, failure: Callable[[Exchange], StagewireError], over: StagewireError) -> None:
         waiting = list(self._waiting())
         self._failure = failure
         self._over = over
-        self._forget()
         self._ready, self._next = False, inf
         for exchange in waiting:
             exchange.end(error=failure(exchange))

@@ -35,6 +35,7 @@ class Driver(Generic[_C]):
         self._core: _C = core
         self._recording = recording
         self._end: StagewireError | None = None  # why nothing can be done any more
+        self._unsaid = b""  # the last words, while they are being written
         self._write_now = link.write_now
         self._url = link.url
 
@@ -92,9 +93,15 @@ class Driver(Generic[_C]):
     # What is said last
 
     def _last_words(self) -> bytes:
-        return b"".join([say() for say in tuple(self.on_close)])
+        words = []
+        for say in tuple(self.on_close):
+            try:
+                words.append(say())
+            except Exception:  # the others have something to say, too
+                log.exception("%s: what was to be said last is not said", self._url)
+        return b"".join(words)
 
     def say_last(self) -> None:
         """Say the last words and nothing else; see :mod:`stagewire.session.termination`."""
-        if self._end is None and (last := self._last_words()):
+        if last := self._last_words() if self._end is None else self._unsaid:
             self._write_now(last)

@@ -317,12 +317,6 @@ class FramedCore(Core):
         yield from self._requests.outstanding.values()
         yield from self._motions.waiting()
 
-    def _forget(self) -> None:
-        self._halts.clear()
-        self._outgoing.forget()
-        self._requests.forget()
-        self._motions.forget()
-
     def _give_up(self, exchange: FramedExchange, error: StagewireError, now: float) -> None:
         if not exchange.written:
             self._unqueue(exchange)
@@ -340,7 +334,7 @@ class FramedCore(Core):
             return kind(self._wording.timed_out(exchange))
         if not isinstance(exchange, Ask):
             why = "others waited before it"
-        elif self._requests.poisoned_until(exchange) is not None:
+        elif self._requests.is_poisoned(exchange):
             why = "the late reply to an earlier one might still have come"
         else:
             why = "other requests waited before it"

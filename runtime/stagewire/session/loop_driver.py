@@ -149,7 +149,7 @@ class LoopDriver(Driver[_C]):
         if self.closed:
             return
         self._check_loop()
-        last = b"" if self._end else self._last_words()
+        self._unsaid = last = b"" if self._end else self._last_words()
         self._end = SessionClosedError(f"{self.url} was closed")
         self._core.close(self.now())
         self._wake_all()
@@ -157,6 +157,7 @@ class LoopDriver(Driver[_C]):
             self._timer.cancel()
         if last:
             self._write(last)
+            self._unsaid = b""
         termination.forget(self)
         try:
             await self._link.close()

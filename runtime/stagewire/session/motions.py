@@ -122,9 +122,9 @@ class Motions:
         if len(meant) != 1:
             return
         known = self._channels[meant.pop()]
-        motion = known.motion if known.motion is not None and known.motion.written else None
+        motion = known.motion
         halts = [halt for halt in known.halts if id in halt.ids]
-        if not any(not halt.done for halt in halts) and halts and halts[0].motion is not motion:
+        if halts and all(halt.done for halt in halts) and halts[0].motion is not motion:
             self._answered(known, halts[0])
             self._statistics.late += 1
             return
@@ -177,11 +177,6 @@ class Motions:
             for halt in known.halts:
                 if not halt.done:
                     yield halt
-
-    def forget(self) -> None:
-        """Forget all of them."""
-        self.awaited.clear()
-        self._channels.clear()
 
     def _answered(self, known: _Channel, halt: Halt) -> None:
         known.halts.remove(halt)

@@ -53,42 +53,32 @@ class Outgoing:
         self._lanes.setdefault(dest, _Lane()).free_at = now + self._pacing
 
     def take(self, now: float, write: Callable[[FramedExchange], object]) -> float:
-        """Have everything written that may be now; return when there may be more, by time alone."""
-        more_at = inf
+        """Have everything written that may be now; return when the pacing of something else is over."""
+        paced_until = inf
         for dest, lane in tuple(self._busy.items()):
-            more_at = min(more_at, self._empty(lane, now, write))
+            self._empty(lane, now, write)
             if not lane.queue:
                 del self._busy[dest]
-        return more_at
+            elif now < lane.free_at:
+                paced_until = min(paced_until, lane.free_at)
+        return paced_until
 
-    def _empty(self, lane: _Lane, now: float, write: Callable[[FramedExchange], object]) -> float:
+    def _empty(self, lane: _Lane, now: float, write: Callable[[FramedExchange], object]) -> None:
         queue, requests = lane.queue, self._requests
         held: list[FramedExchange] = []
-        more_at = inf
-        while queue:
+        while queue and lane.free_at <= now:
             exchange = queue[0]
-            if now < lane.free_at:
-                more_at = min(more_at, lane.free_at)
-                break
             if isinstance(exchange, Ask):
                 if not requests.may_be_sent(exchange):
                     break
-                until = requests.poisoned_until(exchange)
-                if until is not None:  # others may go on
-                    more_at = min(more_at, until)
+                if requests.is_poisoned(exchange):  # others may go on
                     held.append(queue.popleft())
                     continue
             queue.popleft()
             write(exchange)
         queue.extendleft(reversed(held))
-        return more_at
 
     def waiting(self) -> Iterator[FramedExchange]:
         """Yield all that waits."""
         for lane in self._busy.values():
             yield from lane.queue
-
-    def forget(self) -> None:
-        """Forget all of it."""
-        self._lanes.clear()
-        self._busy.clear()

@@ -54,9 +54,9 @@ class Requests:
         """
         return not (self._nameless and self.outstanding) and ask.dest not in self.outstanding
 
-    def poisoned_until(self, ask: Ask) -> float | None:
-        """Return until when the late reply to the same question may come; None: none may."""
-        return max((old.until for old in self._given_up if self._same(old, ask)), default=None)
+    def is_poisoned(self, ask: Ask) -> bool:
+        """Whether the late reply to the same question may still come."""
+        return any(self._same(old, ask) for old in self._given_up)
 
     def _same(self, old: Ask, new: Ask) -> bool:
         if (old.dest != new.dest and not self._nameless) or old.ids.isdisjoint(new.ids):
@@ -112,12 +112,6 @@ class Requests:
     def next(self) -> float:
         """When the next quiet period has passed."""
         return min((ask.until for ask in self._given_up), default=inf)
-
-    def forget(self) -> None:
-        """Forget all of them."""
-        self.awaited.clear()
-        self.outstanding.clear()
-        self._given_up.clear()
 
     def _remove(self, ask: Ask) -> None:
         for id in ask.ids:

@@ -126,9 +126,11 @@ class FramedSession(Session[FramedCore]):
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core
         if ends is None:
-            self.start(lambda now: core.halt(message, None, dest, seconds, now))
+            self.start(lambda now: core.halt(message, None, dest, seconds, now), is_stop=True)
             return None
-        frame: Frame = self.perform(lambda now: core.halt(message, ends, dest, seconds, now))
+        frame: Frame = self.perform(
+            lambda now: core.halt(message, ends, dest, seconds, now), is_stop=True
+        )
         return frame
 
     def settled(self, dest: int, channel: int | None) -> None:
@@ -228,7 +230,7 @@ class CommandSession(Session[CommandCore]):
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core
-        self.start(lambda now: core.halt(message, axis, seconds, now))
+        self.start(lambda now: core.halt(message, axis, seconds, now), is_stop=True)
 
     def text(self, line: str, timeout: float | None = None) -> str:
         """Send a line of text, without its end, and return the line that answers it, without its end.

@@ -38,7 +38,7 @@ _SLICE: Final = 4096
 """Bytes that the core takes at once: a stop gets in between, however much has come."""
 
 _READS_BEFORE: Final = 16
-"""Of what piled up while nobody read, so often is read before a request; more is more than a line holds."""
+"""So often is read, before a request, of what piled up while nobody read; before a stop, once."""
 
 _ENDING: Final = 1.0
 """Seconds that a thread that reads has to notice that it is over."""
@@ -75,9 +75,7 @@ class ThreadDriver(Driver[_C]):
         self._due = math.inf  # when the core has something to do next
         self._reads_until = -math.inf  # when who reads will look around
         self._turns = Turns()
-        self._asleep: set[Waiter] = (
-            set()
-        )  # who waits for nothing of the core, to be woken at the end
+        self._asleep: set[Waiter] = set()  # who waits for nothing of the core; woken at the end
         self._thread: threading.Thread | None = None
         termination.remember(self)
         if background and link.clock is None:
@@ -95,13 +93,14 @@ class ThreadDriver(Driver[_C]):
         waiter: Waiter,
         on_done: Callable[[Exchange], object],
         on_written: Callable[[Exchange], object] | None = None,
+        is_stop: bool = False,
     ) -> Exchange:
         """Have the core make an exchange, and write what is to be written now."""
-        self._hear_what_came(waiter)
+        self._hear_what_came(waiter, 1 if is_stop else _READS_BEFORE)
         with self._writing:
             with self._lock:
                 now = self.now()
-                exchange = make(now)
+                waiter.exchange = exchange = make(now)
                 if exchange.done:
                     on_done(exchange)
                     return exchange
@@ -113,11 +112,12 @@ class ThreadDriver(Driver[_C]):
                 self._write(data)
         return exchange
 
-    def _cancel(self, exchange: Exchange) -> None:
-        with self._lock:
-            self._core.cancel(exchange, self.now())
-        self._flush()
-        self._wake_reader()
+    def _cancel(self, waiter: Waiter) -> None:
+        """Give up what an interrupted thread has waited for."""
+        if waiter.exchange is not None:
+            with self._lock:
+                self._core.cancel(waiter.exchange, self.now())
+            self._flush()
 
     # Waiting
 
@@ -171,12 +171,12 @@ class ThreadDriver(Driver[_C]):
         if self._due <= self.now():
             self._tick()
 
-    def _hear_what_came(self, waiter: Waiter) -> None:
+    def _hear_what_came(self, waiter: Waiter, reads: int = 1) -> None:
         """Take what came while nobody read, so that nothing of it answers what is asked now."""
         if self._thread is not None or self._end is not None or not self._turns.mine(waiter):
             return
         try:
-            for _ in range(_READS_BEFORE):
+            for _ in range(reads):
                 if not (data := self._link.read(0)):
                     break
                 self._take(data)
@@ -233,9 +233,7 @@ class ThreadDriver(Driver[_C]):
         try:
             while self._end is None:
                 self._read()
-        except (
-            Exception
-        ) as error:  # a fault of this library; nobody may wait for ever because of it
+        except Exception as error:  # a fault of this library, for which nobody may wait for ever
             log.exception("%s: the thread that reads has failed", self.url)
             self._lose(TransportLost(f"{self.url}: the thread that reads has failed: {error!r}"))
 
@@ -250,12 +248,13 @@ class ThreadDriver(Driver[_C]):
             with self._lock:
                 if self.closed:
                     return
-                last = b"" if self._end else self._last_words()
+                self._unsaid = last = b"" if self._end else self._last_words()
                 self._end = SessionClosedError(f"{self.url} was closed")
                 self._core.close(self.now())
                 self._wake_all()
             if last:
                 self._write(last)
+                self._unsaid = b""
         self._link.wake()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(_ENDING)

@@ -16,9 +16,11 @@ __all__ = ["Over", "Turns", "Waiter", "Watchers"]
 class Waiter:
     """One thread that waits for something to end; a lock, which is the cheapest thing to wake it by."""
 
-    __slots__ = ("_lock", "done")
+    __slots__ = ("_lock", "done", "exchange")
 
     def __init__(self) -> None:
+        self.exchange: Exchange | None = None
+        """What it waits for, if that is an exchange; to be cancelled if the thread is interrupted."""
         self.done = False
         """Whether what it waits for has come."""
         self._lock = threading.Lock()

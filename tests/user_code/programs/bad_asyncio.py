@@ -15,4 +15,4 @@ async def one_stage(tdc: TDC001) -> float:
     print(tdc.get_vel_params().max_velocity)  # wrong: attr-defined reportAttributeAccessIssue
     with TDC001.open("virtual://TDC001") as other:  # wrong: attr-defined reportGeneralTypeIssues
         print(other)
-    return tdc.get_dc_status_update().position_mm  # wrong: attr-defined reportAttributeAccessIssue
+    return await tdc.get_vel_params()  # wrong: return-value reportReturnType

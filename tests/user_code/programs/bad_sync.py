@@ -7,7 +7,7 @@ from stagewire_apt import BBD102, TDC001, TPZ001
 
 def one_stage(tdc: TDC001) -> None:
     """A stage in millimetres."""
-    tdc.move_absolute(1.5)  # wrong: misc call-arg
+    tdc.move_absolute(1)  # wrong: call-arg reportCallIssue
     tdc.move_absolute(um=1.5)  # wrong: call-arg reportCallIssue
     tdc.move_absolute(mm=[1.5])  # wrong: arg-type reportArgumentType
     tdc.move_absolute(counts=1.5)  # wrong: arg-type reportArgumentType
@@ -16,8 +16,8 @@ def one_stage(tdc: TDC001) -> None:
     tdc.jog()  # wrong: call-arg reportCallIssue
     tdc.jog("forward")  # wrong: arg-type reportArgumentType
     tdc.set_vel_params(max_velocity_mm_s=2)  # wrong: call-arg reportCallIssue
-    tdc.get_vel_params().max_velocity_mm  # wrong: attr-defined reportAttributeAccessIssue
-    tdc.get_vel_params().max_velocity = 3  # wrong: misc reportAttributeAccessIssue
+    print(tdc.get_vel_params().max_velocity_mm)  # wrong: attr-defined reportAttributeAccessIssue
+    tdc.get_vel_params().max_velocity = 3  # wrong: - reportAttributeAccessIssue
     tdc.set_output_volts(volts=3)  # wrong: attr-defined reportAttributeAccessIssue
 
 
@@ -28,5 +28,5 @@ def others(bbd102: BBD102, tpz001: TPZ001) -> str:
     bbd102.channel(1).home()  # wrong: attr-defined reportAttributeAccessIssue
     tpz001.move_absolute(mm=1)  # wrong: attr-defined reportAttributeAccessIssue
     TDC001.open(port="/dev/ttyUSB0")  # wrong: call-arg reportCallIssue
-    TDC001("/dev/ttyUSB0").home()  # wrong: call-arg reportCallIssue
+    TDC001("/dev/ttyUSB0").home()  # wrong: arg-type reportArgumentType
     return tpz001.get_output_volts().volts  # wrong: return-value reportReturnType

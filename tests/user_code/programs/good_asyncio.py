@@ -5,12 +5,11 @@ from __future__ import annotations
 import asyncio
 from typing import assert_type
 
+from stagewire.devices.asynchronous import Motion
+from stagewire.devices.tables import MotionEnd
 from stagewire_apt import messages as m
 from stagewire_apt.aio import BBD102, TDC001, TPZ001
 from stagewire_ms2000.aio import MS2000
-
-from stagewire.devices.asynchronous import Motion
-from stagewire.devices.tables import MotionEnd
 
 
 async def one_stage(url: str) -> float:
@@ -29,7 +28,7 @@ async def one_stage(url: str) -> float:
 
 async def two_bays(url: str) -> None:
     """Both bays move at once."""
-    async with BBD102.open(url, stages=["MLS203", "MLS203"]) as bbd102:
+    async with BBD102.open(url, stages={1: "MLS203", 2: "MLS203"}) as bbd102:
         ends = await asyncio.gather(*(bay.move_absolute(mm=10) for bay in bbd102.bays))
         assert_type(ends, list[MotionEnd])
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import assert_type
 
-from stagewire.devices.synchronous import Motion
-
 import stagewire
+from stagewire.devices.synchronous import Motion
 from stagewire.devices.tables import MotionEnd
 from stagewire_apt import BBD102, BSC002, MST601, TDC001, TPZ001, enumerations
 from stagewire_apt import messages as m
@@ -36,7 +35,7 @@ def one_stage(url: str) -> float:
 
 def two_bays(url: str) -> list[float]:
     """Each bay has a stage of its own."""
-    with BBD102.open(url, stages=["MLS203", "MLS203"]) as bbd102:
+    with BBD102.open(url, stages={1: "MLS203", 2: "MLS203"}) as bbd102:
         for bay in bbd102.bays:
             bay.home()
         bbd102.bay(2).set_vel_params(

@@ -20,7 +20,6 @@ __all__ = [
     "READ_MOTOR_POSITION",
     "READ_MOTOR_POSITION_AND_STATUS",
     "READ_RAMP_TIME",
-    "READ_START_SPEED",
     "READ_STATUS",
     "READ_STATUS_BYTE",
     "READ_TARGET_POSITION",
@@ -34,7 +33,6 @@ __all__ = [
     "WRITE_INCREMENT_VALUE",
     "WRITE_MOTOR_POSITION",
     "WRITE_RAMPING_TIME",
-    "WRITE_START_SPEED",
     "WRITE_TOP_SPEED",
     "WRITE_VECTOR_SPEED",
 ]
@@ -81,13 +79,6 @@ READ_RAMP_TIME = Query(
     values=v.RampTime,
     req=m.ReadRampTime,
     gets=(m.ReadRampTimeReply,),
-)
-
-READ_START_SPEED = Query(
-    "read_start_speed",
-    values=v.StartSpeed,
-    req=m.ReadStartSpeed,
-    gets=(m.ReadStartSpeedReply,),
 )
 
 READ_MAXIMUM_SPEED = Query(
@@ -191,12 +182,6 @@ WRITE_RAMPING_TIME = Command(
             maximum=255,
         ),
     ),
-)
-
-WRITE_START_SPEED = Command(
-    "write_start_speed",
-    message=m.WriteStartSpeed,
-    given=(Given("start_speed", "start_speed", minimum=0, maximum=65535),),
 )
 
 WRITE_TOP_SPEED = Command(

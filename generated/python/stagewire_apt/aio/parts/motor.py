@@ -802,9 +802,9 @@ class CanHome(Part):
     """
 
     async def home(self, *, timeout: float | None = None) -> MotionEnd:
-        """Do home, and wait for its end.
+        """Send ``MOT_MOVE_HOME``.
 
-        Starts homing with the settings of MOT_SET_HOMEPARAMS. ``MOT_MOVE_HOME``, page 41.
+        Starts homing with the settings of MOT_SET_HOMEPARAMS. Waits for the end. Page 41.
 
         :param timeout: in seconds; None for that of the device.
 
@@ -815,9 +815,10 @@ class CanHome(Part):
         return await self._act(t.HOME, timeout)
 
     async def start_home(self) -> Motion:
-        """Start to home, and return a handle to wait on.
+        """Send ``MOT_MOVE_HOME``.
 
-        Starts homing with the settings of MOT_SET_HOMEPARAMS. ``MOT_MOVE_HOME``, page 41.
+        Starts homing with the settings of MOT_SET_HOMEPARAMS. Returns as soon as it is sent, with a
+        handle to wait on. Page 41.
 
         Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
         SessionClosedError when there is no line (any more).
@@ -910,10 +911,10 @@ class CanMoveRelative(Part):
         mm: Number | None = None,
         timeout: float | None = None,
     ) -> MotionEnd:
-        """Do move relative, and wait for its end.
+        """Send ``MOT_MOVE_RELATIVE``.
 
         Starts a move by a distance; the short form uses the stored distance, the long form carries
-        its own. ``MOT_MOVE_RELATIVE``, page 42.
+        its own. Waits for the end. Page 42.
 
         :param counts: raw counts of mm, scale by stage; -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; its scale depends on the stage on its controller.
@@ -934,10 +935,10 @@ class CanMoveRelative(Part):
         counts: int | None = None,
         mm: Number | None = None,
     ) -> Motion:
-        """Start to move relative, and return a handle to wait on.
+        """Send ``MOT_MOVE_RELATIVE``.
 
         Starts a move by a distance; the short form uses the stored distance, the long form carries
-        its own. ``MOT_MOVE_RELATIVE``, page 42.
+        its own. Returns as soon as it is sent, with a handle to wait on. Page 42.
 
         :param counts: raw counts of mm, scale by stage; -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; its scale depends on the stage on its controller.
@@ -951,10 +952,10 @@ class CanMoveRelative(Part):
         return await self._start(t.MOVE_RELATIVE, counts=counts, mm=mm)
 
     async def move_relative_stored(self, *, timeout: float | None = None) -> MotionEnd:
-        """Do move relative stored, and wait for its end.
+        """Send ``MOT_MOVE_RELATIVE``.
 
         Starts a move by a distance; the short form uses the stored distance, the long form carries
-        its own. ``MOT_MOVE_RELATIVE``, page 42.
+        its own. Waits for the end. Page 42.
 
         Moves by the distance stored with MOT_SET_MOVERELPARAMS.
 
@@ -967,10 +968,10 @@ class CanMoveRelative(Part):
         return await self._act(t.MOVE_RELATIVE_STORED, timeout)
 
     async def start_move_relative_stored(self) -> Motion:
-        """Start to move relative stored, and return a handle to wait on.
+        """Send ``MOT_MOVE_RELATIVE``.
 
         Starts a move by a distance; the short form uses the stored distance, the long form carries
-        its own. ``MOT_MOVE_RELATIVE``, page 42.
+        its own. Returns as soon as it is sent, with a handle to wait on. Page 42.
 
         Moves by the distance stored with MOT_SET_MOVERELPARAMS.
 
@@ -1065,10 +1066,10 @@ class CanMoveAbsolute(Part):
         mm: Number | None = None,
         timeout: float | None = None,
     ) -> MotionEnd:
-        """Do move absolute, and wait for its end.
+        """Send ``MOT_MOVE_ABSOLUTE``.
 
         Starts a move to a position; the short form uses the stored position, the long form carries
-        its own. ``MOT_MOVE_ABSOLUTE``, page 45.
+        its own. Waits for the end. Page 45.
 
         :param counts: the position to move to; raw counts of mm, scale by stage; -2147483648 to
             2147483647.
@@ -1090,10 +1091,10 @@ class CanMoveAbsolute(Part):
         counts: int | None = None,
         mm: Number | None = None,
     ) -> Motion:
-        """Start to move absolute, and return a handle to wait on.
+        """Send ``MOT_MOVE_ABSOLUTE``.
 
         Starts a move to a position; the short form uses the stored position, the long form carries
-        its own. ``MOT_MOVE_ABSOLUTE``, page 45.
+        its own. Returns as soon as it is sent, with a handle to wait on. Page 45.
 
         :param counts: the position to move to; raw counts of mm, scale by stage; -2147483648 to
             2147483647.
@@ -1108,10 +1109,10 @@ class CanMoveAbsolute(Part):
         return await self._start(t.MOVE_ABSOLUTE, counts=counts, mm=mm)
 
     async def move_absolute_stored(self, *, timeout: float | None = None) -> MotionEnd:
-        """Do move absolute stored, and wait for its end.
+        """Send ``MOT_MOVE_ABSOLUTE``.
 
         Starts a move to a position; the short form uses the stored position, the long form carries
-        its own. ``MOT_MOVE_ABSOLUTE``, page 45.
+        its own. Waits for the end. Page 45.
 
         Moves to the position stored with MOT_SET_MOVEABSPARAMS.
 
@@ -1124,10 +1125,10 @@ class CanMoveAbsolute(Part):
         return await self._act(t.MOVE_ABSOLUTE_STORED, timeout)
 
     async def start_move_absolute_stored(self) -> Motion:
-        """Start to move absolute stored, and return a handle to wait on.
+        """Send ``MOT_MOVE_ABSOLUTE``.
 
         Starts a move to a position; the short form uses the stored position, the long form carries
-        its own. ``MOT_MOVE_ABSOLUTE``, page 45.
+        its own. Returns as soon as it is sent, with a handle to wait on. Page 45.
 
         Moves to the position stored with MOT_SET_MOVEABSPARAMS.
 
@@ -1149,10 +1150,10 @@ class CanMoveVelocity(Part):
         *,
         timeout: float | None = None,
     ) -> MotionEnd:
-        """Do move velocity, and wait for its end.
+        """Send ``MOT_MOVE_VELOCITY``.
 
         Moves in one direction, with the velocity that MOT_SET_MOVEVELPARAMS is said to set, until a
-        stop command or a limit switch. ``MOT_MOVE_VELOCITY``, page 48.
+        stop command or a limit switch. Waits for the end. Page 48.
 
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``,
         ``apt-movevelparams-undefined``.
@@ -1169,10 +1170,11 @@ class CanMoveVelocity(Part):
         return await self._act(t.MOVE_VELOCITY, timeout, direction=direction)
 
     async def start_move_velocity(self, direction: e.MoveDirection | int) -> Motion:
-        """Start to move velocity, and return a handle to wait on.
+        """Send ``MOT_MOVE_VELOCITY``.
 
         Moves in one direction, with the velocity that MOT_SET_MOVEVELPARAMS is said to set, until a
-        stop command or a limit switch. ``MOT_MOVE_VELOCITY``, page 48.
+        stop command or a limit switch. Returns as soon as it is sent, with a handle to wait on.
+        Page 48.
 
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``,
         ``apt-movevelparams-undefined``.
@@ -1199,10 +1201,10 @@ class CanStop(Part):
         *,
         timeout: float | None = None,
     ) -> MotionEnd | None:
-        """Send stop, before whatever waits.
+        """Send ``MOT_MOVE_STOP``.
 
         Stops any movement of a channel, be it relative, absolute, at constant velocity or homing.
-        ``MOT_MOVE_STOP``, page 49.
+        Goes before whatever waits to be sent. Page 49.
 
         Errata ``apt-header-parameters-as-word``, ``apt-lists-against-chapters``.
 
@@ -1229,9 +1231,9 @@ class CanJog(Part):
         *,
         timeout: float | None = None,
     ) -> MotionEnd:
-        """Do jog, and wait for its end.
+        """Send ``MOT_MOVE_JOG``.
 
-        Starts a jog with the settings of MOT_SET_JOGPARAMS. ``MOT_MOVE_JOG``, page 47.
+        Starts a jog with the settings of MOT_SET_JOGPARAMS. Waits for the end. Page 47.
 
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
 
@@ -1247,9 +1249,10 @@ class CanJog(Part):
         return await self._act(t.JOG, timeout, direction=direction)
 
     async def start_jog(self, direction: e.MoveDirection | int) -> Motion:
-        """Start to jog, and return a handle to wait on.
+        """Send ``MOT_MOVE_JOG``.
 
-        Starts a jog with the settings of MOT_SET_JOGPARAMS. ``MOT_MOVE_JOG``, page 47.
+        Starts a jog with the settings of MOT_SET_JOGPARAMS. Returns as soon as it is sent, with a
+        handle to wait on. Page 47.
 
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
 
@@ -1270,10 +1273,10 @@ class CanSuspendEndOfMoveMsgs(Part):
     """
 
     async def suspend_end_of_move_msgs(self, *, timeout: float | None = None) -> None:
-        """Send suspend end of move msgs.
+        """Send ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
         Switches the unsolicited end-of-move and error messages off, for clients that cannot take
-        them at any time. ``MOT_SUSPEND_ENDOFMOVEMSGS``, page 82.
+        them at any time. Page 82.
 
         :param timeout: in seconds; None for that of the device.
 
@@ -1289,10 +1292,10 @@ class CanResumeEndOfMoveMsgs(Part):
     """
 
     async def resume_end_of_move_msgs(self, *, timeout: float | None = None) -> None:
-        """Send resume end of move msgs.
+        """Send ``MOT_RESUME_ENDOFMOVEMSGS``.
 
         Switches the unsolicited end-of-move and error messages on again; they are on after
-        power-up. ``MOT_RESUME_ENDOFMOVEMSGS``, page 83.
+        power-up. Page 83.
 
         Erratum ``apt-resume-disables``.
 
@@ -1310,10 +1313,10 @@ class WithStatusUpdate(Part):
     """
 
     async def get_status_update(self, *, timeout: float | None = None) -> v.StatusUpdate:
-        """Read the status update.
+        """Send ``MOT_REQ_STATUSUPDATE``.
 
-        Asks for one status update, for clients that do not want them periodically.
-        ``MOT_REQ_STATUSUPDATE``, page 78.
+        Asks for one status update, for clients that do not want them periodically. Waits for the
+        answer. Page 78.
 
         Erratum ``apt-req-statusupdate-table-id``.
 
@@ -1332,10 +1335,10 @@ class WithDcStatusUpdate(Part):
     """
 
     async def get_dc_status_update(self, *, timeout: float | None = None) -> v.DcStatusUpdate:
-        """Read the dc status update.
+        """Send ``MOT_REQ_DCSTATUSUPDATE``.
 
-        Asks for one DC status update, for clients that do not want them periodically.
-        ``MOT_REQ_DCSTATUSUPDATE``, page 80.
+        Asks for one DC status update, for clients that do not want them periodically. Waits for the
+        answer. Page 80.
 
         :param timeout: in seconds; None for that of the device.
 
@@ -1352,11 +1355,10 @@ class CanAckDcStatusUpdate(Part):
     """
 
     async def ack_dc_status_update(self, *, timeout: float | None = None) -> None:
-        """Send ack dc status update.
+        """Send ``MOT_ACK_DCSTATUSUPDATE``.
 
         Server alive. USB only; due at least once a second, or the controller stops sending after
-        about 50 status messages, completed moves included. There is no answer.
-        ``MOT_ACK_DCSTATUSUPDATE``, page 80.
+        about 50 status messages, completed moves included. There is no answer. Page 80.
 
         Errata ``apt-ack-dcstatusupdate-table-id``, ``apt-ack-fifty``.
 
@@ -2005,7 +2007,7 @@ class WithPmdPositionLoopParams(Part):
         :param differential: differential gain; 0 to 32767.
         :param kd_time_pos: The derivative term is computed once in this number of servo cycles; raw
             counts of us, us_per_count 512/5; 1 to 32767.
-        :param kd_time_pos_us: ``kd_time_pos`` in us; 102.4 to 3.35534e+06.
+        :param kd_time_pos_us: ``kd_time_pos`` in us; 102.4 to 3355340.8.
         :param kout_pos: scales the output of the loop; raw counts of percent, counts_per_percent
             13107/20; 0 to 65535.
         :param kout_pos_percent: ``kout_pos`` in percent; 0 to 100.
@@ -2069,7 +2071,7 @@ class WithPmdPositionLoopParams(Part):
         :param differential: differential gain; 0 to 32767.
         :param kd_time_pos: The derivative term is computed once in this number of servo cycles; raw
             counts of us, us_per_count 512/5; 1 to 32767.
-        :param kd_time_pos_us: ``kd_time_pos`` in us; 102.4 to 3.35534e+06.
+        :param kd_time_pos_us: ``kd_time_pos`` in us; 102.4 to 3355340.8.
         :param kout_pos: scales the output of the loop; raw counts of percent, counts_per_percent
             13107/20; 0 to 65535.
         :param kout_pos_percent: ``kout_pos`` in percent; 0 to 100.
@@ -2282,7 +2284,7 @@ class WithPmdTrackSettleParams(Part):
 
         :param time: settle time; 0 switches settling off; raw counts of us, us_per_count 512/5; 0
             to 32767.
-        :param time_us: ``time`` in us; 0 to 3.35534e+06.
+        :param time_us: ``time`` in us; 0 to 3355340.8.
         :param settle_window: position error that counts as settled; raw counts of mm, scale by
             stage; 0 to 65535.
         :param settle_window_mm: ``settle_window`` in mm; its scale depends on the stage on its
@@ -2331,7 +2333,7 @@ class WithPmdTrackSettleParams(Part):
 
         :param time: settle time; 0 switches settling off; raw counts of us, us_per_count 512/5; 0
             to 32767.
-        :param time_us: ``time`` in us; 0 to 3.35534e+06.
+        :param time_us: ``time`` in us; 0 to 3355340.8.
         :param settle_window: position error that counts as settled; raw counts of mm, scale by
             stage; 0 to 65535.
         :param settle_window_mm: ``settle_window`` in mm; its scale depends on the stage on its

@@ -32,10 +32,9 @@ class CanDisconnect(Part):
     """
 
     def disconnect(self, *, timeout: float | None = None) -> None:
-        """Send disconnect.
+        """Send ``HW_DISCONNECT``.
 
-        Either side says that it is about to leave the USB or Ethernet bus. ``HW_DISCONNECT``, page
-        19.
+        Either side says that it is about to leave the USB or Ethernet bus. Page 19.
 
         Erratum ``apt-disconnect-example-source``.
 
@@ -76,10 +75,10 @@ class CanStartUpdates(Part):
     """
 
     def start_updates(self, update_rate: int = 10, *, timeout: float | None = None) -> None:
-        """Send start updates.
+        """Send ``HW_START_UPDATEMSGS``.
 
         Starts the periodic status messages; they come, typically every 100 ms (page 11), until
-        HW_STOP_UPDATEMSGS. ``HW_START_UPDATEMSGS``, page 20.
+        HW_STOP_UPDATEMSGS. Page 20.
 
         :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; 0
             to 255.
@@ -99,10 +98,10 @@ class CanStopUpdates(Part):
     """
 
     def stop_updates(self, *, timeout: float | None = None) -> None:
-        """Send stop updates.
+        """Send ``HW_STOP_UPDATEMSGS``.
 
         Stops the periodic status messages; to be sent before a client ends so that the buffers of
-        the host do not overflow. ``HW_STOP_UPDATEMSGS``, page 20.
+        the host do not overflow. Page 20.
 
         Erratum ``apt-summary-stop-updatemsgs-id``.
 
@@ -235,9 +234,9 @@ class CanIdentify(Part):
     """
 
     def identify(self, *, timeout: float | None = None) -> None:
-        """Send identify.
+        """Send ``MOD_IDENTIFY``.
 
-        The unit flashes its front panel LEDs so that it can be found. ``MOD_IDENTIFY``, page 16.
+        The unit flashes its front panel LEDs so that it can be found. Page 16.
 
         Errata ``apt-identify-table-bytes``, ``apt-identify-tdc001-bay``.
 

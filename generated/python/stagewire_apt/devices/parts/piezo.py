@@ -408,10 +408,10 @@ class CanSetZero(Part):
     """
 
     def set_zero(self, *, timeout: float | None = None) -> None:
-        """Send set zero.
+        """Send ``PZ_SET_ZERO``.
 
         Puts zero volts on the actuator and takes the position read there as zero from then on; part
-        of setting the actuator up. ``PZ_SET_ZERO``, page 117.
+        of setting the actuator up. Page 117.
 
         :param timeout: in seconds; None for that of the device.
 
@@ -450,10 +450,10 @@ class CanAckPzStatusUpdate(Part):
     """
 
     def ack_pz_status_update(self, *, timeout: float | None = None) -> None:
-        """Send ack pz status update.
+        """Send ``PZ_ACK_PZSTATUSUPDATE``.
 
         Server alive. USB only; due at least once a second, or the controller stops sending after
-        about 50 status messages. There is no answer. ``PZ_ACK_PZSTATUSUPDATE``, page 105.
+        about 50 status messages. There is no answer. Page 105.
 
         Errata ``apt-ack-fifty``, ``apt-lists-against-chapters``.
 
@@ -751,10 +751,10 @@ class CanSetPzStageParamDefaults(Part):
     """
 
     def set_pz_stage_param_defaults(self, *, timeout: float | None = None) -> None:
-        """Send set pz stage param defaults.
+        """Send ``MOT_SET_PZSTAGEPARAMDEFAULTS``.
 
         Sets the parameters back to the defaults in the EEPROM, for a system that has become
-        unstable. ``MOT_SET_PZSTAGEPARAMDEFAULTS``, page 125.
+        unstable. Page 125.
 
         Erratum ``apt-pzstageparamdefaults-table-id``.
 
@@ -1042,10 +1042,10 @@ class CanStartLutOutput(Part):
     """
 
     def start_lut_output(self, *, timeout: float | None = None) -> None:
-        """Send start lut output.
+        """Send ``PZ_START_LUTOUTPUT``.
 
         Starts the output of the waveform table, or arms it if outputlut_inputtrig is set in
-        PZ_SET_OUTPUTLUTPARAMS. ``PZ_START_LUTOUTPUT``, page 112.
+        PZ_SET_OUTPUTLUTPARAMS. Page 112.
 
         :param timeout: in seconds; None for that of the device.
 
@@ -1061,14 +1061,13 @@ class CanStopLutOutput(Part):
     """
 
     def stop_lut_output(self, *, timeout: float | None = None) -> MotionEnd | None:
-        """Send stop lut output, before whatever waits.
+        """Send ``PZ_STOP_LUTOUTPUT``.
 
-        Stops the output of the waveform table. ``PZ_STOP_LUTOUTPUT``, page 112.
+        Stops the output of the waveform table. Goes before whatever waits to be sent. Page 112.
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no end came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises TransportLost and SessionClosedError when there is no line (any more).
         """
         return self._halt(t.STOP_LUT_OUTPUT, timeout)
 

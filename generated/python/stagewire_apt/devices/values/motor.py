@@ -504,7 +504,7 @@ class PmdPositionLoopParams(Values[m.MotGetPmdPositionLoopParams]):
     """The derivative term is computed once in this number of servo cycles; raw counts of us,
     us_per_count 512/5; 1 to 32767."""
     kd_time_pos_us = InUnits("kd_time_pos", "servo_cycles", "us")
-    """``kd_time_pos`` in us; 102.4 to 3.35534e+06."""
+    """``kd_time_pos`` in us; 102.4 to 3355340.8."""
     kout_pos = Raw("kout_pos")
     """Scales the output of the loop; raw counts of percent, counts_per_percent 13107/20; 0 to 65535."""
     kout_pos_percent = InUnits("kout_pos", "share_65535", "percent")
@@ -562,7 +562,7 @@ class PmdTrackSettleParams(Values[m.MotGetPmdTrackSettleParams]):
     time = Raw("time")
     """Settle time; 0 switches settling off; raw counts of us, us_per_count 512/5; 0 to 32767."""
     time_us = InUnits("time", "servo_cycles", "us")
-    """``time`` in us; 0 to 3.35534e+06."""
+    """``time`` in us; 0 to 3355340.8."""
     settle_window = Raw("settle_window")
     """Position error that counts as settled; raw counts of mm, scale by stage; 0 to 65535."""
     settle_window_mm = InUnits("settle_window", "position", "mm")

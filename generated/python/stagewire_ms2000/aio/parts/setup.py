@@ -24,10 +24,10 @@ class CanSwitchToHighLevel(Part):
     """
 
     async def switch_to_high_level(self, *, timeout: float | None = None) -> None:
-        """Send switch to high level.
+        """Send ``SWITCH_TO_HIGH_LEVEL``.
 
-        Leaves the low-level format; commands are ASCII text from then on. ``SWITCH_TO_HIGH_LEVEL``,
-        section Setup control commands.
+        Leaves the low-level format; commands are ASCII text from then on. Section Setup control
+        commands.
 
         The letter must be a capital. A controller that looks for 255 anywhere may find these two
         bytes in the data of a command; `refuse_prefix_bytes` keeps such values from being sent.
@@ -46,10 +46,9 @@ class CanSwitchToLowLevel(Part):
     """
 
     async def switch_to_low_level(self, *, timeout: float | None = None) -> None:
-        """Send switch to low level.
+        """Send ``SWITCH_TO_LOW_LEVEL``.
 
-        Enters the low-level format; there is no other way into it. ``SWITCH_TO_LOW_LEVEL``, section
-        Setup control commands.
+        Enters the low-level format; there is no other way into it. Section Setup control commands.
 
         Without it the controller expects ASCII text and does not understand a low-level command.
 
@@ -67,10 +66,10 @@ class CanWhereInHundredths(Part):
     """
 
     async def where_in_hundredths(self, *, timeout: float | None = None) -> None:
-        """Send where in hundredths.
+        """Send ``WHERE_IN_HUNDREDTHS``.
 
         Makes WHERE, a command of the high-level format, answer in hundredths of a micrometre.
-        ``WHERE_IN_HUNDREDTHS``, section Setup control commands.
+        Section Setup control commands.
 
         Positions of the low-level format stay tenths of a micrometre.
 
@@ -88,9 +87,9 @@ class CanResetController(Part):
     """
 
     async def reset_controller(self, *, timeout: float | None = None) -> None:
-        """Send reset controller.
+        """Send ``RESET_CONTROLLER``.
 
-        Resets the controller. ``RESET_CONTROLLER``, section Setup control commands.
+        Resets the controller. Section Setup control commands.
 
         The document does not say which format is in force afterwards; send SWITCH_TO_LOW_LEVEL
         again.
@@ -109,10 +108,10 @@ class CanWhereInTenths(Part):
     """
 
     async def where_in_tenths(self, *, timeout: float | None = None) -> None:
-        """Send where in tenths.
+        """Send ``WHERE_IN_TENTHS``.
 
-        Makes WHERE, a command of the high-level format, answer in tenths of a micrometre.
-        ``WHERE_IN_TENTHS``, section Setup control commands.
+        Makes WHERE, a command of the high-level format, answer in tenths of a micrometre. Section
+        Setup control commands.
 
         Positions of the low-level format are tenths of a micrometre in any case.
 

@@ -24,7 +24,6 @@ __all__ = [
     "CanReadMotorPosition",
     "CanReadMotorPositionAndStatus",
     "CanReadRampTime",
-    "CanReadStartSpeed",
     "CanReadStatus",
     "CanReadStatusByte",
     "CanReadTargetPosition",
@@ -33,7 +32,6 @@ __all__ = [
     "CanWriteIncrementValue",
     "CanWriteMotorPosition",
     "CanWriteRampingTime",
-    "CanWriteStartSpeed",
     "CanWriteTopSpeed",
     "CanWriteVectorSpeed",
 ]
@@ -46,10 +44,10 @@ class CanIncrementMoveUp(Part):
     """
 
     def increment_move_up(self, *, timeout: float | None = None) -> MotionEnd:
-        """Do increment move up, and wait for its end.
+        """Send ``INCREMENT_MOVE_UP``.
 
-        Moves the axis by the increment, from where it stands. ``INCREMENT_MOVE_UP``, section
-        Increment Move Up.
+        Moves the axis by the increment, from where it stands. Waits for the end. Section Increment
+        Move Up.
 
         The sum of present position and increment becomes the target. Counted from the present
         position, not from the last target: what a move falls short of adds up over a series.
@@ -63,10 +61,10 @@ class CanIncrementMoveUp(Part):
         return self._act(t.INCREMENT_MOVE_UP, timeout)
 
     def start_increment_move_up(self) -> Motion:
-        """Start to increment move up, and return a handle to wait on.
+        """Send ``INCREMENT_MOVE_UP``.
 
-        Moves the axis by the increment, from where it stands. ``INCREMENT_MOVE_UP``, section
-        Increment Move Up.
+        Moves the axis by the increment, from where it stands. Returns as soon as it is sent, with a
+        handle to wait on. Section Increment Move Up.
 
         The sum of present position and increment becomes the target. Counted from the present
         position, not from the last target: what a move falls short of adds up over a series.
@@ -84,10 +82,10 @@ class CanIncrementMoveDown(Part):
     """
 
     def increment_move_down(self, *, timeout: float | None = None) -> MotionEnd:
-        """Do increment move down, and wait for its end.
+        """Send ``INCREMENT_MOVE_DOWN``.
 
-        Moves the axis by the increment, backwards from where it stands. ``INCREMENT_MOVE_DOWN``,
-        section Increment Move Down.
+        Moves the axis by the increment, backwards from where it stands. Waits for the end. Section
+        Increment Move Down.
 
         Present position less increment becomes the target; otherwise as INCREMENT_MOVE_UP.
 
@@ -100,10 +98,10 @@ class CanIncrementMoveDown(Part):
         return self._act(t.INCREMENT_MOVE_DOWN, timeout)
 
     def start_increment_move_down(self) -> Motion:
-        """Start to increment move down, and return a handle to wait on.
+        """Send ``INCREMENT_MOVE_DOWN``.
 
-        Moves the axis by the increment, backwards from where it stands. ``INCREMENT_MOVE_DOWN``,
-        section Increment Move Down.
+        Moves the axis by the increment, backwards from where it stands. Returns as soon as it is
+        sent, with a handle to wait on. Section Increment Move Down.
 
         Present position less increment becomes the target; otherwise as INCREMENT_MOVE_UP.
 
@@ -120,9 +118,9 @@ class CanReadStatus(Part):
     """
 
     def read_status(self, *, timeout: float | None = None) -> v.Status:
-        """Ask for read status.
+        """Send ``READ_STATUS``.
 
-        Asks whether the axis is busy. ``READ_STATUS``, section Read Status.
+        Asks whether the axis is busy. Waits for the answer. Section Read Status.
 
         Whether a disabled axis can be busy depends on the firmware, and before 3.3 on how the
         sentence is read.
@@ -150,10 +148,9 @@ class CanWriteMotorPosition(Part):
         um: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Send write motor position.
+        """Send ``WRITE_MOTOR_POSITION``.
 
-        Sets the counter of the present position; nothing moves. ``WRITE_MOTOR_POSITION``, section
-        Write Motor Position.
+        Sets the counter of the present position; nothing moves. Section Write Motor Position.
 
         The place where the axis stands is called by the new number from then on.
         WRITE_TARGET_POSITION is the command that moves. After 255 the same byte is
@@ -162,7 +159,7 @@ class CanWriteMotorPosition(Part):
         Erratum ``ms2000-reverse-conversion-remainder``.
 
         :param position: raw counts of um, counts_per_um 10; -8388608 to 8388607.
-        :param um: ``position`` in um; -838861 to 838861.
+        :param um: ``position`` in um; -838860.8 to 838860.7.
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -179,10 +176,10 @@ class CanStop(Part):
     """
 
     def stop(self, *, timeout: float | None = None) -> MotionEnd | None:
-        """Send stop, before whatever waits.
+        """Send ``STOP_MOTOR``.
 
         Stops and disables the motor of the axis, or the function that the identifier stands for.
-        ``STOP_MOTOR``, section Stop / Disable Motor.
+        Goes before whatever waits to be sent. Section Stop / Disable Motor.
 
         START_MOTOR enables it again. After 255 the same byte is SWITCH_TO_LOW_LEVEL.
 
@@ -192,8 +189,7 @@ class CanStop(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no end came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises TransportLost and SessionClosedError when there is no line (any more).
         """
         return self._halt(t.STOP, timeout)
 
@@ -211,16 +207,16 @@ class CanWriteIncrementValue(Part):
         um: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Send write increment value.
+        """Send ``WRITE_INCREMENT_VALUE``.
 
-        Sets the distance of INCREMENT_MOVE_UP and INCREMENT_MOVE_DOWN; nothing moves.
-        ``WRITE_INCREMENT_VALUE``, section Write Increment Value.
+        Sets the distance of INCREMENT_MOVE_UP and INCREMENT_MOVE_DOWN; nothing moves. Section Write
+        Increment Value.
 
         Erratum ``ms2000-reverse-conversion-remainder``.
 
         :param increment: a distance, though the text calls it a position; a negative one exchanges
             up and down; raw counts of um, counts_per_um 10; -8388608 to 8388607.
-        :param um: ``increment`` in um; -838861 to 838861.
+        :param um: ``increment`` in um; -838860.8 to 838860.7.
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -237,10 +233,10 @@ class CanStartMotor(Part):
     """
 
     def start_motor(self, *, timeout: float | None = None) -> None:
-        """Send start motor.
+        """Send ``START_MOTOR``.
 
-        Enables the motor of the axis, or the function that the identifier stands for.
-        ``START_MOTOR``, section Start / Enable Motor.
+        Enables the motor of the axis, or the function that the identifier stands for. Section Start
+        / Enable Motor.
 
         Errata ``ms2000-size-exceptions``, ``ms2000-start-stop-data-size``.
 
@@ -258,10 +254,9 @@ class CanJoystickEnable(Part):
     """
 
     def joystick_enable(self, *, timeout: float | None = None) -> None:
-        """Send joystick enable.
+        """Send ``JOYSTICK_ENABLE``.
 
-        Gives joystick or knob back to the operator. ``JOYSTICK_ENABLE``, section Joystick / Control
-        Device Enable.
+        Gives joystick or knob back to the operator. Section Joystick / Control Device Enable.
 
         The document allows the command with the size slot and without it.
 
@@ -281,10 +276,10 @@ class CanJoystickDisable(Part):
     """
 
     def joystick_disable(self, *, timeout: float | None = None) -> None:
-        """Send joystick disable.
+        """Send ``JOYSTICK_DISABLE``.
 
-        Cuts joystick or knob off, so that nobody interferes with moves of the host.
-        ``JOYSTICK_DISABLE``, section Joystick / Controller Disable.
+        Cuts joystick or knob off, so that nobody interferes with moves of the host. Section
+        Joystick / Controller Disable.
 
         The document allows the command with the size slot and without it.
 
@@ -311,10 +306,9 @@ class CanWriteRampingTime(Part):
         ms: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Send write ramping time.
+        """Send ``WRITE_RAMPING_TIME``.
 
-        Sets the time in which the stage ramps to full speed. ``WRITE_RAMPING_TIME``, section Write
-        Ramping Time.
+        Sets the time in which the stage ramps to full speed. Section Write Ramping Time.
 
         Acceleration is top speed divided by ramp time. A short move accelerates at the same rate
         and breaks its ramp off. To spare the motors, more than 50 ms are advised for ramps to the
@@ -334,31 +328,6 @@ class CanWriteRampingTime(Part):
         self._tell(t.WRITE_RAMPING_TIME, timeout, ramp_time=ramp_time, ms=ms)
 
 
-class CanWriteStartSpeed(Part):
-    """Write start speed.
-
-    ``WRITE_START_SPEED``; section Write Start Speed.
-    """
-
-    def write_start_speed(self, start_speed: int, *, timeout: float | None = None) -> None:
-        """Send write start speed.
-
-        A dummy that is not to be used. ``WRITE_START_SPEED``, section Write Start Speed.
-
-        After 255 the same byte is RESET_CONTROLLER.
-
-        Errata ``ms2000-dummy-data``, ``ms2000-no-reply-unsaid``, ``ms2000-ramp-from-start-speed``.
-
-        :param start_speed: the document gives neither sign nor unit; 0 to 65535.
-        :param timeout: in seconds; None for that of the device.
-
-        Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
-        byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
-        """
-        self._tell(t.WRITE_START_SPEED, timeout, start_speed=start_speed)
-
-
 class CanWriteTopSpeed(Part):
     """Write top speed.
 
@@ -372,9 +341,9 @@ class CanWriteTopSpeed(Part):
         um_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Send write top speed.
+        """Send ``WRITE_TOP_SPEED``.
 
-        Sets the top speed of moves; nothing moves. ``WRITE_TOP_SPEED``, section Write Top Speed.
+        Sets the top speed of moves; nothing moves. Section Write Top Speed.
 
         It changes the acceleration, too, which is top speed divided by ramp time.
         READ_MAXIMUM_SPEED reads it.
@@ -405,10 +374,9 @@ class CanMoveAbsolute(Part):
         um: Number | None = None,
         timeout: float | None = None,
     ) -> MotionEnd:
-        """Do move absolute, and wait for its end.
+        """Send ``WRITE_TARGET_POSITION``.
 
-        Moves the axis to a position. ``WRITE_TARGET_POSITION``, section Write Target Position
-        (move).
+        Moves the axis to a position. Waits for the end. Section Write Target Position (move).
 
         The text speaks of writing a buffer; the heading says that it is a move. READ_STATUS tells
         when it is over, since nothing comes unasked. After 255 the same byte is WHERE_IN_TENTHS.
@@ -416,7 +384,7 @@ class CanMoveAbsolute(Part):
         Erratum ``ms2000-reverse-conversion-remainder``.
 
         :param counts: raw counts of um, counts_per_um 10; -8388608 to 8388607.
-        :param um: ``counts`` in um; -838861 to 838861.
+        :param um: ``counts`` in um; -838860.8 to 838860.7.
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -429,10 +397,10 @@ class CanMoveAbsolute(Part):
         return self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, um=um)
 
     def start_move_absolute(self, *, counts: int | None = None, um: Number | None = None) -> Motion:
-        """Start to move absolute, and return a handle to wait on.
+        """Send ``WRITE_TARGET_POSITION``.
 
-        Moves the axis to a position. ``WRITE_TARGET_POSITION``, section Write Target Position
-        (move).
+        Moves the axis to a position. Returns as soon as it is sent, with a handle to wait on.
+        Section Write Target Position (move).
 
         The text speaks of writing a buffer; the heading says that it is a move. READ_STATUS tells
         when it is over, since nothing comes unasked. After 255 the same byte is WHERE_IN_TENTHS.
@@ -440,7 +408,7 @@ class CanMoveAbsolute(Part):
         Erratum ``ms2000-reverse-conversion-remainder``.
 
         :param counts: raw counts of um, counts_per_um 10; -8388608 to 8388607.
-        :param um: ``counts`` in um; -838861 to 838861.
+        :param um: ``counts`` in um; -838860.8 to 838860.7.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
@@ -464,10 +432,9 @@ class CanWriteVectorSpeed(Part):
         um_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Send write vector speed.
+        """Send ``WRITE_VECTOR_SPEED``.
 
-        Ramps the axis to a speed at once and keeps it moving. ``WRITE_VECTOR_SPEED``, section Write
-        Vector Speed.
+        Ramps the axis to a speed at once and keeps it moving. Section Write Vector Speed.
 
         There is no target: the axis moves until it is told otherwise. STOP_MOTOR stops and disables
         the motor; whether a speed of 0 ends the movement is not said. Ramp time and top speed set
@@ -495,9 +462,9 @@ class CanReadMotorPosition(Part):
     """
 
     def read_motor_position(self, *, timeout: float | None = None) -> v.MotorPosition:
-        """Ask for read motor position.
+        """Send ``READ_MOTOR_POSITION``.
 
-        Asks for the present position. ``READ_MOTOR_POSITION``, section Read Motor Position.
+        Asks for the present position. Waits for the answer. Section Read Motor Position.
 
         Its reply is as long as those of READ_INCREMENT_VALUE and READ_TARGET_POSITION; only what
         was asked tells them apart.
@@ -517,9 +484,9 @@ class CanReadIncrementValue(Part):
     """
 
     def read_increment_value(self, *, timeout: float | None = None) -> v.IncrementValue:
-        """Ask for read increment value.
+        """Send ``READ_INCREMENT_VALUE``.
 
-        Asks for the distance of incremental moves. ``READ_INCREMENT_VALUE``, section Read Increment
+        Asks for the distance of incremental moves. Waits for the answer. Section Read Increment
         Value.
 
         :param timeout: in seconds; None for that of the device.
@@ -537,9 +504,9 @@ class CanReadIdentification(Part):
     """
 
     def read_identification(self, *, timeout: float | None = None) -> v.Identification:
-        """Ask for read identification.
+        """Send ``READ_IDENTIFICATION``.
 
-        Asks what kind of function the identifier stands for. ``READ_IDENTIFICATION``, section Read
+        Asks what kind of function the identifier stands for. Waits for the answer. Section Read
         Identification.
 
         X, Y and Z answer with the same text; the document says nothing of other identifiers.
@@ -568,10 +535,10 @@ class CanReadMotorPositionAndStatus(Part):
         *,
         timeout: float | None = None,
     ) -> v.MotorPositionAndStatus:
-        """Ask for read motor position and status.
+        """Send ``READ_MOTOR_POSITION_AND_STATUS``.
 
-        Asks for the present position and the status byte at once.
-        ``READ_MOTOR_POSITION_AND_STATUS``, section Read Motor Position and Status.
+        Asks for the present position and the status byte at once. Waits for the answer. Section
+        Read Motor Position and Status.
 
         Errata ``ms2000-position-status-example-bytes``, ``ms2000-position-status-example-command``,
         ``ms2000-position-status-example-size``, ``ms2000-position-status-example-status``,
@@ -592,10 +559,10 @@ class CanReadCurrentSpeed(Part):
     """
 
     def read_current_speed(self, *, timeout: float | None = None) -> v.CurrentSpeed:
-        """Ask for read current speed.
+        """Send ``READ_CURRENT_SPEED``.
 
-        Asks for the speed that the trajectory of the servo has at this moment.
-        ``READ_CURRENT_SPEED``, section Read Current Speed.
+        Asks for the speed that the trajectory of the servo has at this moment. Waits for the
+        answer. Section Read Current Speed.
 
         :param timeout: in seconds; None for that of the device.
 
@@ -612,10 +579,10 @@ class CanReadRampTime(Part):
     """
 
     def read_ramp_time(self, *, timeout: float | None = None) -> v.RampTime:
-        """Ask for read ramp time.
+        """Send ``READ_RAMP_TIME``.
 
-        Asks for the time of the ramps at both ends of a move. ``READ_RAMP_TIME``, section Read Ramp
-        Time.
+        Asks for the time of the ramps at both ends of a move. Waits for the answer. Section Read
+        Ramp Time.
 
         Errata ``ms2000-ramp-from-start-speed``, ``ms2000-twos-complement``.
 
@@ -627,27 +594,6 @@ class CanReadRampTime(Part):
         return self._ask(t.READ_RAMP_TIME, timeout)
 
 
-class CanReadStartSpeed(Part):
-    """Read start speed.
-
-    ``READ_START_SPEED``; section Read Start Speed.
-    """
-
-    def read_start_speed(self, *, timeout: float | None = None) -> v.StartSpeed:
-        """Ask for read start speed.
-
-        A dummy that is not to be used. ``READ_START_SPEED``, section Read Start Speed.
-
-        Errata ``ms2000-dummy-data``, ``ms2000-ramp-from-start-speed``.
-
-        :param timeout: in seconds; None for that of the device.
-
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
-        """
-        return self._ask(t.READ_START_SPEED, timeout)
-
-
 class CanReadMaximumSpeed(Part):
     """Read maximum speed.
 
@@ -655,9 +601,9 @@ class CanReadMaximumSpeed(Part):
     """
 
     def read_maximum_speed(self, *, timeout: float | None = None) -> v.MaximumSpeed:
-        """Ask for read maximum speed.
+        """Send ``READ_MAXIMUM_SPEED``.
 
-        Asks for the speed that the stage must not exceed. ``READ_MAXIMUM_SPEED``, section Read
+        Asks for the speed that the stage must not exceed. Waits for the answer. Section Read
         Maximum Speed.
 
         WRITE_TOP_SPEED sets it.
@@ -679,10 +625,10 @@ class CanReadTargetPosition(Part):
     """
 
     def read_target_position(self, *, timeout: float | None = None) -> v.TargetPosition:
-        """Ask for read target position.
+        """Send ``READ_TARGET_POSITION``.
 
-        Asks for the position that the axis moves to, or has moved to. ``READ_TARGET_POSITION``,
-        section Read Target Position.
+        Asks for the position that the axis moves to, or has moved to. Waits for the answer. Section
+        Read Target Position.
 
         :param timeout: in seconds; None for that of the device.
 
@@ -699,9 +645,9 @@ class CanReadStatusByte(Part):
     """
 
     def read_status_byte(self, *, timeout: float | None = None) -> v.StatusByte:
-        """Ask for read status byte.
+        """Send ``READ_STATUS_BYTE``.
 
-        Asks for the flags of the axis. ``READ_STATUS_BYTE``, section Read Status Byte.
+        Asks for the flags of the axis. Waits for the answer. Section Read Status Byte.
 
         Errata ``ms2000-servo-always-on``, ``ms2000-size-exceptions``,
         ``ms2000-status-byte-example-limits``, ``ms2000-status-byte-example-ramping``,

@@ -17,7 +17,6 @@ __all__ = [
     "MotorPosition",
     "MotorPositionAndStatus",
     "RampTime",
-    "StartSpeed",
     "Status",
     "StatusByte",
     "TargetPosition",
@@ -43,7 +42,7 @@ class MotorPosition(Values[m.ReadMotorPositionReply]):
     position = Raw("position")
     """Raw counts of um, counts_per_um 10; -8388608 to 8388607."""
     um = InUnits("position", "position", "um")
-    """``position`` in um; -838861 to 838861."""
+    """``position`` in um; -838860.8 to 838860.7."""
 
 
 class IncrementValue(Values[m.ReadIncrementValueReply]):
@@ -55,7 +54,7 @@ class IncrementValue(Values[m.ReadIncrementValueReply]):
     increment = Raw("increment")
     """A distance, not a place; raw counts of um, counts_per_um 10; -8388608 to 8388607."""
     um = InUnits("increment", "position", "um")
-    """``increment`` in um; -838861 to 838861."""
+    """``increment`` in um; -838860.8 to 838860.7."""
 
 
 class Identification(Values[m.ReadIdentificationReply]):
@@ -79,7 +78,7 @@ class MotorPositionAndStatus(Values[m.ReadMotorPositionAndStatusReply]):
     position = Raw("position")
     """Raw counts of um, counts_per_um 10; -8388608 to 8388607."""
     um = InUnits("position", "position", "um")
-    """``position`` in um; -838861 to 838861."""
+    """``position`` in um; -838860.8 to 838860.7."""
     status = Bits("status", f.StatusBits)
     """As READ_STATUS_BYTE returns it; :class:`~.StatusBits`; 0 to 255."""
 
@@ -109,16 +108,6 @@ class RampTime(Values[m.ReadRampTimeReply]):
     """``ramp_time`` in ms; 1 to 255."""
 
 
-class StartSpeed(Values[m.ReadStartSpeedReply]):
-    """What ``READ_START_SPEED`` says.
-
-    A dummy that is not to be used. Section Read Start Speed.
-    """
-
-    start_speed = Raw("start_speed")
-    """The document gives neither sign nor unit; 0 to 65535."""
-
-
 class MaximumSpeed(Values[m.ReadMaximumSpeedReply]):
     """What ``READ_MAXIMUM_SPEED`` says.
 
@@ -140,7 +129,7 @@ class TargetPosition(Values[m.ReadTargetPositionReply]):
     target_position = Raw("target_position")
     """Raw counts of um, counts_per_um 10; -8388608 to 8388607."""
     um = InUnits("target_position", "position", "um")
-    """``target_position`` in um; -838861 to 838861."""
+    """``target_position`` in um; -838860.8 to 838860.7."""
 
 
 class StatusByte(Values[m.ReadStatusByteReply]):

@@ -6,7 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from stagewire_generator.model import Field, Layout, Message, Protocol, Quantity
-from stagewire_generator.targets.python.devices.naming import ARGUMENTS, apart, unit_words
+from stagewire_generator.targets.python.devices.naming import (
+    ARGUMENTS,
+    apart,
+    can_begin,
+    unit_words,
+)
 
 __all__ = ["Argument", "Way", "arguments_of", "given_fields"]
 
@@ -79,7 +84,7 @@ def _names(field: str, unit: str, words: Sequence[str], alone: bool) -> list[str
     """Return what a value in a unit may be called, the best first."""
     parts = field.split("_")
     for word in words:
-        if len(parts) < 2 or parts[0] != word:
+        if parts[0] != word or not can_begin(parts[1:]):
             break
         del parts[0]
     names = [f"{'_'.join(parts)}_{unit}", f"{field}_{unit}", f"{field}_in_{unit}"]

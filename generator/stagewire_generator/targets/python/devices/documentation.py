@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from decimal import Decimal
 from fractions import Fraction
 
 from stagewire_generator.model import Factor, Field, Message, Protocol
@@ -18,12 +19,13 @@ _FIRST = {
     "get_": "Read the {}.",
     "set_": "Write the {}: every value, in one frame.",
     "change_": "Change some of the {}.",
-    "start_": "Start to {}, and return a handle to wait on.",
 }
-_FIRST_OF_KIND = {
-    "action": "Do {}, and wait for its end.",
-    "halt": "Send {}, before whatever waits.",
+_WAITS = {
+    "action": "Waits for the end.",
+    "halt": "Goes before whatever waits to be sent.",
+    "query": "Waits for the answer.",
 }
+_STARTS = "Returns as soon as it is sent, with a handle to wait on."
 _ROLES = {"get_": ("req", "get"), "set_": ("set",), "change_": ("req", "get", "set")}
 
 _VALUE = "MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError"
@@ -44,6 +46,7 @@ _CHANGED = (
     "read), no number, or in a unit whose scale is not known"
 )
 _CHANGE = "Reads, changes what is given, writes all in one frame, under one lock; returns what was written."
+_PLACES = 10**9
 _TIMEOUT = ":param timeout: in seconds; None for that of the device."
 
 
@@ -71,9 +74,11 @@ def unit_text(argument: Argument, way: Way) -> str:
 
 
 def _number(counts: int, factor: Factor) -> str:
-    """Return counts in a unit: whole, or in six digits."""
+    """Return counts in a unit: as a decimal if it is one, else in ten digits."""
     value = Fraction(counts) / factor.counts_per_unit
-    return str(value) if value.denominator == 1 else f"{float(value):.6g}"
+    if (value * _PLACES).denominator == 1:
+        return f"{Decimal(value.numerator) / Decimal(value.denominator):f}"
+    return f"{float(value):.10g}"
 
 
 def part_doc(protocol: Protocol, call: Call) -> str:
@@ -93,13 +98,16 @@ def method_doc(
     :param arguments: those that the caller may give.
     :param timeout: whether he may give that, too.
     """
-    words = " ".join(call.words)
-    first = _FIRST.get(verb) or _FIRST_OF_KIND.get(
-        call.kind, "Ask for {}." if call.values else "Send {}."
-    )
-    roles = _ROLES.get(verb, ()) if call.kind == "set" else ()
-    members = [call.members[role] for role in roles] or [call.message]
-    parts = [first.format(words), *_paragraphs(protocol, call, members)]
+    if call.kind == "set":
+        roles = _ROLES[verb]
+        members = [call.members[role] for role in roles]
+        parts = [_FIRST[verb].format(" ".join(call.words)), *_paragraphs(protocol, call, members)]
+    else:
+        waits = _STARTS if verb == "start_" else _WAITS.get(call.kind, "")
+        parts = [
+            f"Send ``{call.message.name}``.",
+            *_paragraphs(protocol, call, [call.message], waits),
+        ]
     lines = [paragraph(line, 8, 4) for line in _parameters(arguments)]
     if timeout:
         lines.append(_TIMEOUT)
@@ -118,7 +126,8 @@ def _errors(call: Call, verb: str, given: bool) -> str:
         targets = [_OUTSIDE] if any(a.field.target for a in call.arguments) else []
         errors = [*wrong, *targets, _BUSY, *([] if verb == "start_" else [_ENDS])]
     elif call.kind == "halt":
-        errors = [*wrong, "ReplyTimeout when no end came in time"]
+        ends = call.message.exchange.get("completes_with")
+        errors = [*wrong, *(["ReplyTimeout when no end came in time"] if ends else [])]
     elif verb == "change_":
         errors = [_CHANGED, _LATE]
     else:
@@ -127,10 +136,18 @@ def _errors(call: Call, verb: str, given: bool) -> str:
     return f"{_CHANGE} {text}" if verb == "change_" else text
 
 
-def _paragraphs(protocol: Protocol, call: Call, members: Sequence[Message]) -> Iterator[str]:
-    names = ", ".join(f"``{member.name}``" for member in members)
+def _paragraphs(
+    protocol: Protocol, call: Call, members: Sequence[Message], waits: str = ""
+) -> Iterator[str]:
+    """Yield what is said of the messages of a method.
+
+    :param waits: what the method waits for, where its first line names the message.
+    """
     found = where(protocol, _pages(members), members[0].overlay)
-    yield paragraph(f"{sentence(members[0].summary)} {names}, {found}.", 8)
+    names = ", ".join(f"``{member.name}``" for member in members)
+    place = f"{names}, {found}." if call.kind == "set" else sentence(found)
+    text = " ".join(filter(None, (sentence(members[0].summary), waits, place)))
+    yield paragraph(text, 8)
     notes = [note for note in (members[0].note, call.layout.note) if note]
     yield paragraph(" ".join(map(sentence, notes)), 8)
     slugs = dict.fromkeys(slug for member in members for slug in member.errata)

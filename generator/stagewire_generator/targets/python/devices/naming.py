@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import keyword
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 
 from stagewire_generator.model import Message
 
-__all__ = ["ARGUMENTS", "METHODS", "apart", "short_words", "unit_words", "verbless"]
+__all__ = [
+    "ARGUMENTS",
+    "METHODS",
+    "apart",
+    "can_begin",
+    "short_words",
+    "unit_words",
+    "verbless",
+]
 
 _SYMBOLS = {"V": "volts", "N": "newtons"}
 # What every device class has from the runtime, and what the modules of generated parts import.
-METHODS = frozenset({
-    "axes", "axis", "axis_class", "bay", "bay_class", "bays", "channel", "channel_class", "channels",
-    "close", "e", "f", "facts", "halt", "identity", "is_moving", "low_level", "motions", "mro", "open",
-    "reconnect", "scale", "scales", "serial_number", "session", "settings", "stage", "stages",
-    "statistics", "subscribe", "t", "text", "travel", "unit", "url", "v", "values", "wait"
+METHODS = frozenset(keyword.kwlist) | frozenset({
+    "axis", "axis_class", "bay", "bay_class", "bays", "channel", "channel_class", "channels", "close",
+    "e", "f", "facts", "info", "is_moving", "low_level", "mode", "mro", "open", "reconnect", "scales",
+    "serial_number", "session", "subscribe", "t", "text", "unit", "url", "v", "values"
 })  # fmt: skip
 # What an argument of a method, or an attribute of the values that it returns, cannot be called.
 ARGUMENTS = frozenset({
-    "channel", "counts", "e", "exact", "f", "m", "message", "mro", "raw", "scale", "scales", "self",
-    "t", "timeout", "v", "values"
+    "counts", "e", "exact", "f", "known", "m", "message", "mro", "names", "scales", "self", "t",
+    "timeout", "v"
 })  # fmt: skip
 
 
@@ -33,12 +41,17 @@ def unit_words(unit: str) -> str:
 def short_words(message: Message) -> tuple[str, ...]:
     """Return the words of a message in small letters, without that of its group."""
     words = tuple(word.lower() for word in message.words)
-    return words[1:] if message.group and len(words) > 1 else words
+    return words[1:] if message.group and can_begin(words[1:]) else words
 
 
 def verbless(words: tuple[str, ...]) -> tuple[str, ...]:
     """Return words without the verb that asks or answers, if others are left."""
-    return words[1:] if words[0] in ("get", "req", "read") and len(words) > 1 else words
+    return words[1:] if words[0] in ("get", "req", "read") and can_begin(words[1:]) else words
+
+
+def can_begin(words: Sequence[str]) -> bool:
+    """Whether a name can begin with these words: there are some, and no digit is in front."""
+    return bool(words) and words[0][0].isalpha()
 
 
 def apart(things: Iterable[Sequence[str]], taken: Collection[str], word: str) -> list[str]:

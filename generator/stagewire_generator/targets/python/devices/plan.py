@@ -12,14 +12,20 @@ from stagewire_generator.targets.python.devices.arguments import (
     arguments_of,
     given_fields,
 )
-from stagewire_generator.targets.python.devices.naming import apart, short_words, verbless
+from stagewire_generator.targets.python.devices.naming import (
+    apart,
+    can_begin,
+    short_words,
+    verbless,
+)
 
 __all__ = ["Call", "Plan", "ValuesPlan", "camel_words", "plan_of"]
 
 _CONSTANTS = frozenset({"FACTS", "UNITS", "VALUES"})
-_VALUES = frozenset(
-    {"Bits", "BitsByUnit", "InUnits", "Named", "Raw", "RawBytes", "RawText", "Values"}
-)
+_VALUES = frozenset({
+    "Bits", "BitsByUnit", "False", "InUnits", "Named", "None", "Raw", "RawBytes", "RawText", "True",
+    "Values"
+})  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +105,7 @@ def camel_words(words: Sequence[str]) -> str:
 
 
 def plan_of(protocol: Protocol) -> Plan:
-    """Return what can be called; messages without a layout cannot."""
+    """Return what can be called: not what has no layout, and no dummy, which a controller ignores."""
     values = tuple(_values(protocol))
     answers = {v.message.name: v for v in values if v.layout.form == "reply" or _is_alone(v)}
     calls = [*_sets(protocol, answers), *_messages(protocol, answers)]
@@ -137,7 +143,7 @@ def _values(protocol: Protocol) -> Iterator[ValuesPlan]:
     answering = {name for m in protocol.messages for name in m.exchange.get("answered_by", ())}
     found: list[tuple[Message, Layout, tuple[Argument, ...]]] = []
     for message in protocol.messages:
-        for layout in message.layouts if message.id is not None else ():
+        for layout in message.layouts if message.id is not None and not message.dummy else ():
             if message.direction != "to_host" and layout.form != "reply":
                 continue
             fields = [f for f in layout.all_fields if f.role == "value"]
@@ -160,7 +166,7 @@ def _values_names(message: Message, layout: Layout) -> Iterator[str]:
 
 def _set_words(owner: ParameterSet, member: Message) -> tuple[str, ...]:
     words = tuple(word.lower() for word in owner.words)
-    return words[1:] if member.group else words
+    return words[1:] if member.group and can_begin(words[1:]) else words
 
 
 def _sets(protocol: Protocol, answers: Mapping[str, ValuesPlan]) -> Iterator[Call]:
@@ -191,7 +197,7 @@ def _sets(protocol: Protocol, answers: Mapping[str, ValuesPlan]) -> Iterator[Cal
 def _messages(protocol: Protocol, answers: Mapping[str, ValuesPlan]) -> Iterator[Call]:
     halting = {name for m in protocol.messages for name in m.exchange.get("halted_by", ())}
     for message in protocol.messages:
-        if message.id is None or message.set or message.direction == "to_host":
+        if message.id is None or message.set or message.dummy or message.direction == "to_host":
             continue
         for layout in sorted(
             message.layouts, key=lambda x: x.form != "data"

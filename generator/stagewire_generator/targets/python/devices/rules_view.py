@@ -27,7 +27,8 @@ def prefix_entries(protocol: Protocol) -> tuple[Source, ...]:
     """Return an entry for each prefix of serial numbers that the document does not have."""
     known = protocol.units.get("known_prefixes", {})
     return tuple(
-        Nested(f"{prefix}: Known(", tuple(_known(entry)), ")") for prefix, entry in known.items()
+        Nested(f"{int(prefix)}: Known(", tuple(_known(entry)), ")")
+        for prefix, entry in known.items()
     )
 
 

@@ -1,0 +1,244 @@
+"""A controller that never answers: every call of every unit ends within its timeout and a tenth of it more.
+
+The other end takes what comes and says nothing. Of each unit every method that takes a timeout is called, on
+a device of its own that was opened without asking who is there; what it has to be given follows from its
+signature. So is opening a device that does ask. What ends before its time, because nothing has to come or
+because it is refused, is counted apart.
+
+    python benchmarks/silent.py
+    python benchmarks/silent.py --units TDC001 BBD102 MS2000
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import inspect
+import sys
+import time
+from collections import Counter
+from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+from peer import peer
+from virtual_soak import holds
+
+import stagewire_apt.aio
+import stagewire_apt.devices
+import stagewire_ms2000.aio
+import stagewire_ms2000.devices
+from stagewire.errors import ReplyTimeout, StagewireError
+from stagewire_apt.devices import facts as apt_facts
+from stagewire_ms2000.devices import facts as ms2000_facts
+
+TIMEOUT = 0.3
+AT_MOST = 1.1
+MOST_THAT_DO_NOT_WAIT = 0.7  # or this would prove little
+AT_ONCE = 12
+TRIES = 4
+PARTS: dict[str, Callable[[Any], Any]] = {
+    "bay_class": lambda device: device.bay(1),
+    "channel_class": lambda device: device.channel(1),
+    "axis_class": lambda device: device.axis("X"),
+}
+THREADS = (stagewire_apt.devices, stagewire_ms2000.devices)
+ASYNCIO = (stagewire_apt.aio, stagewire_ms2000.aio)
+UNITS = {
+    package: facts.UNITS
+    for packages in (THREADS, ASYNCIO)
+    for package, facts in zip(packages, (apt_facts, ms2000_facts), strict=True)
+}
+
+
+@dataclass(frozen=True)
+class Call:
+    """A method of a unit, or of one of its parts, and what it is given; no method: the unit is opened."""
+
+    unit: Any
+    part: str = ""
+    method: str = ""
+
+    def __str__(self) -> str:
+        return ".".join(
+            filter(None, (self.unit.__name__, self.part.removesuffix("_class"), self.method))
+        )
+
+    def made(self, device: Any) -> Any:
+        """Call the method of a device that is open."""
+        target = PARTS[self.part](device) if self.part else device
+        method = getattr(target, self.method)
+        return method(**arguments(method), timeout=TIMEOUT)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a call ended, and after how many of its timeouts."""
+
+    call: Call
+    kind: str
+    share: float
+
+
+def calls(packages: tuple[Any, ...], names: list[str]) -> Iterator[Call]:
+    """Give every call of the units with these names, or of all."""
+    for package in packages:
+        for name in UNITS[package]:
+            if names and name not in names:
+                continue
+            unit = getattr(package, name)
+            if not hasattr(unit, "axis_class"):
+                yield Call(unit)
+            for part in ("", *PARTS):
+                cls = getattr(unit, part, None) if part else unit
+                for method in dir(cls) if cls else ():
+                    if not method.startswith("_") and takes_a_timeout(getattr(cls, method)):
+                        yield Call(unit, part, method)
+
+
+def takes_a_timeout(method: Any) -> bool:
+    """Whether a method of a class takes a timeout, and is no context manager."""
+    made = inspect.unwrap(method)
+    block = inspect.isgeneratorfunction(made) or inspect.isasyncgenfunction(made)
+    return (
+        inspect.isfunction(made) and not block and "timeout" in inspect.signature(made).parameters
+    )
+
+
+def arguments(method: Any) -> dict[str, Any]:
+    """Return something for everything that a method has to be given: of values with a unit the counts."""
+    given: dict[str, Any] = {}
+    for name, parameter in inspect.signature(method).parameters.items():
+        annotation = str(parameter.annotation)
+        if name == "timeout" or (parameter.default is not None and not is_needed(parameter)):
+            continue
+        if annotation.startswith("bytes"):
+            given[name] = b""
+        elif annotation.startswith("str"):
+            given[name] = ""
+        elif "int" in annotation:
+            given[name] = 1
+    return given
+
+
+def is_needed(parameter: inspect.Parameter) -> bool:
+    """Whether there is no default."""
+    return parameter.default is inspect.Parameter.empty
+
+
+def judged(call: Call, start: float, error: BaseException | None) -> Outcome:
+    """Return how a call ended that began at ``start``."""
+    share = (time.perf_counter() - start) / TIMEOUT
+    if isinstance(error, ReplyTimeout):
+        return Outcome(call, "waited", share)
+    if isinstance(error, StagewireError):
+        return Outcome(call, "refused", share)
+    if error is not None:
+        raise RuntimeError(f"{call} ended with {error!r}") from error
+    return Outcome(call, "done", share)
+
+
+def ask(call: Call, url: str) -> Outcome:
+    """Make a call."""
+    start, failure = time.perf_counter(), None
+    try:
+        if not call.method:
+            call.unit.open(url, timeout=TIMEOUT).close()
+            return judged(call, start, None)
+        with call.unit.open(url, identify=False) as device:
+            if call.part == "axis_class":
+                device.switch_to_low_level()
+            start = time.perf_counter()
+            try:
+                call.made(device)
+            except Exception as error:
+                failure = error
+            return judged(call, start, failure)
+    except Exception as error:
+        return judged(call, start, error)
+
+
+async def ask_asyncio(call: Call, url: str) -> Outcome:
+    """Make a call that is awaited."""
+    start, failure = time.perf_counter(), None
+    try:
+        if not call.method:
+            await (await call.unit.open(url, timeout=TIMEOUT)).close()
+            return judged(call, start, None)
+        async with call.unit.open(url, identify=False) as device:
+            if call.part == "axis_class":
+                await device.switch_to_low_level()
+            start = time.perf_counter()
+            try:
+                await call.made(device)
+            except Exception as error:
+                failure = error
+            return judged(call, start, failure)
+    except Exception as error:
+        return judged(call, start, error)
+
+
+async def all_asyncio(made: list[Call], url: str) -> list[Outcome]:
+    """Make calls that are awaited, some at a time."""
+    room = asyncio.Semaphore(AT_ONCE)
+
+    async def one(call: Call) -> Outcome:
+        async with room:
+            return await ask_asyncio(call, url)
+
+    waited: list[Awaitable[Outcome]] = [one(call) for call in made]
+    return await asyncio.gather(*waited)
+
+
+def patiently(make: Callable[[list[Call]], list[Outcome]], made: list[Call]) -> dict[Call, Outcome]:
+    """Make calls, and those again that were late because something else had the processor."""
+    best: dict[Call, Outcome] = {}
+    for _ in range(TRIES):
+        for outcome in make(made):
+            if outcome.call not in best or outcome.share < best[outcome.call].share:
+                best[outcome.call] = outcome
+        made = [call for call in made if best[call].share > AT_MOST]
+    return best
+
+
+def report(title: str, best: dict[Call, Outcome]) -> bool:
+    """Print what came of the calls; return whether the bound is kept."""
+    outcomes = list(best.values())
+    kinds = Counter(outcome.kind for outcome in outcomes)
+    late = [outcome for outcome in outcomes if outcome.share > AT_MOST]
+    print(
+        f"{title}: {len(outcomes)} calls: {kinds['waited']} waited, {kinds['done']} had nothing to await, "
+        f"{kinds['refused']} refused"
+    )
+    for outcome in late:
+        print(f"  {outcome.call} {outcome.kind} after {outcome.share:.3f} of its timeout")
+    most = max(outcome.share for outcome in outcomes)
+    waited = kinds["waited"] / len(outcomes)
+    return all(
+        [
+            holds("longest call, of its timeout", most, AT_MOST),
+            holds("share of calls that did not wait", 1 - waited, MOST_THAT_DO_NOT_WAIT),
+        ]
+    )
+
+
+def main(names: list[str]) -> bool:
+    """Call everything; return whether the bounds are kept."""
+    with peer("ignore") as other, ThreadPoolExecutor(AT_ONCE) as pool:
+
+        def threads(made: list[Call]) -> list[Outcome]:
+            return list(pool.map(lambda call: ask(call, other.url), made))
+
+        def tasks(made: list[Call]) -> list[Outcome]:
+            return asyncio.run(all_asyncio(made, other.url))
+
+        kept = report("threads", patiently(threads, list(calls(THREADS, names))))
+        kept &= report("asyncio", patiently(tasks, list(calls(ASYNCIO, names))))
+    return kept
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--units", nargs="+", default=[], help="only these")
+    sys.exit(0 if main(parser.parse_args().units) else 1)

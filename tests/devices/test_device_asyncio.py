@@ -1,0 +1,176 @@
+"""The classes for asyncio: the same calls, on the same logic, in one event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+from collections.abc import Awaitable, Callable
+from importlib import import_module
+from typing import Any
+
+import pytest
+
+from stagewire.devices import asynchronous, synchronous
+from stagewire.errors import (
+    LimitError,
+    MotionStopped,
+    MotionTimeout,
+    MotionUnderWayError,
+    WrongModeError,
+    WrongUnitError,
+)
+from stagewire_apt import messages as m
+from stagewire_apt.aio import BBD102, BPC201, BSC002, MST601, TDC001
+from stagewire_ms2000.aio import MS2000
+from stagewire_virtual import stepped
+
+Z8 = "virtual://TDC001?stage=Z8&travel=411648"
+
+
+def run(main: Callable[[], Awaitable[None]]) -> None:
+    async def body() -> None:
+        await main()
+
+    stepped.run(body())
+
+
+def test_a_device_is_awaited_or_entered() -> None:
+    async def main() -> None:
+        async with TDC001.open(Z8, stage="Z8", travel_mm=12) as tdc:
+            assert (await tdc.home()).message == m.MotMoveHomed(chan_ident=1)
+            end = await tdc.move_absolute(mm="1.5")
+            assert end.values is not None
+            assert end.values.exact("position_mm") == 1.5
+            with pytest.raises(LimitError):
+                await tdc.move_absolute(mm=13)
+            changed = await tdc.change_vel_params(max_velocity_mm_per_s=1)
+            assert changed == await tdc.get_vel_params()
+        tdc = await TDC001.open(Z8)
+        assert tdc.serial_number is not None
+        assert str(tdc).startswith("TDC001: ")
+        await tdc.reconnect()
+        await tdc.close()
+        await tdc.close()
+
+    run(main)
+
+
+def test_motions_are_started_waited_for_and_stopped() -> None:
+    async def main() -> None:
+        async with TDC001.open(Z8, stage="Z8") as tdc:
+            motion = await tdc.start_move_absolute(mm=5)
+            with pytest.raises(MotionUnderWayError):
+                await tdc.home()
+            with pytest.raises(MotionTimeout):
+                await motion.wait(0.1)
+            assert await tdc.is_moving()
+            assert not motion.done
+            assert await motion.stop() is not None
+            assert motion.done
+            with pytest.raises(MotionStopped):
+                await motion.wait()
+
+    run(main)
+
+
+def test_a_wait_that_is_cancelled_leaves_the_motion_and_the_session() -> None:
+    async def main() -> None:
+        async with TDC001.open(Z8, stage="Z8") as tdc:
+            move = asyncio.create_task(tdc.move_absolute(mm=5))
+            await asyncio.sleep(0.5)
+            move.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await move
+            assert await tdc.is_moving()
+            await tdc.stop()
+            await tdc.move_absolute(mm=0)
+
+    run(main)
+
+
+def test_changes_of_several_tasks_are_all_kept() -> None:
+    async def main() -> None:
+        async with TDC001.open("virtual://TDC001") as tdc:
+            await tdc.set_vel_params(min_velocity=0, acceleration=0, max_velocity=0)
+            await asyncio.gather(
+                tdc.change_vel_params(min_velocity=1),
+                tdc.change_vel_params(acceleration=2),
+                tdc.change_vel_params(max_velocity=3),
+            )
+            values = await tdc.get_vel_params()
+            assert (values.min_velocity, values.acceleration, values.max_velocity) == (1, 2, 3)
+
+    run(main)
+
+
+def test_bays_channels_modules_and_settings() -> None:
+    async def main() -> None:
+        async with BBD102.open("virtual://BBD102?stage=MLS203", stage="MLS203") as rack:
+            homed = rack.bay(2).subscribe(m.MotMoveHomed)
+            await asyncio.gather(*(bay.home() for bay in rack.bays))
+            assert (await homed.get(1)).frame.source == 0x22
+        async with BSC002.open("virtual://BSC002", stages={2: "APT_STEPPER"}) as device:
+            await device.channel(2).set_pos_counter(mm=1)
+            assert (await device.channel(2).get_pos_counter()).position == 25600
+        async with MST601.open("virtual://rack?bays=,MST601", bay=2) as module:
+            assert (await module.channel(1).get_pos_counter()).position == 0
+        async with BPC201.open("virtual://BPC201") as bpc:
+            await bpc.set_output_volts(volts=30)
+            assert (await bpc.get_output_volts()).voltage == 13107
+
+    run(main)
+
+
+def test_axes_are_polled_for() -> None:
+    async def main() -> None:
+        async with MS2000.open("virtual://MS2000") as ms:
+            x = ms.axis("X")
+            with pytest.raises(WrongModeError):
+                await x.move_absolute(um=1)
+            async with ms.low_level():
+                await x.move_absolute(um=1500)
+                assert (await x.read_motor_position()).um == pytest.approx(1500, abs=1)
+                motion = await x.start_move_absolute(um=9000)
+                await x.stop()
+                with pytest.raises(MotionStopped):
+                    await motion.wait()
+            assert (await ms.text("W X")).startswith(":A")
+
+    run(main)
+
+
+def test_what_is_refused_is_closed() -> None:
+    async def main() -> None:
+        with pytest.raises(WrongUnitError):
+            await TDC001.open("virtual://TST001")
+        with pytest.raises(WrongUnitError):
+            async with TDC001.open("virtual://TST001"):
+                pass  # pragma: no cover
+
+    run(main)
+
+
+# Twins
+
+
+def _public(cls: type) -> dict[str, Any]:
+    names = (name for name in dir(cls) if not name.startswith("__"))
+    return {name: inspect.getattr_static(cls, name) for name in names}
+
+
+@pytest.mark.parametrize("name", synchronous.__all__)
+def test_both_have_the_same_calls(name: str) -> None:
+    one, other = _public(getattr(synchronous, name)), _public(getattr(asynchronous, name))
+    assert one.keys() == other.keys()
+    for called in one:
+        if inspect.isfunction(one[called]):
+            parameters = inspect.signature(one[called]).parameters.keys()
+            assert parameters == inspect.signature(other[called]).parameters.keys(), called
+
+
+@pytest.mark.parametrize("package", ["stagewire_apt", "stagewire_ms2000"])
+def test_every_unit_has_the_same_calls_in_both(package: str) -> None:
+    units = import_module(f"{package}.devices.units")
+    others = import_module(f"{package}.aio")
+    for name in units.__all__:
+        assert _public(getattr(units, name)).keys() == _public(getattr(others, name)).keys()

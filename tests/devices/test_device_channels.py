@@ -1,0 +1,180 @@
+"""Bays, channels and modules: each with its own address, stage, scale and travel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from device_line import RecordedLine
+
+import stagewire_virtual as virtual
+from stagewire.errors import (
+    BadValueError,
+    LimitError,
+    OutOfRangeError,
+    ReplyTimeout,
+    UnknownScaleError,
+)
+from stagewire_apt import BBD102, BSC002, MST601, TDC001, stages
+from stagewire_apt import enumerations as e
+from stagewire_apt import messages as m
+
+
+def test_bays_are_numbered_as_the_addresses_of_the_document() -> None:
+    line = RecordedLine(virtual.BBD102(stage=stages.MLS203))
+    with BBD102.open(line, stage="MLS203", line="rs232") as rack:
+        line.forget()
+        rack.bay(2).set_vel_params(
+            min_velocity=0, acceleration_mm_per_s2=10, max_velocity_mm_per_s=99
+        )
+        expected = m.MotSetVelParams(
+            chan_ident=1, min_velocity=0, acceleration=137, max_velocity=13287555
+        )
+        assert line.raw == expected.pack(0x22, 0x01)
+        assert rack.bays == (rack.bay(1), rack.bay(2))
+
+
+def test_the_rack_itself_is_the_motherboard() -> None:
+    line = RecordedLine(virtual.BBD102(empty_bays=[1]))
+    with BBD102.open(line, line="rs232") as rack:
+        line.forget()
+        assert rack.get_bay_used(bay_ident=e.RackBay.BAY_2).bay_state is e.BayState.EMPTY
+        assert line.raw == m.RackReqBayUsed(bay_ident=1).pack(0x11, 0x01)
+        with pytest.raises(ReplyTimeout):
+            rack.bay(2).get_vel_params(timeout=0.1)
+
+
+def test_bays_move_at_once_and_each_has_its_own_end() -> None:
+    with BBD102.open(RecordedLine(virtual.BBD102(stage=stages.MLS203)), stage="MLS203") as rack:
+        for bay in rack.bays:
+            bay.home()
+        far = rack.bay(1).start_move_absolute(mm=50)
+        near = rack.bay(2).start_move_absolute(mm=1)
+        assert near.wait().values is not None
+        assert not far.done
+        assert rack.bay(1).is_moving()
+        assert not rack.bay(2).is_moving()
+        assert far.wait().values is not None
+        assert [bay.get_pos_counter().mm for bay in rack.bays] == [50, 1]
+
+
+def test_all_bays_are_stopped_at_the_end() -> None:
+    line = RecordedLine(virtual.BBD102(stage=stages.MLS203))
+    with BBD102.open(line, stage="MLS203", line="rs232") as rack:
+        for bay in rack.bays:
+            bay.start_home()
+        line.forget()
+    stop = m.MotMoveStop(chan_ident=1, stop_mode=e.StopMode.PROFILED)
+    assert sorted(line.raw[n : n + 6] for n in (0, 6)) == [
+        stop.pack(0x21, 0x01),
+        stop.pack(0x22, 0x01),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("number", "error"),
+    [(0, OutOfRangeError), (3, OutOfRangeError), (True, BadValueError), ("1", BadValueError)],
+)
+def test_what_is_not_there_is_refused(number: object, error: type[Exception]) -> None:
+    with BBD102.open(RecordedLine(virtual.BBD102())) as rack, pytest.raises(error, match="bay"):
+        rack.bay(number)  # type: ignore[arg-type]
+    with (
+        BSC002.open(RecordedLine(virtual.BSC002())) as device,
+        pytest.raises(error, match="channel"),
+    ):
+        device.channel(number)  # type: ignore[arg-type]
+
+
+def test_channels_have_their_own_stages_and_travels() -> None:
+    line = RecordedLine(virtual.BSC002(stage=stages.APT_STEPPER))
+    with BSC002.open(line, stages={1: "APT_STEPPER"}, travel_mm={1: 10}, line="rs232") as device:
+        first, second = device.channels
+        line.forget()
+        first.set_move_abs_params(mm=2)
+        second.set_move_abs_params(absolute_position=3)
+        assert line.raw == b"".join(
+            (
+                m.MotSetMoveAbsParams(chan_ident=1, absolute_position=51200).pack(0x50, 0x01),
+                m.MotSetMoveAbsParams(chan_ident=2, absolute_position=3).pack(0x50, 0x01),
+            )
+        )
+        with pytest.raises(UnknownScaleError):
+            second.set_move_abs_params(mm=2)
+        with pytest.raises(LimitError):
+            first.move_absolute(mm=11)
+        second.move_absolute(counts=25600 * 11)
+
+
+def test_channels_move_at_once() -> None:
+    line = RecordedLine(virtual.BSC002(stage=stages.APT_STEPPER))
+    with BSC002.open(line, stage="APT_STEPPER") as device:
+        motions = [channel.start_home() for channel in device.channels]
+        ends = [motion.wait().message for motion in motions]
+        assert ends == [m.MotMoveHomed(chan_ident=1), m.MotMoveHomed(chan_ident=2)]
+
+
+def test_a_module_is_reached_in_its_bay() -> None:
+    line = RecordedLine(virtual.rack("MST601", None, "MST601"))
+    with MST601.open(line, bay=3, stage="APT_STEPPER", line="rs232") as module:
+        line.forget()
+        module.channel(2).set_pos_counter(mm=1)
+        expected = m.MotSetPosCounter(chan_ident=2, position=25600)
+        assert line.raw == expected.pack(0x23, 0x01)
+        line.forget()
+        assert module.get_bay_used(bay_ident=1).bay_state is e.BayState.EMPTY
+        assert line.raw == m.RackReqBayUsed(bay_ident=1).pack(0x11, 0x01)
+
+
+def test_a_cube_answers_at_its_other_addresses_too() -> None:
+    line = RecordedLine(virtual.TDC001())
+    with TDC001.open(line, address=0x21) as tdc:
+        line.forget()
+        assert tdc.get_pos_counter().position == 0
+        assert line.raw == m.MotReqPosCounter(chan_ident=1).pack(0x21, 0x01)
+
+
+# Subscriptions
+
+
+def test_a_subscription_is_about_one_bay() -> None:
+    with BBD102.open(RecordedLine(virtual.BBD102(stage=stages.MLS203)), stage="MLS203") as rack:
+        everything = rack.subscribe(m.MotMoveHomed)
+        second = rack.bay(2).subscribe(m.MotMoveHomed)
+        for bay in rack.bays:
+            bay.start_home()
+        rack.session.pause(10)
+        assert {event.frame.source for event in taken(everything)} == {0x21, 0x22}
+        assert [event.frame.source for event in taken(second)] == [0x22]
+
+
+def test_a_subscription_is_about_one_channel() -> None:
+    line = RecordedLine(virtual.BSC002(stage=stages.APT_STEPPER))
+    with BSC002.open(line, stage="APT_STEPPER") as device:
+        everything = device.channel(2).subscribe()
+        homed = device.channel(2).subscribe(m.MotMoveHomed)
+        both = device.subscribe(m.MotMoveHomed)
+        device.start_updates()
+        for channel in device.channels:
+            channel.start_home()
+        device.session.pause(10)
+        device.stop_updates()
+        assert [event.frame.message.chan_ident for event in taken(homed)] == [2]
+        assert {event.frame.message.chan_ident for event in taken(both)} == {1, 2}
+        said = {type(event.frame.message) for event in taken(everything)}
+        assert said == {m.MotMoveHomed, m.MotGetStatusUpdate}
+
+
+def taken(subscription: Any) -> list[Any]:
+    found = []
+    while (event := subscription.take()) is not None:
+        found.append(event)
+    return found
+
+
+def test_what_was_said_has_values() -> None:
+    with TDC001.open(RecordedLine(virtual.TDC001()), stage="Z8") as tdc:
+        status = m.MotGetDcStatusUpdate(chan_ident=1, position=34304, velocity=0, status_bits=0)
+        values = tdc.values(status)
+        assert values is not None
+        assert values.exact("position_mm") == 1
+        assert tdc.values(m.MotMoveHomed(chan_ident=1)) is None

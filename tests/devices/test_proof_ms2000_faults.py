@@ -1,0 +1,103 @@
+"""Replies without a frame, on a line that loses, repeats and delays: a late reply is nobody's answer.
+
+What is inserted or damaged within a reply of the MS-2000 cannot be seen by anybody; that is not asked here.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+from proof_line import SIDES, FarEnd, Side, settled
+
+from stagewire.errors import ReplyTimeout
+from stagewire_ms2000 import PROTOCOL
+from stagewire_ms2000 import messages as c
+
+PACKAGE = "stagewire_ms2000"
+REQUESTS = 4000
+RATE = 0.02
+TIMEOUT = 0.3
+LATEST = 0.45  # seconds: late, but within the silence after which a line counts as drained
+QUERIES = {
+    "read_motor_position": (c.ReadMotorPosition, "position"),
+    "read_target_position": (c.ReadTargetPosition, "target_position"),
+    "read_increment_value": (c.ReadIncrementValue, "increment"),
+}
+
+
+class Numbering(FarEnd):
+    """Answers each request with a number that it has not said before."""
+
+    def __init__(self, seed: int) -> None:
+        self.count = 0
+        self.kinds: dict[int, type] = {}
+        self.happened: Counter[str] = Counter()
+        self.noisy = False
+        self._draw = random.Random(seed)
+        self._framer = PROTOCOL.framer()
+        self._free = 0.0
+
+    def take(self, data: bytes) -> Iterable[tuple[float, bytes]]:
+        said = []
+        for event in self._framer.feed(data):
+            message = event.frame.message
+            if type(message) in {cls for cls, _ in QUERIES.values()}:
+                self.count += 1
+                self.kinds[self.count] = type(message)
+                said.append(self._carry(self.count.to_bytes(3, "little")))
+        return said
+
+    def _carry(self, reply: bytes) -> tuple[float, bytes]:
+        draw, delay = self._draw, 0.002
+        for fault in ("loss", "cut", "duplication", "delay") if self.noisy else ():
+            if draw.random() >= RATE:
+                continue
+            self.happened[fault] += 1
+            if fault == "loss":
+                reply = b""
+            elif fault == "cut":
+                reply = reply[:-1]
+            elif fault == "duplication" and len(reply) == 3:
+                reply *= 2
+            else:
+                delay = draw.uniform(0.0, LATEST)
+        self._free = max(self._free, self.now() + delay)
+        return self._free - self.now(), reply
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_no_stale_value_ever(side: Side, seed: int) -> None:
+    far = Numbering(seed)
+    draw = random.Random(seed)
+
+    async def scenario(bench: Any) -> list[str]:
+        wrong = []
+        failed = 0
+        async with bench.open("MS2000", PACKAGE, on_close="leave") as device:
+            await settled(device.switch_to_low_level())
+            axis = device.axis("X")
+            for _ in range(REQUESTS):
+                name = draw.choice(list(QUERIES))
+                cls, field = QUERIES[name]
+                before = far.count
+                far.noisy = True
+                try:
+                    values = await settled(getattr(axis, name)(timeout=TIMEOUT))
+                except ReplyTimeout:
+                    failed += 1
+                    far.noisy = False
+                    before = far.count
+                    values = await settled(getattr(axis, name)(timeout=2.0))
+                number = getattr(values.message, field)
+                if number <= before or far.kinds.get(number) is not cls:
+                    wrong.append(f"{name}: {number} after {before}, {far.kinds.get(number)}")
+        assert failed > 50
+        return wrong
+
+    assert side.run(far, scenario) == []
+    assert all(far.happened[fault] > 50 for fault in ("loss", "cut", "duplication", "delay"))

@@ -1,0 +1,94 @@
+"""``stagewire.open``: a controller whose class nobody had to name."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+import stagewire
+import stagewire_virtual as virtual
+from made_ports import linux, show
+from stagewire.discovery import device_class
+from stagewire.errors import BadValueError, LinkOpenError, UnsupportedError, WrongUnitError
+from stagewire.protocol import available_protocols, load_protocol
+from stagewire_apt import BBD102, TDC001
+from stagewire_virtual import linking
+from stagewire_virtual.linking import SteppedLink
+
+
+@pytest.fixture(autouse=True)
+def no_ports(monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch)
+
+
+def lead_to(monkeypatch: pytest.MonkeyPatch, controller: virtual.VirtualController) -> None:
+    monkeypatch.setattr(linking, "open_link", lambda url, settings: SteppedLink(controller))
+
+
+def test_by_the_name_in_a_virtual_url() -> None:
+    with stagewire.open("virtual://TDC001?stage=Z8", stage="Z8", travel_mm=12) as device:
+        assert type(device) is TDC001
+        assert device.get_dc_status_update().position_mm == 0
+
+
+def test_by_asking(monkeypatch: pytest.MonkeyPatch) -> None:
+    with virtual.BBD102() as rack:
+        lead_to(monkeypatch, rack)
+        with stagewire.open("virtual://made") as device:
+            assert type(device) is BBD102
+
+
+def test_by_the_plug(monkeypatch: pytest.MonkeyPatch) -> None:
+    show(monkeypatch, linux("/dev/there-is-none", "83000001"))
+    with pytest.raises(LinkOpenError, match="/dev/there-is-none"):
+        stagewire.open("/dev/there-is-none")
+
+
+def test_by_name_in_any_case_and_the_wrong_one_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    with virtual.TDC001(serial_number=83000001) as tdc:
+        lead_to(monkeypatch, tdc)
+        stagewire.open("virtual://made", "tdc001").close()
+        with pytest.raises(WrongUnitError, match="no TST001: the serial number 83000001"):
+            stagewire.open("virtual://made", "TST001")
+
+
+def test_a_controller_newer_than_the_document_is_opened_as_what_it_is_like(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with virtual.TDC001(serial_number=27000001) as kdc:
+        lead_to(monkeypatch, kdc)
+        with stagewire.open("virtual://made", "KDC101") as device:
+            assert type(device) is TDC001
+            assert "KDC101" in str(device)
+
+
+def test_a_later_unit_of_another_kind_has_no_class() -> None:
+    with pytest.raises(UnsupportedError, match="MFF101: known, not in Issue 3"):
+        device_class("MFF101")
+
+
+def test_a_name_that_no_unit_has() -> None:
+    with pytest.raises(BadValueError, match="no unit is named TDC01; did you mean TDC001"):
+        device_class("TDC01")
+    with pytest.raises(BadValueError, match="there are BBD101, BBD102"):
+        device_class("\x00")
+
+
+def test_every_unit_of_every_protocol_has_a_class() -> None:
+    for protocol in map(load_protocol, available_protocols()):
+        for unit in protocol.registry()["units"]:
+            assert device_class(unit["name"]).unit.name == unit["name"]
+
+
+def test_a_package_without_device_classes_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "stagewire_apt.devices", None)
+    with pytest.raises(UnsupportedError, match="stagewire_apt has no device classes"):
+        device_class("TDC001")
+
+
+def test_they_are_loaded_when_they_are_asked_for() -> None:
+    assert stagewire.discover.__module__ == "stagewire.discovery.finding"
+    assert stagewire.open.__module__ == "stagewire.discovery.opening"
+    with pytest.raises(AttributeError, match="has no attribute 'close'"):
+        _ = stagewire.discovery.close
