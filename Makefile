@@ -30,7 +30,9 @@ demo: .venv/demo/ready
 	@.venv/demo/bin/stagewire generate --spec $(SPEC) --out $(OUT) --check
 	@echo "== every worked example of the documents, in both directions"
 	@.venv/demo/bin/stagewire conformance examples
-	@echo "== a virtual controller homes a stage and moves it, on its own clock"
+	@echo "== a virtual controller in real time: the library opens it, homes and moves the stage"
+	@.venv/demo/bin/python examples/python/home_and_move.py
+	@echo "== the same bytes by hand, on the controller's own clock"
 	@.venv/demo/bin/python examples/python/in_memory.py
 
 test: .venv/test/ready tools

@@ -23,7 +23,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
-from virtual_soak import holds, memory
+from measure import holds, memory
 
 import stagewire_virtual as virtual
 from stagewire.session.framed import FramedCore

@@ -17,7 +17,8 @@ import sys
 import time
 from dataclasses import dataclass
 
-from virtual_soak import PERIOD, holds, kinds, serving
+from measure import holds
+from virtual_soak import PERIOD, kinds, serving
 
 from stagewire.framed_message import FramedMessage
 from stagewire.links import open_async_link

@@ -14,6 +14,7 @@ import time
 import timeit
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 ROUNDS = 11
@@ -88,3 +89,20 @@ def report(
         print(f"  {what:<58}{figure:>9.2f}  {bound.words:<12}{'' if holds else 'NOT KEPT'}")
     sys.stdout.flush()
     return kept
+
+
+def holds(what: str, figure: float, at_most: float, unit: str = "") -> bool:
+    """Print a bound and whether it is kept."""
+    kept = figure <= at_most
+    verdict = "" if kept else "     NOT KEPT"
+    print(f"  {what:<52}{figure:>9.2f}  <= {at_most:g} {unit}{verdict}")
+    return kept
+
+
+def memory() -> float:
+    """Return the memory that this process holds, in MiB; needs ``/proc``."""
+    status = Path("/proc/self/status").read_text()
+    return (
+        next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS"))
+        / 1024
+    )

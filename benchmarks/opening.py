@@ -14,8 +14,7 @@ import sys
 import time
 from contextlib import ExitStack
 
-from measure import Runner, interleave
-from virtual_soak import holds
+from measure import Runner, holds, interleave
 
 import stagewire_virtual as virtual
 from stagewire_apt import TDC001, TPZ001, aio

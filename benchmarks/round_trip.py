@@ -1,8 +1,9 @@
 """What a session costs over the line itself: a request of 6 bytes and its reply of 20, on loopback TCP.
 
 The bare socket sends and receives the same bytes and does nothing with them; the other end is one process for
-all. Sessions make the message, pack it, send it, wait, and return the frame of the reply, decoded. Time is
-that on the wall, since it is spent waiting; contenders are interleaved, and the ratio within a round counts.
+all. Sessions make the message, pack it, send it, wait, and return the frame of the reply, decoded; devices
+give its values, and have no bound. Time is that on the wall, since it is spent waiting, and of a thousand
+round trips the median. Contenders are interleaved, and the ratio within a round counts.
 
     python benchmarks/round_trip.py
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import statistics
 import sys
 import time
 from collections.abc import Callable
@@ -22,7 +24,7 @@ from peer import DEVICE, HOST, REPLY, REQUEST, Peer, peer
 from stagewire.links import open_async_link, open_link
 from stagewire.session.asynchronous import AsyncFramedSession
 from stagewire.session.synchronous import FramedSession
-from stagewire_apt import PROTOCOL
+from stagewire_apt import PROTOCOL, TDC001
 from stagewire_apt import messages as m
 
 NUMBER = 1000
@@ -30,16 +32,20 @@ BARE = "bare socket"
 WITHOUT = "session without a reader thread"
 WITH = "session with a reader thread"
 ASYNCIO = "asyncio session"
+DEVICE_WITHOUT = "device without a reader thread"
+DEVICE_WITH = "device with a reader thread"
 
 
 def timed(call: Callable[[], object]) -> Runner:
-    """Return a runner of a call on the clock on the wall."""
+    """Return a runner of a call, with the median of many."""
 
     def run() -> float:
-        start = time.perf_counter()
+        seconds = []
         for _ in range(NUMBER):
+            start = time.perf_counter()
             call()
-        return (time.perf_counter() - start) / NUMBER
+            seconds.append(time.perf_counter() - start)
+        return statistics.median(seconds)
 
     return run
 
@@ -67,6 +73,12 @@ def session(other: Peer, stack: ExitStack, background: bool) -> Runner:
     return timed(lambda: line.ask(m.MotReqVelParams(chan_ident=1), replies, DEVICE))
 
 
+def device(other: Peer, stack: ExitStack, background: bool) -> Runner:
+    """Ask by a device, which gives values that have units."""
+    opened = TDC001.open(other.url, identify=False, background=background)
+    return timed(stack.enter_context(opened).get_vel_params)
+
+
 def asynchronous(other: Peer, stack: ExitStack) -> Runner:
     """Ask by a session of asyncio."""
     runner = stack.enter_context(asyncio.Runner())
@@ -79,10 +91,12 @@ def asynchronous(other: Peer, stack: ExitStack) -> Runner:
     stack.callback(lambda: runner.run(line.close()))
 
     async def batch() -> float:
-        start = time.perf_counter()
+        seconds = []
         for _ in range(NUMBER):
+            start = time.perf_counter()
             await line.ask(m.MotReqVelParams(chan_ident=1), replies, DEVICE)
-        return (time.perf_counter() - start) / NUMBER
+            seconds.append(time.perf_counter() - start)
+        return statistics.median(seconds)
 
     return lambda: runner.run(batch())
 
@@ -95,6 +109,8 @@ def main() -> bool:
             WITHOUT: session(other, stack, background=False),
             WITH: session(other, stack, background=True),
             ASYNCIO: asynchronous(other, stack),
+            DEVICE_WITHOUT: device(other, stack, background=False),
+            DEVICE_WITH: device(other, stack, background=True),
         }
         bounds = [Bound(WITHOUT, BARE, at_most=3), Bound(WITH, BARE, at_most=6)]
         return report(

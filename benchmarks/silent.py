@@ -22,8 +22,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
+from measure import holds
 from peer import peer
-from virtual_soak import holds
 
 import stagewire_apt.aio
 import stagewire_apt.devices
@@ -64,6 +64,11 @@ class Call:
         return ".".join(
             filter(None, (self.unit.__name__, self.part.removesuffix("_class"), self.method))
         )
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """How the unit is opened: without being asked anything, unless that is the call."""
+        return {"identify": False} if self.method else {"timeout": TIMEOUT}
 
     def made(self, device: Any) -> Any:
         """Call the method of a device that is open."""
@@ -140,43 +145,31 @@ def judged(call: Call, start: float, error: BaseException | None) -> Outcome:
 
 
 def ask(call: Call, url: str) -> Outcome:
-    """Make a call."""
-    start, failure = time.perf_counter(), None
+    """Open a device, make a call, and close it."""
+    start = time.perf_counter()
     try:
-        if not call.method:
-            call.unit.open(url, timeout=TIMEOUT).close()
-            return judged(call, start, None)
-        with call.unit.open(url, identify=False) as device:
+        with call.unit.open(url, **call.options) as device:
             if call.part == "axis_class":
                 device.switch_to_low_level()
             start = time.perf_counter()
-            try:
-                call.made(device)
-            except Exception as error:
-                failure = error
-            return judged(call, start, failure)
+            call.made(device)
     except Exception as error:
         return judged(call, start, error)
+    return judged(call, start, None)
 
 
 async def ask_asyncio(call: Call, url: str) -> Outcome:
-    """Make a call that is awaited."""
-    start, failure = time.perf_counter(), None
+    """Open a device, await a call, and close it."""
+    start = time.perf_counter()
     try:
-        if not call.method:
-            await (await call.unit.open(url, timeout=TIMEOUT)).close()
-            return judged(call, start, None)
-        async with call.unit.open(url, identify=False) as device:
+        async with call.unit.open(url, **call.options) as device:
             if call.part == "axis_class":
                 await device.switch_to_low_level()
             start = time.perf_counter()
-            try:
-                await call.made(device)
-            except Exception as error:
-                failure = error
-            return judged(call, start, failure)
+            await call.made(device)
     except Exception as error:
         return judged(call, start, error)
+    return judged(call, start, None)
 
 
 async def all_asyncio(made: list[Call], url: str) -> list[Outcome]:

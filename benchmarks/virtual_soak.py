@@ -26,8 +26,9 @@ from collections.abc import Iterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from itertools import cycle, islice
-from pathlib import Path
 from typing import Any
+
+from measure import holds, memory
 
 from stagewire.framing import End, Received
 from stagewire_apt import PROTOCOL
@@ -81,15 +82,6 @@ async def serve(controllers: int) -> None:
 def say(what: Any) -> None:
     """Write a line for the other process."""
     print(json.dumps(what), flush=True)
-
-
-def memory() -> float:
-    """Return the memory that this process holds, in MiB."""
-    status = Path("/proc/self/status").read_text()
-    return (
-        next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS"))
-        / 1024
-    )
 
 
 # The process that listens
@@ -259,14 +251,6 @@ def show(found: Run) -> None:
         f"{found.memory:.1f} MiB, {found.growth:+.2f} since it was warm",
         flush=True,
     )
-
-
-def holds(what: str, figure: float, at_most: float, unit: str = "") -> bool:
-    """Print a bound and whether it is kept."""
-    kept = figure <= at_most
-    verdict = "" if kept else "     NOT KEPT"
-    print(f"  {what:<52}{figure:>9.2f}  <= {at_most:g} {unit}{verdict}")
-    return kept
 
 
 def soak(controllers: int, seconds: float, *, quick: bool) -> bool:

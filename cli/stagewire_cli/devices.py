@@ -13,7 +13,6 @@ import typer
 from stagewire.errors import (
     EncodeError,
     UnknownScaleError,
-    UnknownTravelError,
     UnsupportedError,
 )
 from stagewire_cli.errors import CalledWronglyError
@@ -69,8 +68,6 @@ def called_wrongly() -> Iterator[None]:
         yield
     except UnknownScaleError as error:
         raise CalledWronglyError(f"{error}; here these are --stage and --counts") from None
-    except UnknownTravelError as error:
-        raise CalledWronglyError(f"{error}; here that is --travel") from None
     except (EncodeError, UnsupportedError) as error:
         raise CalledWronglyError(str(error)) from None
 

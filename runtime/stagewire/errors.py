@@ -34,7 +34,6 @@ __all__ = [
     "UnknownMessageError",
     "UnknownProtocolError",
     "UnknownScaleError",
-    "UnknownTravelError",
     "UnsupportedError",
     "UnusableProtocolError",
     "WrongModeError",
@@ -161,10 +160,6 @@ class UnusableProtocolError(UnknownProtocolError):
 
 class UnknownScaleError(StagewireError):
     """The scale of a quantity is not known for this stage, controller or setting."""
-
-
-class UnknownTravelError(StagewireError):
-    """A limit cannot be checked: the document gives no travel, and the user gave none."""
 
 
 class LimitError(OutOfRangeError):

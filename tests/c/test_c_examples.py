@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pty
-import re
 import select
 import shutil
 import signal
@@ -17,6 +16,7 @@ from pathlib import Path
 import pytest
 from toolchain import C_WARNINGS, CORTEX_M0, ROOT, C, compiles, need, symbols
 
+from fenced import blocks
 from stagewire import End
 from stagewire.commands import CommandFrame
 from stagewire.framed_message import FramedMessage
@@ -30,15 +30,14 @@ from stagewire_ms2000 import enumerations
 from stagewire_ms2000 import messages as c
 
 EXAMPLES = ROOT / "examples" / "c"
-README = (EXAMPLES / "README.md").read_text("utf-8")
 HOST, DEVICE = 0x01, 0x21
 PATIENCE = 20  # seconds until what should have come is taken for lost; far more than it takes
 
 
 def block(language: str) -> str:
     """Return the only block of the README in a language."""
-    [found] = re.findall(rf"^```{language}\n(.*?)^```", README, re.M | re.S)
-    return str(found)
+    [found] = blocks(EXAMPLES / "README.md", language)
+    return found.text
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 from toolchain import C_WARNINGS, ROOT, WARNINGS, C, Package, compiles, need, packages, run
 
+from fenced import blocks
+
 PAGE = (ROOT / "docs" / "c.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```c\n(.*?)^```", PAGE, re.M | re.S)
+BLOCKS = [block.text for block in blocks(ROOT / "docs" / "c.md", "c")]
 PREFIXES = "|".join(package.prefix for package in packages())
 
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import pytest
 from asking import SCHEMA
 from jsonschema_rs import Draft202012Validator
 
+from fenced import ROOT, blocks
 from stagewire.protocol import available_protocols, load_protocol
 from stagewire_conformance.cases import mismatches
 from stagewire_conformance.testee import Testee
@@ -103,7 +102,7 @@ def test_ids_are_of_one_case_each() -> None:
 
 def test_the_page_about_vectors_is_right() -> None:
     """Its case stands in the file, and its program runs."""
-    page = (Path(__file__).parents[2] / "docs" / "vectors.md").read_text(encoding="utf-8")
-    blocks = dict(re.findall(r"^```(json|python)\n(.*?)^```$", page, re.MULTILINE | re.DOTALL))
-    assert json.loads(blocks["json"]) in cases("thorlabs_apt")
-    exec(compile(blocks["python"], "docs/vectors.md", "exec"), {})
+    page = {block.language: block.text for block in blocks(ROOT / "docs" / "vectors.md")}
+    assert page.keys() == {"json", "python"}
+    assert json.loads(page["json"]) in cases("thorlabs_apt")
+    exec(compile(page["python"], "docs/vectors.md", "exec"), {})

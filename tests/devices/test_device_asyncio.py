@@ -6,6 +6,7 @@ import asyncio
 import inspect
 from collections.abc import Awaitable, Callable
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,9 +17,11 @@ from stagewire.errors import (
     MotionStopped,
     MotionTimeout,
     MotionUnderWayError,
+    TransportError,
     WrongModeError,
     WrongUnitError,
 )
+from stagewire.links import AsyncLink, open_async_link
 from stagewire_apt import messages as m
 from stagewire_apt.aio import BBD102, BPC201, BSC002, MST601, TDC001
 from stagewire_ms2000.aio import MS2000
@@ -45,6 +48,7 @@ def test_a_device_is_awaited_or_entered() -> None:
                 await tdc.move_absolute(mm=13)
             changed = await tdc.change_vel_params(max_velocity_mm_per_s=1)
             assert changed == await tdc.get_vel_params()
+        assert tdc.session.closed
         tdc = await TDC001.open(Z8)
         assert tdc.serial_number is not None
         assert str(tdc).startswith("TDC001: ")
@@ -139,10 +143,37 @@ def test_axes_are_polled_for() -> None:
     run(main)
 
 
-def test_what_is_refused_is_closed() -> None:
+class Watched(AsyncLink):
+    """A line that knows whether it was closed."""
+
+    def __init__(self, line: AsyncLink) -> None:
+        self.url = line.url
+        self.closed = False
+        self.start = line.start  # type: ignore[method-assign]
+        self.write = line.write  # type: ignore[method-assign]
+        self.write_now = line.write_now  # type: ignore[method-assign]
+        self._line = line
+
+    def start(self, received: Any, lost: Any) -> None:
+        raise NotImplementedError  # pragma: no cover
+
+    write = write_now = start  # type: ignore[assignment]
+
+    async def close(self) -> None:
+        self.closed = True
+        await self._line.close()
+
+
+def test_what_is_refused_is_closed(tmp_path: Path) -> None:
     async def main() -> None:
-        with pytest.raises(WrongUnitError):
-            await TDC001.open("virtual://TST001")
+        for unit, options in (
+            ("TST001", {}),
+            ("TDC001", {"log": tmp_path / "missing" / "log.txt"}),
+        ):
+            line = Watched(await open_async_link(f"virtual://{unit}"))
+            with pytest.raises((WrongUnitError, TransportError)):
+                await TDC001.open(line, **options)  # type: ignore[arg-type]
+            assert line.closed
         with pytest.raises(WrongUnitError):
             async with TDC001.open("virtual://TST001"):
                 pass  # pragma: no cover

@@ -106,6 +106,19 @@ def test_after_a_timeout_a_status_settles_it(tdc: TDC001, line: RecordedLine) ->
     tdc.move_absolute(mm=0)
 
 
+def test_a_status_from_before_the_beginning_does_not_count(tdc: TDC001, line: RecordedLine) -> None:
+    still = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
+
+    def stale(data: bytes) -> bytes:
+        return still.pack(0x01, 0x50) if data[:2] == b"\x91\x04" else data
+
+    tdc.start_move_absolute(mm=5)
+    line.twist = stale
+    assert tdc.is_moving()
+    tdc.session.pause(1)
+    assert not tdc.is_moving()  # by now it would show
+
+
 def test_a_stop_that_is_no_stop_mode_is_refused(tdc: TDC001, line: RecordedLine) -> None:
     with pytest.raises(OutOfRangeError):
         tdc.stop(0x10000)
@@ -167,6 +180,16 @@ def test_what_is_stored_is_held_against_the_travel(line: RecordedLine) -> None:
     with TDC001.open(line_to(line), stage=stages.Z8, travel_mm=6) as tdc:
         tdc.move_absolute_stored()
         assert tdc.get_pos_counter().mm == 5
+
+
+def test_a_stored_distance_that_fits_in_neither_direction_is_refused(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8, travel_mm=6) as tdc:
+        tdc.set_pos_counter(mm=3)
+        tdc.set_move_rel_params(mm=4)
+        with pytest.raises(LimitError, match=r"from 3 mm .*-4.* mm is outside the travel"):
+            tdc.move_relative_stored()
+        tdc.set_move_rel_params(mm=1)
+        tdc.move_relative_stored()
 
 
 def line_to(line: RecordedLine) -> RecordedLine:
@@ -255,10 +278,15 @@ def test_what_was_started_can_be_left(line: RecordedLine) -> None:
 def test_what_has_ended_is_not_stopped(line: RecordedLine) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.move_absolute(mm=1)
-        motion = tdc.start_move_absolute(mm=2)
-        motion.stop()
         with pytest.raises(OutOfRangeError):
             tdc.move_absolute(mm=1e9)
+        line.forget()
+    assert line.raw == b""
+
+
+def test_what_was_stopped_is_not_stopped_again(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8) as tdc:
+        tdc.start_move_absolute(mm=2).stop()
         line.forget()
     assert line.raw == b""
 
@@ -269,6 +297,18 @@ def test_what_timed_out_is_stopped_at_the_end(line: RecordedLine) -> None:
             tdc.move_absolute(mm=5, timeout=0.5)
         with pytest.raises(MotionUnderWayError):
             tdc.home()
+        line.forget()
+    assert line.raw == STOP
+
+
+def test_what_was_refused_changes_nothing_of_what_is_under_way(line: RecordedLine) -> None:
+    still = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
+    with TDC001.open(line, stage=stages.Z8) as tdc:
+        tdc.start_move_absolute(mm=5)
+        with pytest.raises(MotionUnderWayError):
+            tdc.start_move_absolute(mm=1)
+        line.twist = lambda data: still.pack(0x01, 0x50) if data[:2] == b"\x91\x04" else data
+        assert tdc.is_moving()
         line.forget()
     assert line.raw == STOP
 

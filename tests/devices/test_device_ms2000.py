@@ -103,6 +103,14 @@ def test_a_move_is_over_when_the_axis_is_idle(ms: MS2000, line: RecordedLine) ->
         assert commands(line).count("WRITE_TARGET_POSITION") == 1
 
 
+def test_a_move_that_is_over_is_not_stopped_at_the_end(line: RecordedLine) -> None:
+    with MS2000.open(line) as ms:
+        ms.switch_to_low_level()
+        ms.axis("X").move_absolute(um=10)
+        line.forget()
+    assert line.raw == b""
+
+
 def test_a_second_move_is_refused_while_one_is_under_way(ms: MS2000, line: RecordedLine) -> None:
     with ms.low_level():
         x, y = ms.axis("X"), ms.axis("Y")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,6 +16,7 @@ from stagewire.errors import (
     LinkOpenError,
     OutOfRangeError,
     ReplyTimeout,
+    TransportError,
     TransportLost,
     UnknownScaleError,
     WrongUnitError,
@@ -156,6 +158,14 @@ def test_an_option_that_cannot_be_is_refused_before_a_line_is_opened(
 def test_a_module_stands_in_a_bay(bay: object) -> None:
     with pytest.raises(OutOfRangeError, match="a rack has bays 1 to 10"):
         MST601.open("virtual://NO_SUCH_UNIT", bay=bay)  # type: ignore[arg-type]
+
+
+def test_a_line_is_closed_where_its_log_cannot_be_written(tmp_path: Path) -> None:
+    line = RecordedLine(virtual.TDC001())
+    with pytest.raises(TransportError):
+        TDC001.open(line, log=tmp_path / "missing" / "log.txt")
+    with pytest.raises(TransportLost, match="closed"):
+        line.write(b"")
 
 
 # Printed

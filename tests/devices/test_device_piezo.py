@@ -7,7 +7,7 @@ from device_line import RecordedLine
 
 import stagewire_virtual as virtual
 from stagewire.errors import OutOfRangeError, UnknownScaleError, UnsupportedError
-from stagewire_apt import BPC201, BPC202, MPZ601, PROTOCOL, TPZ001, TSG001
+from stagewire_apt import BPC002, BPC201, BPC202, MPZ601, PROTOCOL, TPZ001, TSG001
 from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m
 
@@ -157,6 +157,20 @@ def test_bays_are_asked_for_their_settings_where_they_are_fitted() -> None:
         rack.bay(1).set_output_volts(volts=1)
         with pytest.raises(UnknownScaleError):
             rack.bay(2).set_output_volts(volts=1)
+
+
+def test_each_channel_has_the_maximum_that_it_was_told() -> None:
+    line = RecordedLine(virtual.BPC002())
+    with BPC002.open(line) as bpc:
+        first, second = bpc.channels
+        first.set_output_max_volts(volts=150, flags=0)
+        line.forget()
+        for channel in (first, second):
+            channel.set_output_volts(volts=30)
+        assert line.raw == b"".join(
+            m.PzSetOutputVolts(chan_ident=channel, voltage=voltage).pack(0x50, 0x01)
+            for channel, voltage in ((1, 6553), (2, 13107))
+        )
 
 
 def test_channels_of_a_module_have_their_own_settings() -> None:

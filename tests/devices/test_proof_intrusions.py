@@ -82,11 +82,10 @@ def unknown(controller: Intruder, frame: Frame) -> bytes:
 
 
 def unknown_with_a_frame_inside(controller: Intruder, frame: Frame) -> bytes:
-    """Its packet is a reply to the very request, with other values, behind bytes that hide it."""
-    other = Parrot(seed=99)
-    reply = other.reply(frame)
-    assert reply is not None
-    return packet(0x7ABC, (b"\1\2" + reply.encode())[:255], frame)
+    """Its packet is a reply to the very request, with other values, or the end of the very move."""
+    reply = Parrot(seed=99).reply(frame)
+    inside = completion_of_6_bytes(controller, frame) if reply is None else reply.encode()
+    return packet(0x7ABC, b"\1\2" + inside, frame)
 
 
 def stray_zero(controller: Intruder, frame: Frame) -> bytes:
@@ -155,6 +154,45 @@ def test_no_query_takes_an_intrusion_for_its_reply(unit: str, apart: bool, side:
         return wrong
 
     assert side.run(controller, scenario) == []
+
+
+class Mover(Intruder):
+    """Moves for half a second; what is in :attr:`before` comes in the middle of it."""
+
+    def answer(self, frame: Frame) -> Iterable[tuple[float, bytes]]:
+        if not isinstance(frame.message, m.MotMoveAbsolute) or self.before is None:
+            return super().answer(frame)
+        end = m.MotMoveCompletedHeader(chan_ident=frame.message.chan_ident)
+        intrusion = self.before(self, frame)
+        return [(0.25, intrusion), (0.5, end.pack(HOST, frame.dest))]
+
+
+NO_ENDS = [
+    intrusion
+    for intrusion in INTRUSIONS
+    if intrusion not in (completion_of_6_bytes, completion_of_20_bytes)
+]
+MOVES = [call for unit in units() for call in calls(unit) if call.name == "move_absolute"]
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("intrusion", NO_ENDS)
+def test_no_move_takes_an_intrusion_for_its_end(
+    intrusion: Callable[[Intruder, Frame], bytes], side: Side
+) -> None:
+    async def scenario(bench: Any, call: Call) -> bool:
+        async with bench.open(call.unit, identify=False, on_close="leave") as device:
+            begun = bench.now()
+            end = await settled(method(device, call)(counts=1000))
+            took = bench.now() - begun
+        return type(end.message) is m.MotMoveCompletedHeader and 0.49 < took < 0.6
+
+    def is_right(call: Call) -> bool:
+        controller = Mover(seed=1, apart=True)
+        controller.before = intrusion
+        return side.run(controller, lambda bench: scenario(bench, call))
+
+    assert [str(call) for call in MOVES if not is_right(call)] == []
 
 
 @pytest.mark.parametrize("unit", units())

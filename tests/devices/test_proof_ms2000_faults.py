@@ -20,8 +20,10 @@ from stagewire_ms2000 import messages as c
 PACKAGE = "stagewire_ms2000"
 REQUESTS = 4000
 RATE = 0.02
-TIMEOUT = 0.3
-LATEST = 0.45  # seconds: late, but within the silence after which a line counts as drained
+TIMEOUTS = (0.3, 1.0)
+LATEST = (
+    1.15  # seconds: later than a caller waits, but within the silence for which a line is drained
+)
 QUERIES = {
     "read_motor_position": (c.ReadMotorPosition, "position"),
     "read_target_position": (c.ReadTargetPosition, "target_position"),
@@ -64,7 +66,7 @@ class Numbering(FarEnd):
             elif fault == "duplication" and len(reply) == 3:
                 reply *= 2
             else:
-                delay = draw.uniform(0.0, LATEST)
+                delay = draw.choice((draw.uniform(0.0, LATEST), LATEST))
         self._free = max(self._free, self.now() + delay)
         return self._free - self.now(), reply
 
@@ -87,12 +89,12 @@ def test_no_stale_value_ever(side: Side, seed: int) -> None:
                 before = far.count
                 far.noisy = True
                 try:
-                    values = await settled(getattr(axis, name)(timeout=TIMEOUT))
+                    values = await settled(getattr(axis, name)(timeout=draw.choice(TIMEOUTS)))
                 except ReplyTimeout:
                     failed += 1
                     far.noisy = False
                     before = far.count
-                    values = await settled(getattr(axis, name)(timeout=2.0))
+                    values = await settled(getattr(axis, name)(timeout=3.0))
                 number = getattr(values.message, field)
                 if number <= before or far.kinds.get(number) is not cls:
                     wrong.append(f"{name}: {number} after {before}, {far.kinds.get(number)}")

@@ -8,10 +8,9 @@ from typing import Any
 
 from proof_calls import fields_of, layouts
 from proof_controller import HOST, Controller, answers_of
+from proof_queue import QueueLink
 
 from stagewire import Frame
-from stagewire.errors import TransportLost
-from stagewire.links import Link
 from stagewire_apt import TDC001
 from stagewire_apt import messages as m
 
@@ -45,46 +44,6 @@ class Counting(Controller):
             if field["name"] != "chan_ident" and field["role"] == "value"
         }
         return [(0.0, Frame(cls(chan_ident=1, **values), HOST, frame.dest).encode())]
-
-
-class QueueLink(Link):
-    """A line that two threads use at once, in real time."""
-
-    url = "memory://"
-
-    def __init__(self, far: Controller) -> None:
-        self._far = far
-        self._ready = threading.Condition()
-        self._waiting = bytearray()
-        self._woken = self._closed = False
-
-    def read(self, timeout: float) -> bytes:
-        with self._ready:
-            self._ready.wait_for(lambda: self._waiting or self._woken or self._closed, timeout)
-            if self._closed:
-                raise TransportLost("closed")
-            self._woken = False
-            data = bytes(self._waiting)
-            self._waiting.clear()
-            return data
-
-    def write(self, data: bytes) -> None:
-        with self._ready:
-            self._waiting += b"".join(said for _, said in self._far.take(data) if said)
-            self._ready.notify_all()
-
-    def write_now(self, data: bytes) -> None:
-        self.write(data)
-
-    def wake(self) -> None:
-        with self._ready:
-            self._woken = True
-            self._ready.notify_all()
-
-    def close(self) -> None:
-        with self._ready:
-            self._closed = True
-            self._ready.notify_all()
 
 
 def test_no_reply_meets_another_call() -> None:

@@ -7,34 +7,26 @@ from __future__ import annotations
 
 import ast
 from fractions import Fraction
-from functools import cache
-from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from proof_calls import registry
-from proof_line import SIDES, FarEnd, Side, settled
+from proof_examples import (
+    CALLS,
+    correct,
+    examples,
+    expected,
+    frame_of,
+    perform,
+    read,
+    replies,
+    tables_of,
+)
+from proof_line import SIDES, Side
 
-from stagewire import End
 from stagewire.errors import UnknownScaleError
-from stagewire.protocol import load_protocol
-from stagewire_conformance.hexes import octets
 
-ROOT = Path(__file__).parents[2]
-CALLS = Path(__file__).parent / "worked_calls"
 PROTOCOLS = ["thorlabs_apt", "asi_ms2000"]
-
-
-@cache
-def read(folder: Path, protocol: str) -> Any:
-    return yaml.safe_load((folder / f"{protocol}.yaml").read_text(encoding="utf-8"))
-
-
-def examples(protocol: str) -> dict[str, Any]:
-    found: dict[str, Any] = read(ROOT / "conformance/examples", protocol)["examples"]
-    return found
 
 
 def entries(protocol: str, **having: Any) -> list[Any]:
@@ -48,117 +40,6 @@ def entries(protocol: str, **having: Any) -> list[Any]:
 
 def all_entries(**having: Any) -> list[Any]:
     return [entry for protocol in PROTOCOLS for entry in entries(protocol, **having)]
-
-
-def correct(protocol: str, name: str) -> bytes:
-    """The bytes of an example, corrected where the document is wrong."""
-    entry = examples(protocol)[name]
-    if "shown" in entry:  # by a terminal; the reply is a letter or a word
-        return str(entry.get("corrected", entry["shown"])).encode("ascii")
-    return octets(entry, "encoded" if "encoded" in entry else "printed")
-
-
-def made(protocol: str, what: Any, source: int | None, own: str) -> bytes:
-    """The bytes of an answer: an example's, or those of a message and its fields."""
-    if what is True:
-        return correct(protocol, own)
-    if isinstance(what, str):
-        known = what in examples(protocol)
-        return correct(protocol, what) if known else bytes.fromhex(what)
-    [(message, fields)] = what.items()
-    return frame_of(message, source or 0x50, **fields)
-
-
-def frame_of(message: str, source: int, **given: Any) -> bytes:
-    """A frame to the host; what is not given is 0."""
-    apt = load_protocol("thorlabs_apt")
-    cls = next(
-        cls
-        for cls in apt.messages
-        if cls.layout.message == message
-        and not cls.layout.when
-        and "undecided" not in cls.layout.form
-    )
-    blank = {"software_version": bytes(4), "model_number": "", "notes": ""}
-    fields = {name: given.get(name, blank.get(name, 0)) for name in cls.layout.fields}
-    return cls(**fields).pack(dest=0x01, source=source)
-
-
-def tables_of(protocol: str) -> dict[str, Any]:
-    """What the texts of calls and values call e, f and m."""
-    package = load_protocol(protocol).package
-    rooms = ("enumerations", "flags", "messages")
-    return {room[0]: import_module(f"{package}.{room}") for room in rooms}
-
-
-class Recorder(FarEnd):
-    """Keeps what is written, but for what keeps a session alive, and says what it was told to, once."""
-
-    def __init__(self, protocol: str) -> None:
-        self._framer = load_protocol(protocol).framer(*[End.DEVICE] * (protocol == "thorlabs_apt"))
-        self.heard: list[Any] = []
-        self.kept_alive: list[bytes] = []
-        self.to_say: list[bytes] = []
-
-    def take(self, data: bytes) -> list[tuple[float, bytes]]:
-        said = []
-        for event in self._framer.feed(data):
-            if b"_ACK_" in type(event.frame.message).layout.message.encode():
-                self.kept_alive.append(event.raw)
-                continue
-            self.heard.append(event)
-            said += [(0.01, answer) for answer in self.to_say]
-            self.to_say.clear()
-        return said
-
-    def raw(self) -> bytes:
-        return b"".join(event.raw for event in self.heard)
-
-
-def perform(side: Side, protocol: str, entry: Any, *answers: bytes, wait: float = 0.0) -> Any:
-    """Open the unit of an entry, make its call, and return what it gives and who was at the other end."""
-    package = load_protocol(protocol).package
-    far = Recorder(protocol)
-    options = dict(entry.get("open", {}))
-    if "stage" in options:
-        options["stage"] = getattr(import_module(f"{package}.stages"), options["stage"])
-    names = tables_of(protocol)
-
-    async def scenario(bench: Any) -> Any:
-        if protocol == "thorlabs_apt":
-            options["identify"] = False
-        async with bench.open(entry["unit"], package, on_close="leave", **options) as device:
-            if ".axis(" in entry["call"]:
-                await settled(device.switch_to_low_level())
-            far.heard.clear()
-            far.to_say += answers
-            call = compile(entry["call"].strip(), entry["call"], "eval")
-            value = await settled(eval(call, {**names, entry["unit"].lower(): device}))
-            if entry.get("unasked"):
-                far.say(answers[0])
-                far.to_say.clear()
-                value = await settled(value.get(1.0))
-            if wait:
-                await bench.sleep(wait)
-            return value, far, list(far.heard)
-
-    return side.run(far, scenario)
-
-
-def expected(protocol: str, name: str, entry: Any) -> bytes:
-    sends = entry.get("sends", name)
-    return correct(protocol, sends) if sends in examples(protocol) else bytes.fromhex(sends)
-
-
-def replies(protocol: str, name: str, entry: Any) -> list[bytes]:
-    if "answer" in entry:
-        return [made(protocol, entry["answer"], entry.get("source"), name)]
-    if "ends" in entry:
-        dest = (
-            correct(protocol, entry.get("sends", name))[4] & 0x7F if "counts" not in entry else 0x22
-        )
-        return [frame_of(entry["ends"], dest, chan_ident=1)]
-    return []
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)

@@ -262,7 +262,8 @@ NOT_IN = {
         "unit-status", "addressee", "setting",
     },
     "good_packets": {
-        "addressee", "call-default", "setting", "address", "command-dummy", "command-size", "controller-unit-removed", "layout-context",
+        "addressee", "call-default", "setting",
+        "address", "command-dummy", "command-size", "controller-unit-removed", "layout-context",
         "layout-only-zero", "message-kind", "setup-switch", "unit-address", "unit-also-at", "unit-channels",
         "unit-keep-alive", "unit-prefix", "unit-rate", "unit-status",
     },

@@ -206,7 +206,9 @@ def value_at(data: Any, path: KeyPath) -> Any:
     return data
 
 
-@pytest.mark.parametrize("attribute", ["document", "formats", "framing", "contexts", "settings", "units"])
+@pytest.mark.parametrize(
+    "attribute", ["document", "formats", "framing", "contexts", "settings", "units"]
+)
 def test_no_plain_fact_can_change_unnoticed(
     protocol: Protocol, commands: Protocol, packets: Protocol, attribute: str
 ) -> None:

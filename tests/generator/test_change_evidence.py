@@ -162,7 +162,7 @@ def test_evidence(good: dict[str, Spec], folders: Iterator[Path], case: Case) ->
             "no erratum, page, witness or example of it is new or altered",
         ]),
         ("layout removed", "good_spec", [
-            "tiny/messages/core.yaml:62:3: SW050 POS_MOVE header: layout-removed, header -> nothing; "
+            "tiny/messages/core.yaml:63:3: SW050 POS_MOVE header: layout-removed, header -> nothing; "
             "no erratum, page, witness or example of it is new or altered",
         ]),
         ("bit", "good_spec", [
@@ -174,7 +174,7 @@ def test_evidence(good: dict[str, Spec], folders: Iterator[Path], case: Case) ->
             "counts_per_mm 20001; no erratum, page, witness or example of it is new or altered",
         ]),
         ("channels", "good_spec", [
-            "tiny/units.yaml:20:50: SW050 unit TP9 channels: unit-channels, 1 -> 2; "
+            "tiny/units.yaml:25:50: SW050 unit TP9 channels: unit-channels, 1 -> 2; "
             "no erratum, page, witness or example of it is new or altered",
         ]),
         ("devices", "good_spec", [

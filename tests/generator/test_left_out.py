@@ -16,10 +16,13 @@ from stagewire_generator.diagnostics import SpecError
 # Among the keys of a file, those that it does well without.
 OPTIONAL = {
     "protocol": "name_prefix note",
-    "quantities": "printed source",
+    "quantities": "printed settings source",
     "stages": "note printed servo_cycle_us source",
-    "units": "completes keep_alive known_prefixes update_rate_hz usb_prefix",
-    "messages/core": "completes_with exchange flags_by_unit more_pages note pages param1 quantity",
+    "units": "completes keep_alive known_prefixes pause update_rate_hz usb_prefix",
+    "messages/core": (
+        "addressee call completes_with exchange flags_by_unit halted_by more_pages motion note "
+        "pages param1 stored target tells"
+    ),
     "errata/core": "fields",
     "printed/core": "columns default last_offset packet ranges structure values",
 }
@@ -28,7 +31,7 @@ OPTIONAL_OF_COMMANDS = {
     "quantities": "printed source",
     "units": "baud_rates note source",
     "messages/setup": "firmware",
-    "messages/walk": "default exchange minimum",
+    "messages/walk": "call default ends_when exchange halted_by minimum stored",
     "errata/walk": "fields",
     "printed/commands": "bits breakdowns bytes means no_data reads returns size_optional spaces",
     "printed/format": "commands",

@@ -172,6 +172,22 @@ class TestKept:
         listening.join()
         assert sum(heard) == size
 
+    def test_a_stop_written_before_closing_arrives(self, deaf: tuple[str, socket.socket]) -> None:
+        """Although nobody reads what the controller said, and the controller has much to read first."""
+        far: list[socket.socket] = []
+
+        async def test(link: AsyncLink) -> None:
+            far.append(deaf[1].accept()[0])
+            far[0].sendall(bytes(100_000))
+            link.write(bytes(1_000_000) + b"stop")
+
+        run(deaf[0], test)
+        heard = bytearray()
+        with far[0]:
+            while data := far[0].recv(65_536):
+                heard += data
+        assert heard.endswith(b"stop")
+
 
 @pytest.mark.skipif(os.name != "posix", reason="ports that are files are those of POSIX")
 class TestKeptOnPort:
@@ -206,6 +222,23 @@ class TestKeptOnPort:
                 await asyncio.sleep(0)
 
         run(deaf[0], test)
+        assert heard == data
+
+    def test_closing_sends_what_is_kept(self, deaf: tuple[str, int]) -> None:
+        data = bytes(range(256)) * 400
+        heard = bytearray()
+
+        def hear() -> None:
+            while len(heard) < len(data):
+                heard.extend(os.read(deaf[1], 4096))
+
+        async def test(link: AsyncLink) -> None:
+            link.write(data)
+            listening.start()
+
+        listening = threading.Thread(target=hear, daemon=True)
+        run(deaf[0], test)
+        listening.join(PATIENCE)
         assert heard == data
 
     def test_closing_does_not_wait_for_ever(self, deaf: tuple[str, int]) -> None:

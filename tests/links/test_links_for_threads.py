@@ -13,6 +13,7 @@ import pytest
 
 from stagewire.errors import TransportLost
 from stagewire.links import Link, open_link
+from stagewire.links.pumped import PumpedLink
 
 from .far_ends import KINDS, FarEnd
 from .hosts import PATIENCE
@@ -170,12 +171,37 @@ class TestStalled:
                     size -= len(far.recv(min(size, 65_536)))
 
     def test_a_stop_written_before_closing_arrives(self, deaf: tuple[str, socket.socket]) -> None:
-        """Although nobody reads what the controller said."""
+        """Although nobody reads what the controller said, and the controller has much to read first."""
         link = open_link(deaf[0])
         far = deaf[1].accept()[0]
         with far:
             far.sendall(bytes(100_000))
             until(lambda: link.read(0) != b"")
-            link.write(b"stop")
+            link.write(bytes(1_000_000) + b"stop")
             link.close()
-            assert far.recv(100) == b"stop"
+            heard = bytearray()
+            while data := far.recv(65_536):
+                heard += data
+            assert heard.endswith(b"stop")
+
+
+def test_a_port_whose_read_ends_early_is_gone() -> None:
+    """Nobody cancelled it, and it has no time limit; no second read, which might wait for ever."""
+
+    class Port:
+        port = "COM9"
+        in_waiting = 3
+
+        def __init__(self) -> None:
+            self.said = [b"a", b"bc"]
+
+        def read(self, size: int) -> bytes:
+            return self.said.pop(0)
+
+        def close(self) -> None:
+            pass
+
+    with PumpedLink("COM9", Port()) as link:
+        assert link.read(PATIENCE) == b"abc"
+        with pytest.raises(TransportLost, match="hung up"):
+            link.read(PATIENCE)

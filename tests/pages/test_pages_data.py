@@ -103,6 +103,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/registry.md", "parameter_sets:"): schema("messages"),
     ("docs/registry.md", "setup_commands:"): schema("messages"),
     ("docs/registry.md", "framing:"): schema("protocol"),
+    ("docs/registry.md", "settings:"): schema("quantities"),
     ("docs/registry.md", "errata:"): schema("errata"),
     ("docs/virtual.md", "[[unit]]"): bench,
     ("docs/virtual.md", "to_controller flip byte p=0.001 seed=3"): faults,

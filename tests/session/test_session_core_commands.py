@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
+from stepped_core import Commands
 
 from stagewire.errors import (
     BadValueError,
@@ -13,8 +15,8 @@ from stagewire.errors import (
     WrongModeError,
 )
 from stagewire.framing import Garbage
-from stagewire_ms2000 import enumerations, messages as c
-from stepped_core import Commands
+from stagewire_ms2000 import enumerations
+from stagewire_ms2000 import messages as c
 
 X, Y = enumerations.Axis.X, enumerations.Axis.Y
 POSITION = bytes((160, 134, 1))  # 100000

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from stepped_core import Commands, Framed, dc_status, said, vel_params
 
 from stagewire.errors import SessionClosedError, StagewireError, TransportLost
 from stagewire_apt import messages as m
 from stagewire_ms2000 import messages as c
-from stepped_core import Commands, Framed, dc_status, said, vel_params
 
 ENDS = {
     "lost": (lambda core, now: core.lose("/dev/ttyUSB0 is gone", now), TransportLost),

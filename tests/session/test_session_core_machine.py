@@ -1,9 +1,9 @@
-"""The core against a model: whatever is asked, lost, late, doubled and cancelled, nobody gets another's answer.
+"""The core against a model: whatever is asked, lost, late, doubled and cancelled, nobody gets another's.
 
-The model is three bays, each with two channels, at the far end of lines that keep the order of what they carry.
-Every answer carries the number of the request that it answers, and every end the number of its move. What is on
-its way may be lost or doubled, and comes as late as it likes; but the answer to something that was given up
-comes within the quiet period, or not at all: nothing else can be told from an answer in time.
+The model is three bays, each with two channels, at the far end of lines that keep the order of what they
+carry. Every answer carries the number of the request that it answers, and every end the number of its move.
+What is on its way may be lost or doubled, and comes as late as it likes; but the answer to something that was
+given up comes within the quiet period, or not at all: nothing else can be told from an answer in time.
 """
 
 from __future__ import annotations
@@ -11,14 +11,15 @@ from __future__ import annotations
 import tracemalloc
 from collections import deque
 
-from hypothesis import settings, strategies as st
+from hypothesis import settings
+from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from stepped_core import Framed, dc_status, said, vel_params
 
 from stagewire.errors import MotionStopped, MotionUnderWayError, StagewireError
 from stagewire.session.exchange import Exchange
 from stagewire.session.framed import Ends
 from stagewire_apt import messages as m
-from stepped_core import Framed, dc_status, said, vel_params
 
 QUIET = 0.5
 BAYS = st.sampled_from((0x21, 0x22, 0x23))
@@ -48,7 +49,8 @@ class Lines(RuleBasedStateMachine):
         self.number = 0
         self.numbers: dict[Exchange, int] = {}
         self.ended_at: dict[Exchange, float] = {}
-        self.moving: dict[tuple[int, int], int] = {}
+        self.moving: set[tuple[int, int]] = set()
+        self.moved_last: dict[tuple[int, int], int] = {}
         # what is on its way: its bytes, and what was asked that it answers, if that may be given up
         self.coming: dict[int, deque[tuple[bytes, Exchange | None]]] = {
             0x21: deque(), 0x22: deque(), 0x23: deque(),
@@ -85,7 +87,8 @@ class Lines(RuleBasedStateMachine):
     def move(self, bay, channel, timeout) -> None:
         def begin(move: Exchange) -> None:
             assert (bay, channel) not in self.moving, "a second move"
-            self.moving[bay, channel] = self.numbers[move]
+            self.moving.add((bay, channel))
+            self.moved_last[bay, channel] = self.numbers[move]
 
         talk = self.talk
         message = m.MotMoveAbsolute(channel, 5)
@@ -98,7 +101,8 @@ class Lines(RuleBasedStateMachine):
     @rule(bay=BAYS, channel=CHANNELS, timeout=TIMEOUTS)
     def halt(self, bay, channel, timeout) -> None:
         def stop(halt: Exchange) -> None:
-            number = self.moving.pop((bay, channel), -1)
+            self.moving.discard((bay, channel))
+            number = self.moved_last.get((bay, channel), -1)
             self.coming[bay].append((said(end(m.MotMoveStoppedDc, channel, number), bay), halt))
 
         talk = self.talk
@@ -120,7 +124,9 @@ class Lines(RuleBasedStateMachine):
 
     @rule(bay=BAYS, channel=CHANNELS)
     def complete(self, bay, channel) -> None:
-        if (number := self.moving.pop((bay, channel), None)) is not None:
+        if (bay, channel) in self.moving:
+            self.moving.remove((bay, channel))
+            number = self.moved_last[bay, channel]
             self.coming[bay].append((said(end(m.MotMoveCompletedDc, channel, number), bay), None))
 
     @rule(bay=BAYS, times=st.sampled_from((0, 1, 1, 1, 2)))
@@ -183,7 +189,7 @@ def end(kind, channel: int, number: int):
 
 TestLines = Lines.TestCase
 TestLines.settings = settings(
-    max_examples=80, stateful_step_count=60, deadline=None, derandomize=True
+    max_examples=100, stateful_step_count=60, deadline=None, derandomize=True
 )
 
 

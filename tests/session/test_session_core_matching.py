@@ -180,6 +180,34 @@ def test_the_end_of_another_channel_ends_nothing():
     assert (first.done, second.done) == (False, True)
 
 
+def test_what_began_before_a_request_was_written_is_no_answer_to_it():
+    """The copy of an answer whose length is damaged waits for one byte more: the first of the next answer."""
+    talk = Framed()
+    talk.ask()
+    copy = bytearray(said(vel_params(5)))
+    copy[2] += 1
+    talk.hear(said(vel_params(5)) + bytes(copy))
+    asked = talk.ask()
+    talk.hear(said(vel_params(6)))
+    assert not asked.done
+    talk.later(1)
+    again = talk.ask()
+    talk.later(0.5)
+    talk.hear(said(vel_params(7)))
+    assert again.value().message.max_velocity == 7
+
+
+def test_an_end_that_began_before_the_command_was_written_ends_nothing():
+    talk = Framed()
+    completed = said(FORMS["dc"])
+    talk.hear(completed[:9])
+    move = talk.move()
+    talk.hear(completed[9:])
+    assert not move.done
+    talk.hear(completed)
+    assert move.done
+
+
 INTRUSIONS = {
     "a 20-byte completion": said(FORMS["dc"]),
     "a 6-byte completion": said(FORMS["header"]),

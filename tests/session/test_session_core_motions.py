@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from stepped_core import MOVED, Framed, dc_status, said
 
 from stagewire.errors import MotionStopped, MotionTimeout, MotionUnderWayError, ReplyTimeout
 from stagewire.session.framed import Ends
 from stagewire_apt import messages as m
-from stepped_core import MOVED, Framed, dc_status, said
 
 COMPLETED = said(m.MotMoveCompletedHeader(1))
 STOPPED_HERE = m.MotMoveStoppedHeader(1)
@@ -253,11 +253,24 @@ def test_the_late_answer_to_a_stop_does_not_end_a_motion_that_began_after_it():
     talk.later(0.1)
     move = talk.move()
     assert move.written
-    talk.hear(STOPPED)
+    talk.hear(STOPPED * 2)  # and a copy of it
     assert not move.done
-    assert talk.core.statistics.late == 1
+    assert talk.core.statistics.late == 2
     talk.hear(STOPPED)  # the motion's own
     assert isinstance(move.error, MotionStopped)
+
+
+def test_the_late_answer_to_a_stop_is_not_that_of_a_later_one():
+    talk = Framed(quiet=0.5)
+    talk.cancel(talk.halt())
+    talk.later(0.1)
+    move, stop = talk.move(), talk.halt()
+    talk.hear(STOPPED)
+    assert (move.done, stop.done) == (False, False)
+    talk.later(0.1)
+    talk.hear(STOPPED)
+    assert isinstance(move.error, MotionStopped)
+    assert stop.done
 
 
 def test_after_the_quiet_period_an_end_is_the_motion_s_own():

@@ -5,11 +5,11 @@ from __future__ import annotations
 import logging
 
 import pytest
+from stepped_core import Commands, Framed, dc_status, said, vel_params
 
 from stagewire.errors import BadValueError, OutOfRangeError, SessionClosedError, TransportLost
 from stagewire.framing import BadLength, Garbage, Received, Undocumented, Unknown
 from stagewire_apt import messages as m
-from stepped_core import Commands, Framed, dc_status, said, vel_params
 
 UNKNOWN = bytes.fromhex("fe7f00000150")
 TOO_SHORT = bytes.fromhex("150404008150") + bytes(4)

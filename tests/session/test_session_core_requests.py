@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from stepped_core import Framed, dc_status, said, vel_params
 
 from stagewire.errors import MotionTimeout, OutOfRangeError, ReplyTimeout, StagewireError
 from stagewire_apt import messages as m
-from stepped_core import Framed, dc_status, said, vel_params
 
 VEL_REQUEST = m.MotReqVelParams(1)
 JOG = (m.MotReqJogParams(1), (m.MotGetJogParams,))
@@ -87,9 +87,7 @@ def test_time_that_is_spent_waiting_counts_and_nothing_is_sent_after_it():
     sent = talk.send()
     wrote = talk.later(2)
     assert not waiting.written
-    with pytest.raises(
-        ReplyTimeout, match="MOT_REQ_JOGPARAMS to 0x50 was not sent: other requests"
-    ):
+    with pytest.raises(ReplyTimeout, match="MOT_REQ_JOGPARAMS to 0x50 was not sent: others waited"):
         waiting.value()
     assert sent.written  # it went on when its turn came
     assert wrote == m.ModIdentify().pack(0x50, 1)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from stepped_core import Framed, said, vel_params
 
 from stagewire.errors import OutOfRangeError
 from stagewire_apt import messages as m
-from stepped_core import Framed, said, vel_params
 
 ALIVE = m.MotAckDcStatusUpdate()
 REQUEST = m.MotReqVelParams(1).pack(0x50, 1)

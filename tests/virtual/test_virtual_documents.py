@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import stagewire_virtual as virtual
 
 ROOT = Path(__file__).parents[2]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Generator
 from contextlib import AbstractAsyncContextManager
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from typing import Protocol as TypingProtocol
 
 from stagewire.devices.connection import Connection
@@ -162,11 +162,16 @@ async def open_session(
 
     Raises :class:`~stagewire.errors.LinkOpenError`, and what the session refuses.
     """
-    choices, options = connection.choices, session_options(connection)
+    options = session_options(connection)
     opened = await open_async_link(link, **link_options(connection))
     try:
         return kind(
-            protocol, opened, options=options, log=choices.log, unit=connection.unit.name, **more
+            protocol,
+            opened,
+            options=options,
+            log=connection.next_log(),
+            unit=connection.unit.name,
+            **more,
         )
     except BaseException:
         await opened.close()
@@ -193,6 +198,14 @@ class Opening(Generic[D]):
 
     def __init__(self, device: D) -> None:
         self._device = device
+
+    if not TYPE_CHECKING:  # which knows it already
+
+        def __getattr__(self, name: str) -> Any:
+            raise AttributeError(
+                f"it is not open yet and has no {name}: await it, as in `tdc = await TDC001.open(...)`, or "
+                "enter it by `async with`"
+            )
 
     async def _open(self) -> D:
         await self._device._connect()

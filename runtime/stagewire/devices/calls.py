@@ -62,12 +62,17 @@ async def _ask(spot: Spot, table: ParameterSet[V] | Query[V], seconds: float, gi
 
 
 async def _see_whether_it_stands(spot: Spot, message: Message) -> None:
-    """Where a status shows that nothing moves, a motion whose end nobody awaits any more is over."""
+    """Where a status shows that nothing moves, a motion whose end nobody awaits any more is over.
+
+    Not one that was begun a moment ago: a controller may say that nothing moves when it is about to begin.
+    """
     moving = spot.connection.unit.moving.get(type(message))
     if moving is None or moves(message, moving):
         return
     running = spot.connection.motions.at(spot.place)
-    if running is not None and (running.exchange is None or running.exchange.done):
+    if running is None or running.just_begun(spot.line.now()):
+        return
+    if running.exchange is None or running.exchange.done:
         spot.connection.motions.over(spot.place, running)
         await spot.frames.settled(spot.address, spot.channel)
 

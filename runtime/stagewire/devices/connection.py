@@ -6,12 +6,13 @@ import threading
 from collections.abc import Iterable
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any, Final, TypeAlias
+from pathlib import Path
+from typing import Any, TypeAlias
 
-from stagewire.devices.limits import Travel
+from stagewire.devices.limits import Travel, check_measurable
 from stagewire.devices.line import Line
 from stagewire.devices.motions import Motions
-from stagewire.devices.options import Choices
+from stagewire.devices.options import SETTINGS, Choices
 from stagewire.devices.scales import Scales
 from stagewire.devices.tables import Action, Command
 from stagewire.devices.unit import Facts, Known, Setting, Told, Unit
@@ -27,9 +28,6 @@ Place: TypeAlias = tuple[int, int | None]
 Name: TypeAlias = int | str | tuple[int, int]
 """How a user names a place: channel or bay by number, axis by name, channel of a bay by both."""
 
-_OPTIONS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
-"""Settings that may be given when a device is opened, and the keywords for it."""
-
 
 class Connection:
     """What all parts of one device share; it outlives the line, which may be opened again.
@@ -40,6 +38,8 @@ class Connection:
     :param choices: of the user.
     :param places: the channels, bays or axes that a stage can stand on, and how the user names them.
     :param addresses: of everything that answers, the device itself first.
+
+    Raises :class:`~stagewire.errors.UnknownScaleError` for a travel that no position can be compared with.
     """
 
     line: Line
@@ -65,6 +65,7 @@ class Connection:
         self.addresses = addresses
         self.motions = Motions()
         self._learning = threading.Lock()
+        self._logs = 0
         self._silenced: dict[int, set[type[Message]]] = {}
         self._telling: dict[type[Message], list[tuple[Setting, Told]]] = {}
         for setting, told in facts.telling(unit):
@@ -73,13 +74,17 @@ class Connection:
                     self._telling.setdefault(cls, []).append((setting, told))
         self._travels = {place: choices.travel_of(name) for place, name in places.items()}
         self.forget()
+        for place, travel in self._travels.items():
+            if travel is not None:
+                check_measurable(unit.name, unit.quantities, self._scales[place])
 
     def forget(self) -> None:
-        """Forget what the controller said, before it is asked again."""
+        """Forget what the controller said, before it is asked again on another line."""
+        self.motions.leave()
         self.info = self.known_as = None
         unit, choices = self.unit, self.choices
         self._bare = Scales(unit.name, self.facts.quantities, ways=self._ways(), stages=unit.stages)
-        for setting, option in _OPTIONS.items():
+        for setting, option in SETTINGS.items():
             value: Fraction | None = getattr(choices, option)
             if value is not None:
                 self._bare = self._bare.told(setting, value, f"as {option} says")
@@ -91,6 +96,19 @@ class Connection:
     def last_words(self) -> bytes:
         """Return what is to be said before the line is closed, by a signal handler perhaps."""
         return self.motions.stops() if self.choices.stop_on_close else b""
+
+    def said_last(self) -> None:
+        """Note that the last words were said, on a line that was there."""
+        if self.choices.stop_on_close:
+            self.motions.all_stopped()
+
+    def next_log(self) -> str | Path | None:
+        """Return the file for the capture of a line; of a line that is opened again another one."""
+        log = self.choices.log
+        self._logs += 1
+        if log is None or self._logs == 1:
+            return log
+        return Path(log).with_stem(f"{Path(log).stem}-{self._logs}")
 
     # Scales and limits
 
@@ -138,13 +156,13 @@ class Connection:
         """Return for each setting how a user makes it known."""
         ways: dict[str, str] = {}
         for setting, told in self.facts.telling(self.unit):
-            option = _OPTIONS.get(setting.name)
+            option = SETTINGS.get(setting.name)
             asked = told.req or told.set
             parts = [f"give {option}= when you open it"] if option else []
             if asked is not None and asked.layout.message in self.unit.messages:
                 parts.append(f"send {asked.layout.message}")
             ways[setting.name] = " or ".join(parts) or "nothing tells it"
-        for name, option in _OPTIONS.items():
+        for name, option in SETTINGS.items():
             ways.setdefault(name, f"give {option}= when you open it")
         return ways
 

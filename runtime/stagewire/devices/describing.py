@@ -7,6 +7,7 @@ from typing import Final
 
 from stagewire.devices.connection import Connection, Name, Place
 from stagewire.devices.identity import described_identity
+from stagewire.devices.limits import POSITION
 
 __all__ = ["description"]
 
@@ -53,6 +54,6 @@ def _stage(connection: Connection, place: Place) -> str:
         parts.append(f"stage {stage.name}{' (yours)' if stage.by_user else ''}")
     if travel is not None:
         parts.append(f"travel {travel}")
-    elif "position" in connection.unit.quantities:
+    elif POSITION in connection.unit.quantities:
         parts.append("travel unknown: limits are not checked; give travel_mm=")
     return "; ".join(parts) or "no stage"

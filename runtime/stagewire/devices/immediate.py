@@ -176,7 +176,7 @@ def open_session(
             opened,
             options=options,
             background=choices.background,
-            log=choices.log,
+            log=connection.next_log(),
             unit=connection.unit.name,
             **more,
         )

@@ -15,7 +15,18 @@ from stagewire.devices.tables import Given
 from stagewire.errors import BadValueError, LimitError, UnknownScaleError
 from stagewire.quantities import Number, exact
 
-__all__ = ["Travel", "check_fields", "in_mm", "mm_of", "parse_travel"]
+__all__ = [
+    "POSITION",
+    "Travel",
+    "check_fields",
+    "check_measurable",
+    "in_mm",
+    "mm_of",
+    "parse_travel",
+]
+
+POSITION: Final = "position"
+"""The quantity that a travel limits."""
 
 _PER_MM: Final = {"mm": 1, "um": 1000}
 """The units in which places are measured."""
@@ -61,6 +72,25 @@ def in_mm(value: Fraction, unit: str) -> Fraction:
     if unit not in _PER_MM:
         raise UnknownScaleError(f"a travel is in mm, which {unit} cannot be compared with")
     return value / _PER_MM[unit]
+
+
+def check_measurable(unit: str, quantities: tuple[str, ...], scales: Scales) -> None:
+    """Make sure that positions can be held against a travel, before there is one to hold against it.
+
+    :param unit: for people.
+    :param quantities: that its messages carry.
+
+    Raises :class:`~stagewire.errors.UnknownScaleError` where there are none, or none in mm.
+    """
+    if POSITION not in quantities:
+        raise UnknownScaleError(
+            f"travel_mm limits positions, and a {unit} has none in mm; leave it out"
+        )
+    measure = scales.unit_of(POSITION)
+    try:
+        in_mm(scales.of(POSITION, measure).from_counts(0), measure)
+    except UnknownScaleError as error:
+        raise UnknownScaleError(f"travel_mm would limit nothing: {error}") from None
 
 
 def mm_of(entry: Given, counts: int, scales: Scales) -> Fraction:

@@ -19,7 +19,7 @@ class Running:
     :param stop: the bytes that stop it; none where nothing does.
     """
 
-    __slots__ = ("ended", "exchange", "started", "stop", "stopped", "what")
+    __slots__ = ("ended", "exchange", "left", "started", "stop", "stopped", "what")
 
     def __init__(self, what: str, stop: bytes, started: float) -> None:
         self.what = what
@@ -31,11 +31,12 @@ class Running:
         """When its end was told, in the time of the session."""
         self.stopped = False
         """Whether a stop was sent since."""
+        self.left = False
+        """Whether it was started over a line that is gone, so that nobody will hear of its end."""
 
     def just_begun(self, now: float) -> bool:
-        """Say whether a status may not show it yet: its end is awaited, and it was started a moment ago."""
-        awaited = self.exchange is not None and not self.exchange.done
-        return awaited and now - self.started < BEGINNING
+        """Say whether a status may not show it yet, because it was started a moment ago."""
+        return now - self.started < BEGINNING
 
 
 class Motions:
@@ -65,9 +66,9 @@ class Motions:
             else:
                 self._running[place] = before
 
-    def over(self, place: tuple[int, int | None], running: Running | None = None) -> None:
-        """Remove what has ended; if one is given, only that."""
-        if running is None or self._running.get(place) is running:
+    def over(self, place: tuple[int, int | None], running: Running) -> None:
+        """Remove what has ended, unless something else was started there since."""
+        if self._running.get(place) is running:
             self._running.pop(place, None)
 
     def stopped(self, place: tuple[int, int | None]) -> None:
@@ -75,6 +76,16 @@ class Motions:
         running = self._running.pop(place, None)
         if running is not None:
             running.stopped = True
+
+    def leave(self) -> None:
+        """Note that the line is gone; what was started over it may go on."""
+        for running in tuple(self._running.values()):
+            running.left = True
+
+    def all_stopped(self) -> None:
+        """Note that a stop was sent to everything."""
+        for place in tuple(self._running):
+            self.stopped(place)
 
     def stops(self) -> bytes:
         """Return the bytes that stop everything; for a signal handler, so that it takes no lock."""

@@ -56,7 +56,7 @@ class Started:
 
     @property
     def done(self) -> bool:
-        """Whether its end has come, as far as it was told or asked for."""
+        """Whether nothing more is awaited."""
         exchange = self.running.exchange
         return self._end is not None or (exchange is not None and exchange.done)
 
@@ -69,7 +69,10 @@ class Started:
     async def _wait(self, seconds: float | None) -> MotionEnd:
         running, line = self.running, self.spot.line
         if running.exchange is not None:
-            return self._ended(await self.spot.frames.wait(running.exchange, seconds))
+            try:
+                return self._ended(await self.spot.frames.wait(running.exchange, seconds))
+            except MotionStopped as error:
+                raise self._stopped(error) from None
         if self.action.poll is not None:
             deadline = self._deadline if seconds is None else Deadline(line, seconds)
             await _polled(self.spot, running, self.action.poll, deadline)
@@ -85,6 +88,17 @@ class Started:
             None if message is None else self.spot.connection.values_of(message, self.spot.place)
         )
         return MotionEnd(message, values, ended - running.started)
+
+    def _stopped(self, error: MotionStopped) -> MotionStopped:
+        """Return the same in the words of the caller, and in units."""
+        message = error.message
+        if not isinstance(message, Message):
+            return MotionStopped(f"{self.running.what} was stopped before it was sent")
+        connection = self.spot.connection
+        values = connection.values_of(message, self.spot.place)
+        told = "" if values is None else values.told(connection.channel_field(type(message)))
+        said = f": {told}" if told else ""
+        return MotionStopped(f"{self.running.what} was stopped before its end{said}", message)
 
     async def stop(self, timeout: float | None) -> MotionEnd | None:
         """Stop it; see :meth:`stagewire.devices.synchronous.Motion.stop`."""
@@ -141,12 +155,16 @@ async def _begin(
             motions.over(place, running)
 
     before = motions.at(place)
+    if before is not None and before.left:
+        raise MotionUnderWayError(
+            f"{running.what} was not sent: {before.what} was under way when its line was given up, and may "
+            "still be; stop it, or let is_moving() see that nothing moves"
+        )
     motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
     try:
         running.exchange = await spot.frames.begin(message, ends, spot.address, seconds, ended)
-    except StagewireError:
-        if motions.at(place) is not running:  # nothing was sent
-            motions.refused(place, running, before)
+    except StagewireError:  # nothing was sent
+        motions.refused(place, running, before)
         raise
 
 

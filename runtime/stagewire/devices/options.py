@@ -7,15 +7,19 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, TypedDict
+from typing import Any, Final, Literal, TypeAlias, TypedDict
 
 from stagewire.devices.giving import in_unit
 from stagewire.devices.limits import Travel, parse_travel
+from stagewire.devices.scales import ByStage, settings_of
 from stagewire.devices.unit import Facts, Unit
 from stagewire.errors import BadValueError, UnknownScaleError
-from stagewire.quantities import Number, Stage, exact
+from stagewire.quantities import Number, Scale, Stage, exact
 
-__all__ = ["Choices", "OpenOptions", "choose"]
+__all__ = ["SETTINGS", "Choices", "OpenOptions", "choose"]
+
+SETTINGS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
+"""Settings that may be given when a device is opened, and the keywords for it."""
 
 Length: TypeAlias = Number | tuple[Number, Number]
 
@@ -100,6 +104,8 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
 
     :param names: how channels, bays or axes are called.
 
+    What would have no effect is refused, too: who gives a limit relies on it.
+
     Raises :class:`~stagewire.errors.BadValueError`, and :class:`~stagewire.errors.UnknownScaleError` for a
     stage that is not known on this unit.
     """
@@ -107,6 +113,7 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
     if unknown:
         known = ", ".join(OpenOptions.__annotations__)
         raise BadValueError(f"open has no option {', '.join(sorted(unknown))} (there are: {known})")
+    _check_useful(facts, unit, given)
     stages = _by_name("stages", given.get("stages"), given.get("stage"), names)
     travel = given.get("travel_mm")
     several = travel if isinstance(travel, Mapping) else None
@@ -135,12 +142,41 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
     )
 
 
+def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
+    """Raise for an option that would be without effect on this unit."""
+    depended_on = {
+        setting
+        for quantity in unit.quantities
+        for setting in settings_of(facts.quantities[quantity])
+    }
+    for setting, option in SETTINGS.items():
+        if given.get(option) is not None and setting not in depended_on:
+            raise BadValueError(
+                f"{option}: no value of a {unit.name} depends on it, and it would limit nothing; leave it out"
+            )
+    wanted = given.get("serial_number")
+    if wanted is None:
+        return
+    if isinstance(wanted, bool) or not isinstance(wanted, int):
+        raise BadValueError(f"serial_number takes a whole number, not {wanted!r}")
+    if facts.identity is None or not given.get("identify", True):
+        why = "is not asked for its own" if facts.identity else "has no message that tells its own"
+        raise BadValueError(
+            f"serial_number: the controller {why}, and another one would not be noticed; leave it out"
+        )
+
+
 def _by_name(
     option: str, several: Mapping[Any, Any] | None, one: Any, names: tuple[Any, ...]
 ) -> dict[Any, Any]:
     """Return what holds for each name: the one of it, or else the one for all."""
     chosen = {} if one is None else dict.fromkeys(names, one)
+    if not isinstance(several or {}, Mapping):
+        raise BadValueError(
+            f"{option} takes a dictionary, such as {{{names[0]!r}: …}}, not {several!r}"
+        )
     for name, value in (several or {}).items():
+        name = name.upper() if isinstance(name, str) else name
         if name not in names:
             there = ", ".join(map(str, names))
             raise BadValueError(f"{option}: there is no {name!r} (there are: {there})")
@@ -159,13 +195,34 @@ def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
         stage = found
     if not isinstance(stage, Stage):
         raise BadValueError(f"stage takes a stage or the name of one, not {stage!r}")
-    if not stage.by_user and stage.name not in unit.stages:
+    if stage.by_user:
+        _check_stage(facts, stage)
+    elif stage.name not in unit.stages:
         known = ", ".join(unit.stages) or "none"
         raise UnknownScaleError(
             f"{stage.name} is not known on {unit.name} (known there: {known}): a scale belongs to a stage "
             "on a controller; Stage.of_user(...) makes one with scales of yours"
         )
     return stage
+
+
+def _check_stage(facts: Facts, stage: Stage) -> None:
+    """Raise for scales of a user that would never be used, or not as they are meant."""
+    units = {
+        name: rule.unit for name, rule in facts.quantities.items() if isinstance(rule, ByStage)
+    }
+    for quantity, scale in (
+        (quantity, scale) for scales in stage.scales.values() for quantity, scale in scales.items()
+    ):
+        if quantity not in units:
+            raise BadValueError(
+                f"stage {stage.name}: there is no quantity {quantity} of a stage "
+                f"(there are: {', '.join(units)})"
+            )
+        if not isinstance(scale, Scale) or scale.unit != units[quantity]:
+            raise BadValueError(
+                f"stage {stage.name}: {quantity} takes a Scale in {units[quantity]}, not {scale!r}"
+            )
 
 
 def _setting(keyword: str, value: object, unit: str) -> Fraction | None:

@@ -14,7 +14,7 @@ from typing import NoReturn, TypeAlias
 from stagewire.errors import UnknownScaleError
 from stagewire.quantities import Scale, Stage, UnknownScale
 
-__all__ = ["ByCase", "BySetting", "ByStage", "ByUnit", "Rule", "Scales", "ToldValue"]
+__all__ = ["ByCase", "BySetting", "ByStage", "ByUnit", "Rule", "Scales", "ToldValue", "settings_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +56,16 @@ class ByCase:
 
 
 Rule: TypeAlias = Scale | UnknownScale | ByStage | BySetting | ByUnit | ByCase
+
+
+def settings_of(rule: Rule) -> Iterator[str]:
+    """Give the settings that a scale depends on."""
+    if isinstance(rule, BySetting):
+        yield rule.setting
+    elif isinstance(rule, ByCase):
+        yield rule.setting
+        for one in rule.cases.values():
+            yield from settings_of(one)
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +169,10 @@ class Scales:
             f"no scale of {quantity} in {unit} is known on {self.unit}: it depends on the stage; give stage= "
             f"{known}or Stage.of_user(...) when you open it, or use raw counts"
         )
+
+    def unit_of(self, quantity: str) -> str:
+        """Return the unit of a quantity; empty where a setting decides on it."""
+        return _unit_of(self.rules[quantity])
 
     # For people
 

@@ -16,7 +16,7 @@ from stagewire.devices.values import Values
 from stagewire.errors import BadValueError, OutOfRangeError
 from stagewire.message import Message
 
-__all__ = ["AxesBase", "BaysBase", "ChannelsBase", "DeviceBase", "PartBase"]
+__all__ = ["AxesBase", "BaysBase", "ChannelsBase", "DeviceBase", "PartBase", "connect", "url_of"]
 
 
 class PartBase:
@@ -173,6 +173,19 @@ def _numbered(kind: str, parts: tuple[P, ...], number: int, owner: str) -> P:
     return parts[number - 1]
 
 
+def url_of(link: object) -> str:
+    """Return how a line is called, or the name by which it is to be opened.
+
+    Raises :class:`~stagewire.errors.BadValueError` for what is neither.
+    """
+    url = link if isinstance(link, str) else getattr(link, "url", None)
+    if not isinstance(url, str):
+        raise BadValueError(
+            f"open takes a URL or the name of a port as text, or a link that is open, not {link!r}"
+        )
+    return url
+
+
 def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -> Connection:
     """Return what is known of a controller before its line is opened.
 
@@ -203,5 +216,7 @@ def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -
         address = given.get("address")
         addresses = (documented if address is None else address,)
         places = {(addresses[0], channel): channel for channel in range(1, unit.channels + 1)}
+    if given.get("address") is not None and unit.kind not in ("generic_usb", "bay"):
+        raise BadValueError(f"address: a {unit.name} has those of the document; leave it out")
     choices = choose(facts, unit, tuple(places.values()), given)
     return Connection(facts, unit, url, choices, dict(places), addresses)

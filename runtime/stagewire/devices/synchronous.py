@@ -14,7 +14,14 @@ from stagewire.devices import modes
 from stagewire.devices.immediate import CommandLine, FramedLine, open_session, run
 from stagewire.devices.opening import commanded, framed, greet
 from stagewire.devices.options import OpenOptions
-from stagewire.devices.structure import AxesBase, BaysBase, ChannelsBase, DeviceBase, connect
+from stagewire.devices.structure import (
+    AxesBase,
+    BaysBase,
+    ChannelsBase,
+    DeviceBase,
+    connect,
+    url_of,
+)
 from stagewire.devices.synchronous_parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
 from stagewire.errors import LinkOpenError, StagewireError
 from stagewire.links import Link
@@ -64,8 +71,7 @@ class _Opened(DeviceBase, Part):
 
     @classmethod
     def _open(cls, link: str | Link, options: OpenOptions, bay: int = 1) -> Self:
-        url = link if isinstance(link, str) else link.url
-        device = cls(connect(cls, url, options, bay))
+        device = cls(connect(cls, url_of(link), options, bay))
         device._link = link
         device._connect()
         return device
@@ -77,7 +83,10 @@ class _Opened(DeviceBase, Part):
     def reconnect(self) -> None:
         """Open the line again, with the same options, and read again what was read then.
 
-        Nothing is sent again: what moved when the line was lost has moved on or not.
+        Nothing is sent again: what moved when the line was lost has moved on or not. The next motion there is
+        refused (:class:`~stagewire.errors.MotionUnderWayError`) until it was stopped, or ``is_moving()`` has
+        seen that nothing moves. A capture goes on in another file: behind ``session.txt``,
+        ``session-2.txt``.
 
         Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
         opened by a URL.
@@ -93,7 +102,10 @@ class _Opened(DeviceBase, Part):
 
         Harmless when done twice.
         """
+        lost = self.session.lost
         run(self._at.line.close())
+        if not lost:
+            self._at.connection.said_last()
 
     def __enter__(self) -> Self:
         return self

@@ -27,9 +27,16 @@ class Motion:
     def __init__(self, started: moving.Started) -> None:
         self._started = started
 
+    def __repr__(self) -> str:
+        return f"<Motion {self._started.running.what}{' (done)' if self.done else ''}>"
+
     @property
     def done(self) -> bool:
-        """Whether its end has come; of what is polled for, whether :meth:`wait` has seen it."""
+        """Whether nothing more is awaited: its end has come, or the time for it has passed.
+
+        Which of them, :meth:`wait` says. Of what is polled for, whether :meth:`wait` has seen its end.
+        Whether it moves, ``is_moving()`` tells.
+        """
         return self._started.done
 
     def wait(self, timeout: float | None = None) -> MotionEnd:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from stagewire.devices.calls import ask, check_travel
-from stagewire.devices.limits import in_mm, mm_of
+from stagewire.devices.limits import POSITION, in_mm, mm_of
 from stagewire.devices.line import Deadline
 from stagewire.devices.spot import Spot
 from stagewire.devices.tables import Action
@@ -50,7 +50,7 @@ async def check_target(
         return
     here = _in_mm(
         await ask(spot, status, spot.part_of(deadline), {}),
-        lambda value: value.quantity == "position",
+        lambda value: value.quantity == POSITION,
     )
     if here is not None and all(here + distance not in travel for distance in distances):
         way = " or ".join(f"{float(distance):+.10g}" for distance in distances)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum
 from fractions import Fraction
-from typing import Any, ClassVar, Generic, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, Self, TypeVar, overload
 
 from stagewire.devices.scales import Scales
 from stagewire.errors import UnknownFieldError, UnknownScaleError
@@ -28,12 +28,14 @@ class Values(Generic[M]):
     """
 
     __slots__ = ("message", "scales")
+    message: M
+    scales: Scales
     names: ClassVar[tuple[str, ...]] = ()
     """The values by name, those in units behind their counts."""
 
     def __init__(self, message: M, scales: Scales) -> None:
-        self.message: M = message
-        self.scales = scales
+        object.__setattr__(self, "message", message)
+        object.__setattr__(self, "scales", scales)
 
     def __init_subclass__(cls) -> None:
         cls.names = tuple(name for name, value in vars(cls).items() if isinstance(value, _Value))
@@ -52,6 +54,15 @@ class Values(Generic[M]):
             )
         return value.exact(self)
 
+    def told(self, without: str | None = None) -> str:
+        """Return what was said as people say it: ``position 34304, position_mm 1, status_bits homed``.
+
+        :param without: the name of a value that needs no saying.
+        """
+        return ", ".join(
+            f"{name} {_told(value)}" for name, value in self.known() if name != without
+        )
+
     def known(self) -> Iterator[tuple[str, Any]]:
         """Give every value by name, without those whose scale is not known."""
         for name in self.names:
@@ -59,6 +70,17 @@ class Values(Generic[M]):
                 yield name, getattr(self, name)
             except UnknownScaleError:
                 continue
+
+    if not TYPE_CHECKING:  # else a checker would let every name be set
+
+        def __setattr__(self, name: str, value: object) -> None:
+            raise AttributeError(
+                f"{type(self).__name__} is what the controller said; setting {name} would write nothing: "
+                "change_… and set_… of the device do"
+            )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.message, self.scales)
 
     def __eq__(self, other: object) -> bool:
         if other.__class__ is not self.__class__:
@@ -77,6 +99,14 @@ def _shown(value: object) -> str:
     return f"{type(value).__name__}.{value.name}" if isinstance(value, Enum) else repr(value)
 
 
+def _told(value: object) -> str:
+    if isinstance(value, Flags):
+        return " ".join(value.names) or "0"
+    if isinstance(value, Enum):
+        return value.name
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
 class _Value(Generic[T]):
     """One value of a class of :class:`Values`: reads its field of the message."""
 
@@ -93,6 +123,10 @@ class _Value(Generic[T]):
 
     def __get__(self, values: Values[Any] | None, owner: type) -> Self | T:
         return self if values is None else self.read(values)
+
+    if TYPE_CHECKING:
+
+        def __set__(self, values: Values[Any], value: Never) -> None: ...
 
     def read(self, values: Values[Any]) -> T:
         """Return the value."""

@@ -8,13 +8,10 @@ from collections.abc import Awaitable, Callable
 
 from stagewire.errors import TransportLost
 from stagewire.links.descriptor import CHUNK
-from stagewire.links.link import AsyncLink
+from stagewire.links.link import FLUSH, AsyncLink
 from stagewire.links.loss import CLOSED, because, lost, stalled
 
-__all__ = ["FLUSH", "AsyncDescriptorLink"]
-
-FLUSH = 1.0
-"""Seconds that closing a line waits for what is still to be sent."""
+__all__ = ["AsyncDescriptorLink"]
 
 
 class AsyncDescriptorLink(AsyncLink):

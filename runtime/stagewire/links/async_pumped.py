@@ -9,14 +9,12 @@ import threading
 from collections.abc import Callable
 
 from stagewire.errors import TransportLost
-from stagewire.links.link import AsyncLink
+from stagewire.links.link import FLUSH, AsyncLink
 from stagewire.links.loss import CLOSED, because, lost
 from stagewire.links.pump import Pump, write_all
 from stagewire.links.serial_port import Port
 
 __all__ = ["AsyncPumpedLink"]
-
-_FLUSH = 1.0  # seconds that closing waits for what is still to be sent
 
 
 class AsyncPumpedLink(AsyncLink):
@@ -59,7 +57,7 @@ class AsyncPumpedLink(AsyncLink):
         if not self._why:
             self._kept.put(data)
             self._kept.put(None)
-            self._writer.join(_FLUSH)
+            self._writer.join(FLUSH)
 
     async def close(self) -> None:
         """Send what is kept, and give the port back; see :meth:`.AsyncLink.close`."""
@@ -70,9 +68,9 @@ class AsyncPumpedLink(AsyncLink):
 
     def _end(self) -> None:
         self._kept.put(None)
-        self._writer.join(_FLUSH)
+        self._writer.join(FLUSH)
         self._pump.stop()
-        self._writer.join(_FLUSH)  # a write that waited has failed now
+        self._writer.join(FLUSH)  # a write that waited has failed now
 
     # In the threads
 

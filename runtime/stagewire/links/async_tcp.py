@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import cast
 
 from stagewire.errors import TransportLost
-from stagewire.links.link import AsyncLink
+from stagewire.links.link import FLUSH, AsyncLink
 from stagewire.links.loss import CLOSED, because, lost, stalled
 from stagewire.links.settings import LineSettings
 from stagewire.links.tcp_address import (
@@ -17,12 +17,11 @@ from stagewire.links.tcp_address import (
     address_of,
     connect_refusal,
     set_options,
+    stop_sending,
     unknown_host,
 )
 
 __all__ = ["AsyncTcpLink", "open_async_tcp"]
-
-_FLUSH = 1.0  # seconds that closing waits for what is still to be sent
 
 
 async def open_async_tcp(url: str, settings: LineSettings) -> AsyncTcpLink:
@@ -115,7 +114,7 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
         self._why, self._lost = CLOSED, None
         self._transport.close()
         try:
-            await asyncio.wait((self._ended,), timeout=_FLUSH)
+            await asyncio.wait((self._ended,), timeout=FLUSH)
         finally:
             if not self._ended.done():
                 self._transport.abort()
@@ -137,6 +136,7 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Say that the line is gone, unless it was closed by this side."""
         self.resume_writing()
+        stop_sending(self._socket)  # which is closed when this returns
         if not self._ended.done():
             self._ended.set_result(None)
         self._why = self._why or (because(exc) if exc else HUNG_UP)

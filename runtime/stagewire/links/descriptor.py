@@ -79,7 +79,11 @@ class DescriptorLink(Link):
         with self._writing:
             sent = self._write_some(data)
             if sent < len(data):
-                self._write_rest(memoryview(data)[sent:])
+                try:
+                    self._write_rest(memoryview(data)[sent:])
+                except BaseException:  # what is written next would be taken for the rest
+                    self._lose("a write was interrupted in its midst")
+                    raise
 
     def write_now(self, data: bytes) -> None:
         """Send what is taken at once; see :meth:`.Link.write_now`."""

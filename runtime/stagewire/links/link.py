@@ -8,7 +8,10 @@ from typing import Self
 
 from stagewire.errors import TransportLost
 
-__all__ = ["AsyncLink", "Link"]
+__all__ = ["FLUSH", "AsyncLink", "Link"]
+
+FLUSH = 1.0
+"""Seconds that closing a line waits, at most, for what is still to be sent."""
 
 
 class Link(ABC):
@@ -87,7 +90,7 @@ class AsyncLink(ABC):
 
     @abstractmethod
     def write_now(self, data: bytes) -> None:
-        """Send what the system takes at once, behind what is kept; for a signal handler. Raises nothing."""
+        """Send what the system takes at once, if nothing is kept; for a signal handler. Raises nothing."""
 
     @abstractmethod
     async def close(self) -> None:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import socket
 
-from stagewire.links.descriptor import CHUNK, DescriptorLink
+from stagewire.links.descriptor import DescriptorLink
 from stagewire.links.settings import LineSettings
 from stagewire.links.tcp_address import (
     HUNG_UP,
     address_of,
     connect_refusal,
     set_options,
+    stop_sending,
     unknown_host,
 )
 
@@ -44,9 +44,5 @@ def open_tcp(url: str, settings: LineSettings) -> DescriptorLink:
 
 
 def _hang_up(connection: socket.socket) -> None:
-    # A socket that is closed with bytes unread forgets what is still to be sent, such as a stop.
-    with contextlib.suppress(OSError):
-        connection.shutdown(socket.SHUT_WR)
-        while connection.recv(CHUNK):
-            pass
+    stop_sending(connection)
     connection.close()

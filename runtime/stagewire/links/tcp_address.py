@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import socket
 from typing import Final
@@ -9,7 +10,14 @@ from urllib.parse import urlsplit
 
 from stagewire.errors import LinkOpenError
 
-__all__ = ["HUNG_UP", "address_of", "connect_refusal", "set_options", "unknown_host"]
+__all__ = [
+    "HUNG_UP",
+    "address_of",
+    "connect_refusal",
+    "set_options",
+    "stop_sending",
+    "unknown_host",
+]
 
 HUNG_UP = "the other end closed the connection"
 
@@ -55,6 +63,17 @@ def set_options(connection: socket.socket, stall_timeout: float) -> None:
         # holds for an end that is there and takes nothing, too, and so may not be below the user's.
         unanswered = round(max(_LEAST_UNANSWERED, stall_timeout) * 1000)
         connection.setsockopt(socket.IPPROTO_TCP, option, unanswered)
+
+
+def stop_sending(connection: socket.socket) -> None:
+    """Let the system send what it holds, after the connection is closed; the last may be a stop.
+
+    It forgets all that when a socket is closed with bytes unread, so they are read.
+    """
+    with contextlib.suppress(OSError):
+        connection.shutdown(socket.SHUT_WR)
+        while connection.recv(65_536):
+            pass
 
 
 def connect_refusal(url: str, error: OSError, open_timeout: float) -> LinkOpenError:

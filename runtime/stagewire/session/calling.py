@@ -66,8 +66,8 @@ class Session(ThreadDriver[_C]):
         try:
             exchange = self._issue(make, waiter, watchers, waiter.end, is_stop)
             self._wait(waiter)
-            with self._writing:  # in which another thread may be, with these very bytes
-                pass
+            if self._may_write(exchange.deadline):  # another thread may, with these very bytes
+                self._writing.release()
             with self._lock:
                 watchers.remove(waiter.end)
         except BaseException:

@@ -258,10 +258,7 @@ class CommandCore(Core):
         if exchange.done:
             return
         assert isinstance(exchange, Line)
-        self.statistics.cancelled += 1
-        sent = "it was sent, and may be carried out" if exchange.written else "it was not sent"
-        self._give_up(exchange, StagewireError(f"{exchange.name} was cancelled: {sent}"), now)
-        self._ready = True
+        self._give_up(exchange, self._cancelled(exchange), now)
 
     # The end of exchanges
 

@@ -122,6 +122,13 @@ class Core:
         """Yield every exchange that has not ended."""
         raise NotImplementedError
 
+    def _cancelled(self, exchange: Exchange) -> StagewireError:
+        """Count an exchange that is given up, and return its error; others may be written now."""
+        self.statistics.cancelled += 1
+        self._ready = True
+        sent = "it was sent, and may be carried out" if exchange.written else "it was not sent"
+        return StagewireError(f"{exchange.name} was cancelled: {sent}")
+
     def _finish(self, failure: Callable[[Exchange], StagewireError], over: StagewireError) -> None:
         waiting = list(self._waiting())
         self._failure = failure

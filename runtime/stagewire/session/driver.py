@@ -36,6 +36,7 @@ class Driver(Generic[_C]):
         self._recording = recording
         self._end: StagewireError | None = None  # why nothing can be done any more
         self._unsaid = b""  # the last words, while they are being written
+        self._is_elsewhere = False  # this process is a fork of the one that opened it
         self._write_now = link.write_now
         self._url = link.url
 
@@ -105,3 +106,11 @@ class Driver(Generic[_C]):
         """Say the last words and nothing else; see :mod:`stagewire.session.termination`."""
         if last := self._last_words() if self._end is None else self._unsaid:
             self._write_now(last)
+
+    def leave_to_parent(self) -> None:
+        """Do nothing any more: this is a fork, whose parent has the line."""
+        why = f"{self._url} was opened by the process that this one was forked from; open it after the fork"
+        self._is_elsewhere = True
+        self._end = SessionClosedError(why)
+        self._recording = None
+        self._core.lose(why, 0.0)

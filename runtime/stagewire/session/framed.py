@@ -16,20 +16,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import inf
 
-from stagewire.errors import (
-    MotionStopped,
-    MotionTimeout,
-    ReplyTimeout,
-    StagewireError,
-)
+from stagewire.errors import MotionStopped, StagewireError
 from stagewire.framed import FramedProtocol
 from stagewire.framed_message import FramedMessage
-from stagewire.framing import BadLength, End, Event, Garbage, Received, Undocumented, Unknown
+from stagewire.framing import Event, Received, Undocumented
 from stagewire.session.core import Core, log
 from stagewire.session.exchange import Exchange, deadline_of
 from stagewire.session.framed_exchanges import Ask, FramedExchange, Halt, Motion, Send
+from stagewire.session.hearing import Hearing
 from stagewire.session.keep_alive import KeepAlive
 from stagewire.session.matching import Matching
 from stagewire.session.motions import Motions
@@ -39,14 +34,7 @@ from stagewire.session.outgoing import Outgoing
 from stagewire.session.requests import Requests
 from stagewire.session.wording import Wording
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
-if TYPE_CHECKING:
-    from typing import Final
-
-
 __all__ = ["Ends", "FramedCore", "SessionOptions"]
-
-_NO_ENDS: Final = Ends()
 
 
 class FramedCore(Core):
@@ -59,18 +47,17 @@ class FramedCore(Core):
     def __init__(self, protocol: FramedProtocol, *, options: SessionOptions | None = None) -> None:
         super().__init__(options)
         self.protocol = protocol
-        self.counts: dict[int, int] = {}
-        """Message -> how many of it have come."""
         self._host = protocol.host
-        self._framer = protocol.framer(End.HOST)
-        self._silent_at = inf  # when the rest of a frame will not come any more
-        self._undocumented: dict[int, bytes] = {}
+        self._hearing = Hearing(protocol, self.statistics, self.options.silence)
+        self.counts = self._hearing.counts
+        """Message -> how many of it have come."""
+        self._taken = 0  # bytes of the events so far
         self._matching = Matching(protocol)
         quiet = self.options.quiet
         self._requests = Requests(self._matching, self.statistics, quiet)
         self._outgoing = Outgoing(self._requests, self.options.pacing)
         self._motions = Motions(self._matching, self.statistics, quiet)
-        self._wording = Wording(protocol, self.counts, self._undocumented)
+        self._wording = Wording(protocol, self.counts, self._hearing.undocumented)
         self._alive = KeepAlive()
         self._halts: list[Halt] = []  # to be written before everything else
         self._news = News(self.statistics, self._matching.source_of)
@@ -137,7 +124,7 @@ class FramedCore(Core):
         Raises as :meth:`ask` does.
         """
         raw = message.pack(dest, self._host)
-        ends = ends or _NO_ENDS
+        ends = ends or Ends()
         channel, ids = self._matching.channel_of(message), self._matching.ids_of(ends.completed)
         halt = Halt(message, raw, timeout, deadline_of(timeout, now), dest, ids, channel)
         if self._refuse(halt):
@@ -170,7 +157,7 @@ class FramedCore(Core):
 
     def tell(self, source: int, **context: str) -> None:
         """Say what decides between layouts of messages from ``source``; see :meth:`.Framer.tell`."""
-        self._framer.tell(source, **context)
+        self._hearing.tell(source, **context)
 
     # The driver's side
 
@@ -178,13 +165,8 @@ class FramedCore(Core):
         """Take bytes that came, in chunks of any size."""
         if self._failure is not None:
             return
-        framer = self._framer
-        self._take(framer.feed(data), now)
-        if framer.pending:
-            self._silent_at = now + self.options.silence
-            self._at(self._silent_at)
-        else:
-            self._silent_at = inf
+        self._take(self._hearing.feed(data, now), now)
+        self._at(self._hearing.silent_at)
 
     def output(self, now: float) -> bytes:
         """Return everything that is to be written now; the caller writes it at once."""
@@ -208,17 +190,15 @@ class FramedCore(Core):
         """See to what is due: deadlines, and silences."""
         if now < self._next or self._failure is not None:
             return
-        if now >= self._silent_at:
-            self._silent_at = inf
-            self.statistics.silences += 1
-            self._take(self._framer.abandon(), now)
+        self._take(self._hearing.give_up(now), now)
         for exchange in [exchange for exchange in self._waiting() if exchange.deadline <= now]:
             self.statistics.timed_out += 1
-            self._give_up(exchange, self._timeout(exchange, now), now)
+            poisoned = isinstance(exchange, Ask) and self._requests.is_poisoned(exchange)
+            self._give_up(exchange, self._wording.timeout(exchange, poisoned), now)
         self._requests.forgive(now)
         self._motions.forgive(now)
         self._ready = True  # what may be written now is seen by output
-        self._next = min(self._silent_at, self._requests.next, self._motions.next)
+        self._next = min(self._hearing.silent_at, self._requests.next, self._motions.next)
         if self._alive.next > now:
             self._at(self._alive.next)
         for exchange in self._waiting():
@@ -228,11 +208,8 @@ class FramedCore(Core):
         """Give up an exchange, because nobody waits for it any more; see :meth:`.Core.cancel`."""
         if exchange.done:
             return
-        self.statistics.cancelled += 1
-        sent = "it was sent, and may be carried out" if exchange.written else "it was not sent"
         assert isinstance(exchange, FramedExchange)
-        self._give_up(exchange, StagewireError(f"{exchange.name} was cancelled: {sent}"), now)
-        self._ready = True
+        self._give_up(exchange, self._cancelled(exchange), now)
 
     # What is written
 
@@ -253,6 +230,7 @@ class FramedCore(Core):
 
     def _hand_out(self, exchange: FramedExchange, now: float) -> bytes:
         """Return the bytes of one frame, which is written now, and wait for what comes of it."""
+        exchange.after = self._hearing.heard
         exchange.seen = self.counts.copy()
         raw = exchange.hand_out()
         if isinstance(exchange, Ask):
@@ -277,37 +255,26 @@ class FramedCore(Core):
         counts, wanting = self.counts, self._news.wanting
         requests, motions = self._requests.awaited, self._motions.awaited
         for event in events:
-            if not isinstance(event, (Received, Undocumented)):
-                self._take_other(event)
-                continue
             raw = event.raw
+            began = self._taken
+            self._taken = began + len(raw)
+            if event.__class__ is not Received:
+                self._hearing.count_odd(event)
+            if not isinstance(event, (Received, Undocumented)):
+                log.debug("nobody knows %r", event)
+                self._news.tell(event)
+                continue
             id = raw[0] | raw[1] << 8
             counts[id] = counts.get(id, 0) + 1
-            if event.__class__ is Undocumented:
-                self.statistics.undocumented += 1
-                self._undocumented[id] = raw
             if id in requests:
                 self._ready = True  # another request may be sent
-                if self._requests.answer(id, event):
+                if self._requests.answer(id, event, began):
                     continue
             if id in motions:
-                self._motions.end(id, event, now)
+                self._motions.end(id, event, began, now)
                 self._at(self._motions.next)
             for subscription in wanting(id):
                 subscription.put(event)
-
-    def _take_other(self, event: Event) -> None:
-        """Count what is no message that anybody knows."""
-        statistics = self.statistics
-        match event:
-            case Unknown():
-                statistics.unknown += 1
-            case BadLength():
-                statistics.bad_length += 1
-            case Garbage():
-                statistics.garbage += len(event.raw)
-        log.debug("nobody knows %r", event)
-        self._news.tell(event)
 
     # The end of exchanges
 
@@ -327,15 +294,3 @@ class FramedCore(Core):
             self._motions.give_up(exchange, now)
             self._at(exchange.until)
         exchange.end(error=error)
-
-    def _timeout(self, exchange: FramedExchange, now: float) -> ReplyTimeout:
-        kind = MotionTimeout if isinstance(exchange, Motion) else ReplyTimeout
-        if exchange.written:
-            return kind(self._wording.timed_out(exchange))
-        if not isinstance(exchange, Ask):
-            why = "others waited before it"
-        elif self._requests.is_poisoned(exchange):
-            why = "the late reply to an earlier one might still have come"
-        else:
-            why = "other requests waited before it"
-        return kind(self._wording.not_sent(exchange, why))

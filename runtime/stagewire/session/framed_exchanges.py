@@ -23,7 +23,7 @@ class FramedExchange(Exchange):
     :param ids: the messages of which one is awaited.
     """
 
-    __slots__ = ("dest", "ids", "seen")
+    __slots__ = ("after", "dest", "ids", "seen")
 
     def __init__(
         self,
@@ -37,6 +37,8 @@ class FramedExchange(Exchange):
         super().__init__(message, raw, timeout, deadline)
         self.dest = dest
         self.ids = ids
+        self.after = 0
+        """How many bytes had come when it was written: what began before them is no answer."""
         self.seen = _NOTHING
         """How many of each message had come when it was written."""
 

@@ -107,15 +107,20 @@ class Motions:
 
     # What comes
 
-    def end(self, id: int, event: Received | Undocumented, now: float) -> None:
-        """Let a frame end what it ends."""
+    def end(self, id: int, event: Received | Undocumented, began: int, now: float) -> None:
+        """Let a frame end what it ends.
+
+        :param began: how many bytes had come before it.
+        """
         frame = event.frame
         source = self._matching.source_of(event.raw)
         channel = self._matching.channel_of(frame.message)
         meant = {
             (exchange.dest, exchange.channel)
             for exchange in self.awaited[id]
-            if source in (None, exchange.dest) and channel in (None, exchange.channel)
+            if source in (None, exchange.dest)
+            and channel in (None, exchange.channel)
+            and began >= exchange.after
         }
         if len(meant) > 1:
             self._statistics.ambiguous += 1
@@ -124,8 +129,8 @@ class Motions:
         known = self._channels[meant.pop()]
         motion = known.motion
         halts = [halt for halt in known.halts if id in halt.ids]
-        if halts and all(halt.done for halt in halts) and halts[0].motion is not motion:
-            self._answered(known, halts[0])
+        if motion is not None and halts and halts[0].motion is not motion:
+            halts[0].until = now  # and not before: a copy of the answer may come right behind it
             self._statistics.late += 1
             return
         self._statistics.matched += 1
@@ -137,7 +142,10 @@ class Motions:
             self._remove(motion)
             known.motion = None
             if halts or id in motion.stopped:
-                text = f"{motion.name} was stopped before its end: {frame}"
+                said = ", ".join(
+                    f"{name} {value}" for name, value in frame.message.values().items()
+                )
+                text = f"{motion.name} was stopped before its end, as {frame.message.layout.message} says ({said})"
                 motion.end(error=MotionStopped(text, frame.message))
             else:
                 motion.end(frame)

@@ -64,14 +64,17 @@ class Requests:
         selected = dict(old.selected)
         return all(selected.get(name, value) == value for name, value in new.selected)
 
-    def answer(self, id: int, event: Received | Undocumented) -> bool:
-        """Give a frame to the request that it answers; return whether it is no news to others."""
+    def answer(self, id: int, event: Received | Undocumented, began: int) -> bool:
+        """Give a frame to the request that it answers; return whether it is no news to others.
+
+        :param began: how many bytes had come before it.
+        """
         frame = event.frame
         message = frame.message
         source = self._matching.source_of(event.raw)
         found: Ask | None = None
         for ask in self.awaited[id]:
-            if source is not None and source != ask.dest:
+            if began < ask.after or (source is not None and source != ask.dest):
                 continue
             for name, value in ask.selected:
                 if getattr(message, name, value) != value:

@@ -2,9 +2,10 @@
 
 Nothing is installed by an import. When the first session is opened, :mod:`atexit` is told of it. If it was
 opened in the main thread, and nobody else handles ``SIGTERM``, a handler says the last words of all sessions
-before the signal does what it does by default. A program with a handler of its own keeps it; if that one
-ends the program in order, ``atexit`` follows. A process that is killed (``SIGKILL``, ``TerminateProcess``)
-says nothing.
+before the signal does what it does by default; so is Ctrl-C (:mod:`stagewire.session.interrupts`). A program
+with a handler of its own keeps it; if that one ends the program in order, ``atexit`` follows. A process that
+is killed (``SIGKILL``, ``TerminateProcess``) says nothing, and neither does a fork: the controllers are those
+of the process that opened the sessions.
 """
 
 from __future__ import annotations
@@ -14,10 +15,15 @@ import contextlib
 import os
 import signal
 import threading
+from collections.abc import Callable
 from types import FrameType
-from typing import Protocol
+from typing import Final, Protocol, TypeAlias
+
+from stagewire.session.interrupts import on_interrupt
 
 __all__ = ["Terminating", "forget", "remember"]
+
+_Handler: TypeAlias = Callable[[int, FrameType | None], object] | signal.Handlers
 
 
 class Terminating(Protocol):
@@ -29,49 +35,73 @@ class Terminating(Protocol):
     def end_at_exit(self) -> None:
         """Say the last words at the end of the process, and close what can be closed."""
 
+    def leave_to_parent(self) -> None:
+        """Do nothing any more, in a fork: locks and turns are those of threads that are not here."""
 
-_open: dict[Terminating, int] = {}
-"""The sessions that are open, and the process that opened them: a fork has none of them."""
+
+_open: dict[Terminating, None] = {}
+"""The sessions that are open, in the order in which they were opened."""
+
+_changing = threading.RLock()  # the sessions that are open, and what hangs on there being any
+_knows_forks = False  # what is called in a fork cannot be taken back
 
 
 def remember(session: Terminating) -> None:
     """Let a session that was opened say its last words, from now on."""
-    if not _open:
-        atexit.register(_at_exit)
-    _open[session] = os.getpid()
-    if (
-        threading.current_thread() is threading.main_thread()
-        and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
-    ):
-        signal.signal(signal.SIGTERM, _on_sigterm)
+    global _knows_forks
+    with _changing:
+        if not _open:
+            atexit.register(_at_exit)
+        if not _knows_forks and hasattr(os, "register_at_fork"):
+            os.register_at_fork(after_in_child=_after_fork)
+            _knows_forks = True
+        _open[session] = None
+        for number, (default, ours) in _HANDLERS.items():
+            _replace(number, default, ours)
 
 
 def forget(session: Terminating) -> None:
     """Let a session that was closed be; after the last one everything is as it was before."""
-    _open.pop(session, None)
-    if _open:
-        return
-    atexit.unregister(_at_exit)
-    if (
-        threading.current_thread() is threading.main_thread()
-        and signal.getsignal(signal.SIGTERM) is _on_sigterm
-    ):
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    with _changing:
+        _open.pop(session, None)
+        if _open:
+            return
+        atexit.unregister(_at_exit)
+        for number, (default, ours) in _HANDLERS.items():
+            _replace(number, ours, default)
 
 
-def _sessions() -> list[Terminating]:
-    return [session for session, process in _open.copy().items() if process == os.getpid()]
+def _replace(number: signal.Signals, old: _Handler, new: _Handler) -> None:
+    """Handle a signal otherwise, where that is possible, and nobody else handles it."""
+    if threading.current_thread() is threading.main_thread() and signal.getsignal(number) is old:
+        signal.signal(number, new)
 
 
 def _at_exit() -> None:
-    for session in _sessions():
+    for session in tuple(_open):
         with contextlib.suppress(Exception):  # the others have something to say, too
             session.end_at_exit()
 
 
+def _after_fork() -> None:
+    global _changing
+    _changing = threading.RLock()
+    for session in tuple(_open):
+        with contextlib.suppress(Exception):
+            session.leave_to_parent()
+    _open.clear()
+
+
 def _on_sigterm(number: int, frame: FrameType | None) -> None:
-    for session in _sessions():
+    for session in tuple(_open):
         with contextlib.suppress(Exception):
             session.say_last()
     signal.signal(number, signal.SIG_DFL)
     signal.raise_signal(number)
+
+
+_HANDLERS: Final[dict[signal.Signals, tuple[_Handler, _Handler]]] = {
+    signal.SIGTERM: (signal.SIG_DFL, _on_sigterm),
+    signal.SIGINT: (signal.default_int_handler, on_interrupt),
+}
+"""What is handled while a session is open: how by default, and how then."""

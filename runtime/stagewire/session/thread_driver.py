@@ -97,19 +97,15 @@ class ThreadDriver(Driver[_C]):
     ) -> Exchange:
         """Have the core make an exchange, and write what is to be written now."""
         self._hear_what_came(waiter, 1 if is_stop else _READS_BEFORE)
-        with self._writing:
-            with self._lock:
-                now = self.now()
-                waiter.exchange = exchange = make(now)
-                if exchange.done:
-                    on_done(exchange)
-                    return exchange
-                exchange.on_done = on_done
-                exchange.on_written = on_written
-                data = self._core.output(now)
-                self._look_ahead()
-            if data:
-                self._write(data)
+        with self._lock:
+            waiter.exchange = exchange = make(self.now())
+            if exchange.done:
+                on_done(exchange)
+                return exchange
+            exchange.on_done = on_done
+            exchange.on_written = on_written
+            self._look_ahead()
+        self._flush(exchange.deadline)
         return exchange
 
     def _cancel(self, waiter: Waiter) -> None:
@@ -117,7 +113,7 @@ class ThreadDriver(Driver[_C]):
         if waiter.exchange is not None:
             with self._lock:
                 self._core.cancel(waiter.exchange, self.now())
-            self._flush()
+            self._flush(waiter.exchange.deadline)
 
     # Waiting
 
@@ -127,7 +123,7 @@ class ThreadDriver(Driver[_C]):
             if self._turns.mine(waiter):
                 self._read(until)
             elif not waiter.sleep(min(self._due, until) - now):
-                self._tick()
+                self._tick(until if waiter.exchange is None else waiter.exchange.deadline)
 
     def _leave(self, waiter: Waiter) -> None:
         """Wait no more: another one reads, and knows when something is due."""
@@ -144,13 +140,13 @@ class ThreadDriver(Driver[_C]):
         if self._due < self._reads_until or self._turns.is_over:
             self._link.wake()
 
-    def _tick(self) -> None:
-        """Let the core see to what is due."""
+    def _tick(self, until: float = math.inf) -> None:
+        """Let the core see to what is due, and write what is to be written, if that can be until then."""
         with self._lock:
             now = self.now()
             if self._due <= now:
                 self._core.tick(now)
-        self._flush()
+        self._flush(until)
 
     # The line
 
@@ -193,14 +189,22 @@ class ThreadDriver(Driver[_C]):
                 self._core.receive(data[start : start + _SLICE], self.now())
                 self._look_ahead()
 
-    def _flush(self) -> None:
-        """Write what is to be written now."""
-        with self._writing:
+    def _flush(self, until: float = math.inf) -> None:
+        """Write what is to be written now, if no other thread writes all the time until then."""
+        if not self._may_write(until):
+            return
+        try:
             with self._lock:
                 data = self._core.output(self.now())
                 self._look_ahead()
             if data:
                 self._write(data)
+        finally:
+            self._writing.release()
+
+    def _may_write(self, until: float) -> bool:
+        """Wait until no other thread writes: on a line that takes nothing that may last."""
+        return self._writing.acquire(timeout=min(max(until - self.now(), 0), threading.TIMEOUT_MAX))
 
     def _write(self, data: bytes) -> None:
         """Write bytes to the line; under the lock for it."""
@@ -233,7 +237,7 @@ class ThreadDriver(Driver[_C]):
         try:
             while self._end is None:
                 self._read()
-        except Exception as error:  # a fault of this library, for which nobody may wait for ever
+        except BaseException as error:  # a fault of this library, or of a condition of the user's
             log.exception("%s: the thread that reads has failed", self.url)
             self._lose(TransportLost(f"{self.url}: the thread that reads has failed: {error!r}"))
 
@@ -244,17 +248,19 @@ class ThreadDriver(Driver[_C]):
 
         Harmless when done twice. Whoever waits gets a :class:`~stagewire.errors.SessionClosedError`.
         """
+        if self._is_elsewhere:
+            return
         with self._writing:
             with self._lock:
-                if self.closed:
-                    return
-                self._unsaid = last = b"" if self._end else self._last_words()
-                self._end = SessionClosedError(f"{self.url} was closed")
-                self._core.close(self.now())
-                self._wake_all()
-            if last:
-                self._write(last)
+                if not self.closed:
+                    self._unsaid = b"" if self._end else self._last_words()
+                    self._end = SessionClosedError(f"{self.url} was closed")
+                    self._core.close(self.now())
+                    self._wake_all()
+            if self._unsaid:
+                self._write(self._unsaid)
                 self._unsaid = b""
+        # Also when it is closed already: the closing before may have been interrupted.
         self._link.wake()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(_ENDING)
@@ -266,3 +272,9 @@ class ThreadDriver(Driver[_C]):
     def end_at_exit(self) -> None:
         """Close at the end of the process."""
         self.close()
+
+    def leave_to_parent(self) -> None:
+        """Do nothing any more: this is a fork, whose parent has the line, and the thread that reads."""
+        self._lock, self._writing, self._turns = threading.Lock(), threading.Lock(), Turns()
+        super().leave_to_parent()
+        self._look_ahead()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -27,13 +28,13 @@ class Waiter:
         self._lock.acquire()
 
     def end(self, what: object = None) -> None:
-        """Say that it has come; to be called by one thread at a time."""
+        """Say that it has come."""
         self.done = True
         self.nudge()
 
     def nudge(self) -> None:
-        """Wake it to look around; to be called by one thread at a time."""
-        if self._lock.locked():
+        """Wake it to look around."""
+        with contextlib.suppress(RuntimeError):  # another thread has woken it already
             self._lock.release()
 
     def sleep(self, seconds: float) -> bool:

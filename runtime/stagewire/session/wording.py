@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from stagewire.errors import MotionTimeout, ReplyTimeout
 from stagewire.framed import FramedProtocol
 from stagewire.session.framed_exchanges import FramedExchange, Motion
 
@@ -28,15 +29,22 @@ class Wording:
         self._counts = counts
         self._undocumented = undocumented
 
-    def not_sent(self, exchange: FramedExchange, why: str) -> str:
-        """Say that the time of something was over before it could be sent."""
-        return (
-            f"{exchange.name} to {exchange.dest:#04x} was not sent: {why} for all of its "
-            f"{exchange.timeout:g} s; give it more time, or ask for less at once"
+    def timeout(self, exchange: FramedExchange, poisoned: bool) -> ReplyTimeout:
+        """Return the error of something whose time is over.
+
+        :param poisoned: whether it waited for the late reply to the same question.
+        """
+        kind = MotionTimeout if isinstance(exchange, Motion) else ReplyTimeout
+        if exchange.written:
+            return kind(self._unanswered(exchange))
+        why = "the late reply to an earlier one might still have come"
+        return kind(
+            f"{exchange.name} to {exchange.dest:#04x} was not sent: "
+            f"{why if poisoned else 'others waited before it'} for all of its {exchange.timeout:g} s; "
+            "give it more time, or ask for less at once"
         )
 
-    def timed_out(self, exchange: FramedExchange) -> str:
-        """Say that nothing came of what was sent."""
+    def _unanswered(self, exchange: FramedExchange) -> str:
         awaited = self._names(exchange.ids)
         came = self._came(exchange)
         if isinstance(exchange, Motion):

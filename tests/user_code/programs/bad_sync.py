@@ -17,7 +17,7 @@ def one_stage(tdc: TDC001) -> None:
     tdc.jog("forward")  # wrong: arg-type reportArgumentType
     tdc.set_vel_params(max_velocity_mm_s=2)  # wrong: call-arg reportCallIssue
     print(tdc.get_vel_params().max_velocity_mm)  # wrong: attr-defined reportAttributeAccessIssue
-    tdc.get_vel_params().max_velocity = 3  # wrong: - reportAttributeAccessIssue
+    tdc.get_vel_params().max_velocity = 3  # wrong: assignment reportAttributeAccessIssue
     tdc.set_output_volts(volts=3)  # wrong: attr-defined reportAttributeAccessIssue
 
 
@@ -28,5 +28,7 @@ def others(bbd102: BBD102, tpz001: TPZ001) -> str:
     bbd102.channel(1).home()  # wrong: attr-defined reportAttributeAccessIssue
     tpz001.move_absolute(mm=1)  # wrong: attr-defined reportAttributeAccessIssue
     TDC001.open(port="/dev/ttyUSB0")  # wrong: call-arg reportCallIssue
+    TDC001.open("/dev/ttyUSB0", travel=25)  # wrong: call-arg reportCallIssue
+    TDC001.open("/dev/ttyUSB0", on_close="park")  # wrong: arg-type reportArgumentType
     TDC001("/dev/ttyUSB0").home()  # wrong: arg-type reportArgumentType
     return tpz001.get_output_volts().volts  # wrong: return-value reportReturnType

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
+from fractions import Fraction
 from typing import assert_type
 
 import stagewire
+from stagewire import Scale, Stage
 from stagewire.devices.synchronous import Motion
 from stagewire.devices.tables import MotionEnd
 from stagewire_apt import BBD102, BSC002, MST601, TDC001, TPZ001, enumerations
@@ -91,3 +94,18 @@ def careful(url: str) -> bool:
     except stagewire.StagewireError:
         return False
     return True
+
+
+def own_stage(url: str) -> Fraction:
+    """A stage that no document knows, and a value without the rounding of a float."""
+    mine = Stage.of_user("rotary", position=Scale.counts_per("mm", 1919))
+    with TDC001.open(url, stage=mine, on_close="leave") as tdc:
+        print(tdc.move_absolute(mm=Decimal("0.1")).seconds)
+        return tdc.get_pos_counter().exact("mm")
+
+
+def found() -> list[str]:
+    """What is plugged in, and a controller whose unit is not known beforehand."""
+    with stagewire.open("virtual://TDC001") as device:
+        print(device)
+    return [each.url for each in stagewire.discover()]

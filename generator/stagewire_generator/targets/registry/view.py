@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from fractions import Fraction
 from functools import lru_cache
 from typing import TypeAlias
 
@@ -27,6 +26,7 @@ from stagewire_generator.model import (
 )
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.canonical import canonical
+from stagewire_generator.targets.registry.scales import factor_json, scale_json, setting_json
 
 __all__ = ["registry_text", "render"]
 
@@ -88,12 +88,12 @@ def _registry_json(protocol: Protocol) -> Json:
                 "unit": q.unit or None,
                 "page": q.page,
                 "summary": q.summary,
-                "scale": _scale(q),
+                "scale": scale_json(q),
                 **_from(q),
             }
             for q in protocol.quantities
         },
-        "settings": {name: _setting(s) for name, s in protocol.settings.items()},
+        "settings": {name: setting_json(s) for name, s in protocol.settings.items()},
         "controllers": {
             c.name: {"units": sorted(c.units), **_from(c)} for c in protocol.controllers
         },
@@ -162,17 +162,6 @@ def _bit(bit: FlagBit) -> Json:
     return {**data, "motion": True} if bit.motion else data
 
 
-def _setting(setting: Json) -> Json:
-    tellers = {
-        name: {
-            key: {n: _rational(Fraction(v)) for n, v in fact.items()} if key == "values" else fact
-            for key, fact in teller.items()
-        }
-        for name, teller in setting["told_by"].items()
-    }
-    return {**setting, "unit": setting.get("unit"), "told_by": tellers}
-
-
 def _message(message: Message) -> Json:
     classes = message_classes(message)
     data = {
@@ -235,7 +224,7 @@ def _field(field: Field) -> Json:
         "signed": field.format.signed,
         "role": field.role,
         "unit": field.unit,
-        "scale": _scale(field.quantity) if field.quantity else None,
+        "scale": scale_json(field.quantity) if field.quantity else None,
         "quantity": field.quantity.name if field.quantity else None,
         "minimum": field.minimum,
         "maximum": field.maximum,
@@ -263,40 +252,6 @@ def _field(field: Field) -> Json:
     return data
 
 
-def _scale(quantity: Quantity) -> Json:
-    return _factor(quantity.factor) if quantity.factor else _rule(quantity.rule)
-
-
-def _factor(factor: Factor) -> Json:
-    data: Json = {factor.key: _rational(factor.value)}
-    if factor.printed:
-        data["printed"] = factor.printed
-    if factor.source:
-        data["source"] = factor.source
-    if factor.page is not None:
-        data["page"] = factor.page
-    return data
-
-
-def _rule(rule: Json) -> Json:
-    if "units" in rule:
-        return {**rule, "units": {unit: _factor(factor) for unit, factor in rule["units"].items()}}
-    if "cases" in rule:
-        cases = {
-            name: {**case, "scale": _case(case["scale"])} for name, case in rule["cases"].items()
-        }
-        return {**rule, "cases": cases}
-    return rule
-
-
-def _case(scale: Factor | Json) -> Json:
-    return _factor(scale) if isinstance(scale, Factor) else _rule(scale)
-
-
-def _rational(value: Fraction) -> Json:
-    return {"numerator": value.numerator, "denominator": value.denominator}
-
-
 def _stage(stage: Stage) -> Json:
     return {
         "name": stage.name,
@@ -304,7 +259,7 @@ def _stage(stage: Stage) -> Json:
         "page": stage.page,
         "controllers": {
             controller: {
-                quantity: _factor(factor) if isinstance(factor, Factor) else {"unknown": factor}
+                quantity: factor_json(factor) if isinstance(factor, Factor) else {"unknown": factor}
                 for quantity, factor in scales.items()
             }
             for controller, scales in stage.scales.items()

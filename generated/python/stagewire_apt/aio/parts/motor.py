@@ -922,10 +922,10 @@ class CanMoveRelative(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; LimitError and UnknownTravelError, before it moves, for a target outside
-        the travel; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped
-        when it was stopped; MotionTimeout when no end came in time, and then it may still be
-        moving; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; LimitError, before it moves, for a target outside a travel that is
+        known; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
+        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
+        TransportLost and SessionClosedError when there is no line (any more).
         """
         return await self._act(t.MOVE_RELATIVE, timeout, counts=counts, mm=mm)
 
@@ -945,9 +945,9 @@ class CanMoveRelative(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; LimitError and UnknownTravelError, before it moves, for a target outside
-        the travel; MotionUnderWayError, before a byte is sent, while something moves; TransportLost
-        and SessionClosedError when there is no line (any more).
+        scale is not known; LimitError, before it moves, for a target outside a travel that is
+        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
+        SessionClosedError when there is no line (any more).
         """
         return await self._start(t.MOVE_RELATIVE, counts=counts, mm=mm)
 
@@ -1078,10 +1078,10 @@ class CanMoveAbsolute(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; LimitError and UnknownTravelError, before it moves, for a target outside
-        the travel; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped
-        when it was stopped; MotionTimeout when no end came in time, and then it may still be
-        moving; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; LimitError, before it moves, for a target outside a travel that is
+        known; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
+        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
+        TransportLost and SessionClosedError when there is no line (any more).
         """
         return await self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, mm=mm)
 
@@ -1102,9 +1102,9 @@ class CanMoveAbsolute(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; LimitError and UnknownTravelError, before it moves, for a target outside
-        the travel; MotionUnderWayError, before a byte is sent, while something moves; TransportLost
-        and SessionClosedError when there is no line (any more).
+        scale is not known; LimitError, before it moves, for a target outside a travel that is
+        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
+        SessionClosedError when there is no line (any more).
         """
         return await self._start(t.MOVE_ABSOLUTE, counts=counts, mm=mm)
 

@@ -389,10 +389,10 @@ class CanMoveAbsolute(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; LimitError and UnknownTravelError, before it moves, for a target outside
-        the travel; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped
-        when it was stopped; MotionTimeout when no end came in time, and then it may still be
-        moving; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; LimitError, before it moves, for a target outside a travel that is
+        known; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
+        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
+        TransportLost and SessionClosedError when there is no line (any more).
         """
         return self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, um=um)
 
@@ -412,9 +412,9 @@ class CanMoveAbsolute(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; LimitError and UnknownTravelError, before it moves, for a target outside
-        the travel; MotionUnderWayError, before a byte is sent, while something moves; TransportLost
-        and SessionClosedError when there is no line (any more).
+        scale is not known; LimitError, before it moves, for a target outside a travel that is
+        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
+        SessionClosedError when there is no line (any more).
         """
         return self._start(t.MOVE_ABSOLUTE, counts=counts, um=um)
 

@@ -35,7 +35,7 @@ _WRONG = (
     "unit whose scale is not known"
 )
 _BUSY = "MotionUnderWayError, before a byte is sent, while something moves"
-_OUTSIDE = "LimitError and UnknownTravelError, before it moves, for a target outside the travel"
+_OUTSIDE = "LimitError, before it moves, for a target outside a travel that is known"
 _LATE = "ReplyTimeout when no answer came in time"
 _ENDS = (
     "MotionStopped when it was stopped; MotionTimeout when no end came in time, and then it may still "

@@ -23,7 +23,7 @@ __all__ = ["Call", "Plan", "ValuesPlan", "camel_words", "plan_of"]
 
 _CONSTANTS = frozenset({"FACTS", "UNITS", "VALUES"})
 _VALUES = frozenset({
-    "Bits", "BitsByUnit", "False", "InUnits", "Named", "None", "Raw", "RawBytes", "RawText", "True",
+    "Any", "Bits", "BitsByUnit", "False", "InUnits", "Message", "Named", "None", "Raw", "RawBytes", "RawText", "True",
     "Values"
 })  # fmt: skip
 

@@ -1,0 +1,180 @@
+"""What device classes are made of is checked where it stands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stagewire_generator import check
+from stagewire_generator.diagnostics import SpecError
+
+TINY = "tiny/messages/core.yaml"
+TURTLE = "turtle/messages/walk.yaml"
+
+# file, text, the text instead of it, what is said
+FRAMED = [
+    (TINY, "{name: go}", "{name: pass}", "SW023 POS_MOVE: call pass is reserved"),
+    (
+        TINY,
+        "{load: 7}",
+        "{weight: 7}",
+        "SW021 POS_ECHO: the default of weight: there is no such field",
+    ),
+    (
+        TINY,
+        "{load: 7}",
+        "{load: FULL}",
+        "SW021 POS_ECHO: the default of load: no value is named FULL",
+    ),
+    (
+        TINY,
+        "{load: 7}",
+        "{load: 70000}",
+        "SW033 POS_ECHO: the default of load: 70000 is outside 0 to",
+    ),
+    (TINY, "halted_by: [POS_ALIVE]", "halted_by: [POS_HALT]", "SW021 POS_MOVE: halted_by names no"),
+    (
+        TINY,
+        "halted_by: [POS_ALIVE]",
+        "halted_by: [POS_MOVED]",
+        "SW035 POS_MOVE: POS_MOVED cannot halt",
+    ),
+    (
+        TINY,
+        "halted_by: [POS_ALIVE]",
+        "halted_by: [LAMP_TEST]",
+        "SW035 POS_MOVE: LAMP_TEST cannot halt",
+    ),
+    (
+        TINY,
+        "halted_by: [POS_ALIVE]",
+        "halted_by: [POS_ECHO]",
+        "SW035 POS_MOVE: POS_ECHO halts it, and its",
+    ),
+    (
+        TINY,
+        "read: POS_REQ_VELPARAMS",
+        "read: POS_REQ",
+        "SW021 POS_MOVE: stored names no message POS_REQ",
+    ),
+    (
+        TINY,
+        "field: wait}",
+        "field: rest}",
+        "SW021 POS_MOVE: stored: no answer to POS_REQ_VELPARAMS has",
+    ),
+    (
+        TINY,
+        "read: POS_REQ_VELPARAMS",
+        "read: POS_ALIVE",
+        "SW021 POS_MOVE: stored: no answer to POS_ALIVE",
+    ),
+    (
+        TINY,
+        "      halted_by",
+        "      ends_when: {read: POS_REQ_VELPARAMS, field: chan_ident, value: CHANNEL_1}\n      halted_by",
+        "SW038 POS_MOVE: ends_when is for commands",
+    ),
+    (
+        TINY,
+        "    exchange: {get: {unsolicited: true}}",
+        "    tells: identity\n    exchange: {get: {unsolicited: true}}",
+        "SW020 POS_VELPARAMS tells the identity, and so does POS_MODE",
+    ),
+    (
+        TINY,
+        "ids: {set: 0x0101, req: 0x0102, get: 0x0103}",
+        "ids: {set: 0x0101, get: 0x0103}",
+        "SW035 POS_VELPARAMS tells the identity, and has no REQ and GET",
+    ),
+    (
+        "tiny/protocol.yaml",
+        "channel: chan_ident",
+        "channel: lane",
+        "SW021 no message has a field lane",
+    ),
+    ("tiny/units.yaml", "TP9:", "AxesDevice:", "SW023 the unit AxesDevice is reserved"),
+    (
+        "tiny/units.yaml",
+        "TP9:",
+        "TP1Channel:",
+        "SW022 the unit TP1Channel is what a class of TP1 is",
+    ),
+]
+# what is told by POS_VELPARAMS instead of the waiting time, of a setting in us, and what is said
+SETTINGS = [
+    (
+        "{POS_SPEED: {field: wait}}",
+        "SW021 the setting pace: no parameter set with content is named",
+    ),
+    ("{POS_VELPARAMS: {field: rest}}", "SW021 the setting pace: POS_VELPARAMS has no field rest"),
+    (
+        "{POS_VELPARAMS: {field: chan_ident, values: {THIRD: 1}}}",
+        "SW021 the setting pace: no value of chan_ident is named THIRD",
+    ),
+    ("{POS_VELPARAMS: {field: chan_ident}}", "SW037 the setting pace is in us; what the names of"),
+    (
+        "{POS_VELPARAMS: {field: max_velocity}}",
+        "SW037 the setting pace is in us, and max_velocity has no",
+    ),
+]
+COMMANDS = [
+    (TURTLE, "read: MOOD", "read: MOODS", "SW021 GO_TO: ends_when names no message MOODS"),
+    (
+        TURTLE,
+        "field: mood,",
+        "field: moods,",
+        "SW021 GO_TO: ends_when: no answer to MOOD has a field",
+    ),
+    (
+        TURTLE,
+        "value: HAPPY",
+        "value: GLAD",
+        "SW021 GO_TO: ends_when: no value of mood is named GLAD",
+    ),
+    (
+        TURTLE,
+        "read: WHERE,",
+        "read: HALT,",
+        "SW021 GO_TO: stored: no answer to HALT has a field place",
+    ),
+]
+
+
+def diagnostics(spec: Path, file: str, old: str, new: str) -> list[str]:
+    path = spec / file
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1, old
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(SpecError) as raised:
+        check(spec)
+    return [str(diagnostic) for diagnostic in raised.value.diagnostics]
+
+
+@pytest.mark.parametrize(("file", "old", "new", "text"), FRAMED)
+def test_facts_of_messages(spec: Path, file: str, old: str, new: str, text: str) -> None:
+    assert any(text in line and file in line for line in diagnostics(spec, file, old, new))
+
+
+@pytest.mark.parametrize(("file", "old", "new", "text"), COMMANDS)
+def test_facts_of_commands(commands_spec: Path, file: str, old: str, new: str, text: str) -> None:
+    assert any(text in line and file in line for line in diagnostics(commands_spec, file, old, new))
+
+
+@pytest.mark.parametrize(("told", "text"), SETTINGS)
+def test_what_tells_a_setting(spec: Path, told: str, text: str) -> None:
+    file, old = "tiny/quantities.yaml", "{POS_VELPARAMS: {field: wait}}"
+    [line] = diagnostics(spec, file, old, told)
+    assert text in line
+    assert line.startswith(f"{file}:7:")
+
+
+def test_a_setting_without_a_unit_has_names(spec: Path) -> None:
+    [line] = diagnostics(
+        spec,
+        "tiny/quantities.yaml",
+        "    unit: us\n    page: 2\n    summary: How long it",
+        "    page: 2\n    summary: How long it",
+    )
+    assert "SW037 the setting pace has no unit, so that wait needs an enumeration" in line
