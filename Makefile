@@ -64,6 +64,7 @@ bench: .venv/bench/ready tools
 
 soak: .venv/test/ready
 	$(call programs,test,$(SOAKS))
+	.venv/test/bin/python tests/devices/proof_faults.py --requests 100000 --seed $(SEED)
 
 fuzz: .venv/fuzz/ready tools
 	.venv/fuzz/bin/python tests/fuzz/atheris_codec.py --executions $(EXECUTIONS) --seed $(SEED)

@@ -26,6 +26,7 @@ from functools import partial
 from measure import holds, memory
 
 import stagewire_virtual as virtual
+from stagewire.framing import Received
 from stagewire.session.framed import FramedCore
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
@@ -76,6 +77,7 @@ class Line:
             self.core.tick(self.now)
             self.pass_on()
             while (event := self.updates.take()) is not None:
+                assert isinstance(event, Received)
                 self.received[event.frame.source] += 1
 
     def pass_on(self) -> None:

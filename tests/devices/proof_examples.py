@@ -11,6 +11,7 @@ import yaml
 from proof_line import FarEnd, Side, settled
 
 from stagewire import End
+from stagewire.header import DATA_FLAG
 from stagewire.protocol import load_protocol
 from stagewire_conformance.hexes import octets
 
@@ -81,16 +82,13 @@ class Recorder(FarEnd):
     def take(self, data: bytes) -> list[tuple[float, bytes]]:
         said = []
         for event in self._framer.feed(data):
-            if b"_ACK_" in type(event.frame.message).layout.message.encode():
+            if "_ACK_" in type(event.frame.message).layout.message:
                 self.kept_alive.append(event.raw)
                 continue
             self.heard.append(event)
             said += [(0.01, answer) for answer in self.to_say]
             self.to_say.clear()
         return said
-
-    def raw(self) -> bytes:
-        return b"".join(event.raw for event in self.heard)
 
 
 def perform(side: Side, protocol: str, entry: Any, *answers: bytes, wait: float = 0.0) -> Any:
@@ -131,9 +129,8 @@ def expected(protocol: str, name: str, entry: Any) -> bytes:
 def replies(protocol: str, name: str, entry: Any) -> list[bytes]:
     if "answer" in entry:
         return [made(protocol, entry["answer"], entry.get("source"), name)]
-    if "ends" in entry:
-        dest = (
-            correct(protocol, entry.get("sends", name))[4] & 0x7F if "counts" not in entry else 0x22
-        )
-        return [frame_of(entry["ends"], dest, chan_ident=1)]
-    return []
+    if "ends" not in entry:
+        return []
+    frame = correct(protocol, entry.get("sends", name)) if "counts" not in entry else b""
+    source = frame[4] & ~DATA_FLAG if frame else 0x22  # of prose, which has the bay of its examples
+    return [frame_of(entry["ends"], source, chan_ident=1)]

@@ -17,6 +17,7 @@ from stagewire.errors import (
     MotionStopped,
     MotionTimeout,
     MotionUnderWayError,
+    SessionClosedError,
     TransportError,
     WrongModeError,
     WrongUnitError,
@@ -35,6 +36,48 @@ def run(main: Callable[[], Awaitable[None]]) -> None:
         await main()
 
     stepped.run(body())
+
+
+def test_what_is_not_open_yet_says_so() -> None:
+    with pytest.raises(AttributeError, match="it is not open yet and has no home: await it"):
+        TDC001.open(Z8).home()  # type: ignore[attr-defined]
+
+
+def test_behind_a_line_that_was_given_up_a_motion_may_go_on() -> None:
+    async def main() -> None:
+        async with TDC001.open(Z8, stage="Z8", on_close="leave") as tdc:
+            await tdc.start_move_absolute(mm=5)
+            await tdc.reconnect()
+            with pytest.raises(
+                MotionUnderWayError, match="when its line was given up, and may still"
+            ):
+                await tdc.start_move_absolute(mm=1)
+            await asyncio.sleep(1)
+            assert not await tdc.is_moving()  # a new controller is behind such a URL
+            await tdc.move_absolute(mm=1)
+
+    run(main)
+
+
+def test_modules_of_a_rack_share_a_line() -> None:
+    async def main() -> None:
+        url = "virtual://rack?bays=MST601,MST601"
+        async with MST601.open(url, bay=1, stage="APT_STEPPER") as first:
+            async with MST601.open(first, bay=2, stage="APT_STEPPER") as second:
+                ends = await asyncio.gather(
+                    *(module.channel(1).move_absolute(mm=0.1) for module in (first, second))
+                )
+                assert [end.message.position for end in ends] == [2560, 2560]
+                motion = await second.channel(1).start_move_absolute(mm=5)
+                await asyncio.sleep(0.1)
+            with pytest.raises(SessionClosedError, match="this part of virtual://rack"):
+                await motion.wait()
+            await asyncio.sleep(2)
+            async with MST601.open(first, bay=2, stage="APT_STEPPER") as second:
+                assert (await second.channel(1).get_pos_counter()).position < 2 * 25600
+            assert not await first.channel(1).is_moving()
+
+    run(main)
 
 
 def test_a_device_is_awaited_or_entered() -> None:

@@ -13,9 +13,10 @@ from stagewire.errors import (
     LimitError,
     OutOfRangeError,
     ReplyTimeout,
+    SessionClosedError,
     UnknownScaleError,
 )
-from stagewire_apt import BBD102, BSC002, MST601, TDC001, stages
+from stagewire_apt import BBD102, BSC002, MPZ601, MST601, TDC001, stages
 from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m
 
@@ -145,6 +146,82 @@ def test_a_subscription_is_about_one_bay() -> None:
         rack.session.pause(10)
         assert {event.frame.source for event in taken(everything)} == {0x21, 0x22}
         assert [event.frame.source for event in taken(second)] == [0x22]
+
+
+# Several modules on the line of one
+
+
+def test_modules_of_a_rack_share_a_line() -> None:
+    line = RecordedLine(virtual.rack("MST601", None, "MPZ601", "MST601"))
+    with MST601.open(line, bay=1, stage="APT_STEPPER") as first:
+        fourth = MST601.open(first, bay=4, stage="APT_STEPPER", travel_mm=5)
+        piezo = MPZ601.open(fourth, bay=3)
+        assert fourth.session is piezo.session is first.session
+        motions = [
+            module.channel(number).start_move_absolute(mm=0.1 * number)
+            for module in (first, fourth)
+            for number in (1, 2)
+        ]
+        ends = [motion.wait().values for motion in motions]
+        assert [float(values.exact("position_mm")) for values in ends if values] == [0.1, 0.2] * 2
+        with pytest.raises(LimitError):
+            fourth.channel(1).move_absolute(mm=6)
+        line.forget()
+        first.session.pause(0.5)
+        alive = {0x21: m.MotAckDcStatusUpdate(), 0x23: m.PzAckPzStatusUpdate()}
+        alive[0x24] = alive[0x21]
+        assert line.raw == b"".join(alive[bay].pack(bay, 0x01) for bay in (0x21, 0x24, 0x23))
+
+
+def test_a_module_that_shares_a_line_is_closed_alone() -> None:
+    line = RecordedLine(virtual.rack("MST601", "MST601"))
+    with MST601.open(line, stage="APT_STEPPER") as first:
+        second = MST601.open(first, bay=2, stage="APT_STEPPER")
+        going = first.channel(1).start_move_absolute(mm=5)
+        motion = second.channel(2).start_move_absolute(mm=5)
+        first.session.pause(0.1)
+        line.forget()
+        second.close()
+        second.close()
+        stop = m.MotMoveStop(chan_ident=2, stop_mode=e.StopMode.PROFILED)
+        assert line.raw == stop.pack(0x22, 0x01)
+        for call in (motion.wait, second.channel(1).is_moving, second.get_info):
+            with pytest.raises(SessionClosedError, match=r"this part of virtual://.* was closed"):
+                call()
+        assert str(second).startswith("MST601")
+        line.forget()
+        first.session.pause(1)
+        assert line.raw == m.MotAckDcStatusUpdate().pack(0x21, 0x01) * 3  # at 0, 0.5 and 1 s
+        assert not going.done
+        line.forget()
+    assert line.raw == m.MotMoveStop(chan_ident=1, stop_mode=e.StopMode.PROFILED).pack(0x21, 0x01)
+
+
+def test_a_module_ends_with_the_line_that_it_shares() -> None:
+    line = RecordedLine(virtual.rack("MST601", "MST601"))
+    first = MST601.open(line, stage="APT_STEPPER")
+    second = MST601.open(first, bay=2, stage="APT_STEPPER")
+    second.channel(1).start_move_absolute(mm=5)
+    line.forget()
+    first.close()
+    assert m.MotMoveStop(chan_ident=1, stop_mode=e.StopMode.PROFILED).pack(0x22, 0x01) in line.raw
+    with pytest.raises(SessionClosedError):
+        second.channel(1).is_moving()
+    second.close()
+
+
+def test_a_module_that_is_not_there_leaves_a_shared_line_as_it_was() -> None:
+    line = RecordedLine(virtual.rack("MST601", None))
+    with MST601.open(line) as first:
+        with pytest.raises(ReplyTimeout, match="no MST601 answers"):
+            MST601.open(first, bay=2, timeout=0.3)
+        line.forget()
+        first.session.pause(1)
+        assert line.raw == m.MotAckDcStatusUpdate().pack(0x21, 0x01) * 3  # at 0, 0.5 and 1 s
+        with pytest.raises(BadValueError, match="pacing: the line is that of MST601"):
+            MST601.open(first, bay=2, pacing=0.1)
+        with pytest.raises(BadValueError, match="a TDC001 has a line of its own"):
+            TDC001.open(first)  # type: ignore[arg-type]
 
 
 def test_a_subscription_is_about_one_channel() -> None:

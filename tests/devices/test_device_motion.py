@@ -15,7 +15,6 @@ from stagewire.errors import (
     MotionTimeout,
     MotionUnderWayError,
     OutOfRangeError,
-    UnknownScaleError,
     UnsupportedError,
 )
 from stagewire_apt import PROTOCOL, TDC001, TSC001, stages
@@ -218,12 +217,35 @@ def test_without_a_travel_limits_are_not_checked(line: RecordedLine) -> None:
         tdc.move_absolute(mm=11)
 
 
-def test_counts_cannot_be_held_against_a_travel_without_a_scale(line: RecordedLine) -> None:
-    with TDC001.open(line, travel_mm=12) as tdc:
-        line.forget()
-        with pytest.raises(UnknownScaleError, match="give stage="):
-            tdc.move_absolute(counts=5)
-        assert b"\x53\x04" not in line.raw
+def test_a_stop_is_told_in_words(tdc: TDC001) -> None:
+    motion = tdc.start_move_absolute(mm=3)
+    tdc.session.pause(0.2)
+    tdc.stop()
+    told = r"^TDC001: move_absolute was stopped before its end: position \d+, position_mm 0\.\d+, .*homed"
+    with pytest.raises(
+        MotionStopped, match=told.replace(".*homed", ".*status_bits .*settled")
+    ) as stop:
+        motion.wait()
+    assert isinstance(stop.value.message, m.MotMoveStoppedDc)
+
+
+def test_a_status_that_does_not_show_a_motion_yet_ends_nothing(
+    tdc: TDC001, line: RecordedLine
+) -> None:
+    """A controller may need a moment to begin; what it says until then is not the end."""
+    tdc.suspend_end_of_move_msgs()
+    standing = m.MotGetDcStatusUpdate(
+        chan_ident=1, position=0, velocity=0, reserved=0, status_bits=0
+    ).pack(0x01, 0x50)
+    line.twist = lambda data: standing if data[:2] == standing[:2] else data
+    tdc.start_move_absolute(mm=3)
+    assert tdc.is_moving()
+    tdc.session.pause(0.6)
+    line.twist = bytes
+    assert tdc.is_moving()
+    line.forget()
+    tdc.close()
+    assert STOP in line.raw
 
 
 # Messages at the end of moves that do not come

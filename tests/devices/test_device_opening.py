@@ -11,9 +11,11 @@ from device_line import RecordedLine
 
 import stagewire_apt
 import stagewire_virtual as virtual
+from stagewire import Scale, Stage
 from stagewire.errors import (
     BadValueError,
     LinkOpenError,
+    MotionUnderWayError,
     OutOfRangeError,
     ReplyTimeout,
     TransportError,
@@ -24,6 +26,7 @@ from stagewire.errors import (
 from stagewire_apt import BBD102, BPC201, MST601, PROTOCOL, TDC001, TST001, stages
 from stagewire_apt import messages as m
 from stagewire_apt.devices.facts import FACTS
+from stagewire_ms2000 import MS2000
 
 
 def test_nothing_is_asked_but_what_it_is() -> None:
@@ -141,8 +144,20 @@ def test_nobody_there() -> None:
         ({"stage": "Z9"}, UnknownScaleError, r"no stage Z9 is known \(known on TDC001: Z8\)"),
         ({"stage": 8}, BadValueError, "stage takes a stage or the name of one"),
         ({"stage": stages.MLS203}, UnknownScaleError, "MLS203 is not known on TDC001"),
-        ({"max_volts": 0}, BadValueError, "max_volts takes a number above 0"),
-        ({"max_volts": float("nan")}, BadValueError, "max_volts takes a number in V"),
+        ({"stages": ["Z8"]}, BadValueError, "stages takes a dictionary, such as {1: …}"),
+        ({"max_volts": 75}, BadValueError, "max_volts: no value of a TDC001 depends on it"),
+        ({"travel_mm": 12}, UnknownScaleError, "travel_mm would limit nothing: .* give stage="),
+        ({"serial_number": "8"}, BadValueError, "serial_number takes a whole number, not '8'"),
+        (
+            {"serial_number": 8, "identify": False},
+            BadValueError,
+            "serial_number: the controller is not asked",
+        ),
+        (
+            {"stage": Stage.of_user("mine", positon=Scale.counts_per("mm", 1))},
+            BadValueError,
+            r"stage mine: there is no quantity positon of a stage \(there are: acceleration",
+        ),
         ({"timeout": -1}, OutOfRangeError, "reply_timeout"),
         ({"pacing": -1}, OutOfRangeError, "pacing"),
     ],
@@ -152,6 +167,29 @@ def test_an_option_that_cannot_be_is_refused_before_a_line_is_opened(
 ) -> None:
     with pytest.raises(error, match=text):
         TDC001.open("virtual://NO_SUCH_UNIT", **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("unit", "options", "error", "text"),
+    [
+        (BPC201, {"max_volts": 0}, BadValueError, "max_volts takes a number above 0"),
+        (BPC201, {"max_volts": float("nan")}, BadValueError, "max_volts takes a number in V"),
+        (BPC201, {"travel_mm": 1}, UnknownScaleError, "a BPC201 has none in mm"),
+        (BBD102, {"address": 0x50}, BadValueError, "address: a BBD102 has those of the document"),
+        (MS2000, {"serial_number": 1}, BadValueError, "has no message that tells its own"),
+    ],
+)
+def test_an_option_without_effect_is_refused(
+    unit: Any, options: dict[str, object], error: type[Exception], text: str
+) -> None:
+    with pytest.raises(error, match=text):
+        unit.open("virtual://NO_SUCH_UNIT", **options)
+
+
+@pytest.mark.parametrize("url", [None, 3, Path("/dev/ttyUSB0")])
+def test_a_line_is_named_by_text(url: Any) -> None:
+    with pytest.raises(BadValueError, match="open takes a URL or the name of a port as text"):
+        TDC001.open(url)
 
 
 @pytest.mark.parametrize("bay", [0, 11, True, "1"])
@@ -206,6 +244,26 @@ def test_reconnecting_asks_again_and_sends_nothing_again() -> None:
         assert not tdc.is_moving()
         with pytest.raises(Exception, match="outside the travel"):
             tdc.move_absolute(mm=13)
+
+
+def test_behind_a_lost_line_a_motion_may_go_on(tmp_path: Path) -> None:
+    with virtual.TDC001(stage=stages.Z8, travel=12 * 34304).tcp() as served:
+        log = tmp_path / "session.txt"
+        with TDC001.open(served.url, stage="Z8", log=log) as tdc:
+            motion = tdc.start_move_absolute(mm=5)
+            served.unplug()
+            with pytest.raises(TransportLost):
+                motion.wait()
+            tdc.reconnect()
+            assert tdc.is_moving()
+            with pytest.raises(
+                MotionUnderWayError, match="when its line was given up, and may still"
+            ):
+                tdc.move_absolute(mm=1)
+            tdc.stop()
+            tdc.move_absolute(counts=tdc.get_pos_counter().position)
+        assert "MOT_MOVE_ABSOLUTE" in log.read_text()
+        assert "MOT_MOVE_STOP" in log.with_stem("session-2").read_text()
 
 
 def test_a_line_of_somebody_else_cannot_be_opened_again() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import threading
 from collections.abc import Iterator
 from decimal import Decimal
@@ -230,16 +231,24 @@ def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordedLine) -
 
 def test_a_scale_of_a_user_in_another_unit_is_refused(line: RecordedLine) -> None:
     mine = Stage.of_user("mine", position=Scale.counts_per("um", 1))
-    with TDC001.open(line, stage=mine) as tdc:
-        line.forget()
-        with pytest.raises(UnknownScaleError, match="position is in um, and mm is needed"):
-            tdc.set_pos_counter(mm=2)
-        assert line.raw == b""
+    with pytest.raises(
+        BadValueError, match="stage mine: position takes a Scale in mm, not <Scale 1"
+    ):
+        TDC001.open(line, stage=mine)
+    assert line.raw == b""
 
 
 def test_exact_knows_values_in_units_alone(tdc: TDC001) -> None:
     with pytest.raises(UnknownFieldError, match="has no value position in units: mm"):
         tdc.get_pos_counter().exact("position")
+
+
+def test_values_are_what_was_said_and_cannot_be_set(tdc: TDC001) -> None:
+    params = tdc.get_vel_params()
+    for name in ("max_velocity", "max_velocity_mm_per_s", "max_velocty", "message"):
+        with pytest.raises(AttributeError, match=f"setting {name} would write nothing"):
+            setattr(params, name, 3)
+    assert copy.deepcopy(params) == params
 
 
 def test_values_are_equal_by_what_was_said(tdc: TDC001) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
 import struct
 import threading
@@ -116,7 +117,7 @@ class Server:
                         elif not self._controller.unplugged:
                             host.sendall(said)
                 if self._controller.unplugged:  # reset, as when the plug of an adapter is pulled
-                    linger = struct.pack("ii", 1, 0)
+                    linger = struct.pack("hh" if os.name == "nt" else "ii", 1, 0)
                     host.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
 
     def __enter__(self) -> Server:

@@ -173,6 +173,9 @@ def test_formatting_of_little(
     for name in ("quantities", "stages", "units", "messages/core", "printed/core"):
         (tiny / f"{name}.yaml").unlink()
     shutil.rmtree(spec / "conformance" / "captures")
+    head = load(tiny / "protocol.yaml")
+    del head["framing"]["channel"]
+    save(tiny / "protocol.yaml", head)
     extra = load(tiny / "messages" / "extra.yaml")
     extra["messages"]["LAMP"]["data"]["fields"] = {"blob": {"format": "byte[4]"}}
     broken = extra["messages"].pop("LAMP_BROKEN")

@@ -14,6 +14,7 @@ import pytest
 from stagewire.errors import TransportLost
 from stagewire.links import Link, open_link
 from stagewire.links.pumped import PumpedLink
+from stagewire.links.readiness import Readiness
 
 from .far_ends import KINDS, FarEnd
 from .hosts import PATIENCE
@@ -161,6 +162,22 @@ class TestStalled:
                 time.sleep(0.05)  # so that it is in the midst
                 link.close()
             assert "closed by this side" in str(ended[0])
+
+    def test_gone_when_interrupted_in_its_midst(
+        self, deaf: tuple[str, socket.socket], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """What is written next would be taken for the rest of what was being written."""
+
+        def interrupted(readiness: Readiness, timeout: float) -> bool:
+            raise KeyboardInterrupt
+
+        with open_link(deaf[0]) as link:
+            monkeypatch.setattr(Readiness, "writable", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                link.write(bytes(50_000_000))
+            monkeypatch.undo()
+            with pytest.raises(TransportLost, match="interrupted in its midst"):
+                link.write(b"stop")
 
     def test_what_is_taken_slowly_is_sent_whole(self, deaf: tuple[str, socket.socket]) -> None:
         size = 8_000_000

@@ -6,9 +6,11 @@ Usage: closing_program.py WORLD POLICY END PORT
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import sys
 
+from stagewire.errors import TransportLost
 from stagewire.links import open_async_link, open_link
 from stagewire.session.asynchronous import AsyncFramedSession
 from stagewire.session.options import Ends
@@ -53,11 +55,28 @@ async def loop(url: str, stop: bool, end: str) -> None:
             sys.exit(0)
 
 
+def fork(url: str) -> None:
+    """Use a session, close it, and end in a fork; then use it in the parent."""
+    with FramedSession(PROTOCOL, open_link(url)) as session:
+        session.on_close.append(last_words)
+        child = os.fork()
+        try:
+            session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50)
+        except TransportLost as error:
+            print(error, flush=True)
+        if child:
+            os.waitpid(child, 0)
+            session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50)
+            print("the parent still has it")
+
+
 if __name__ == "__main__":
     world, policy, end, url = sys.argv[1:]
     if end == "exit on SIGTERM":
         signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(7))
-    if world == "threads":
+    if world == "fork":
+        fork(url)
+    elif world == "threads":
         threads(url, policy == "stop", end)
     else:
         asyncio.run(loop(url, policy == "stop", end))

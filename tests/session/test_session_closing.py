@@ -91,16 +91,18 @@ def test_after_the_last_session_everything_is_as_before(monkeypatch: pytest.Monk
     assert not termination._open
 
 
-def test_a_fork_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    link = TestLink()
-    with FramedSession(PROTOCOL, link) as session:
-        session.on_close.append(lambda: MOVE_STOP)
-        with monkeypatch.context() as child:
-            child.setattr(os, "getpid", lambda: -1)
-            termination._at_exit()
-        assert not session.closed
-        assert not link.written
-        assert not link.told_now
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="only POSIX forks")
+def test_a_fork_leaves_the_line_to_its_parent() -> None:
+    with virtual.TDC001(stage=stages.Z8).tcp() as tdc:
+        heard: list[bytes] = []
+        tdc.link.observer.received = lambda link, when, data: heard.append(data)  # type: ignore[method-assign]
+        command = [sys.executable, "-W", "ignore", str(PROGRAM), "fork", "stop", "exit", tdc.url]
+        said = subprocess.run(command, capture_output=True, text=True, timeout=30)
+    assert said.stdout == (
+        f"{tdc.url} was opened by the process that this one was forked from; open it after the fork; "
+        "MOT_REQ_VELPARAMS was not sent\nthe parent still has it\n"
+    )
+    assert b"".join(heard).count(MOVE_STOP) == 1  # that of the parent
 
 
 @pytest.mark.parametrize("ending", [termination._at_exit, None], ids=["exit", "close"])

@@ -93,6 +93,19 @@ def test_signs_of_life_go_to_each_address_from_the_beginning_on():
     assert talk.later(10) == signs * 20
 
 
+def test_signs_of_life_are_added_and_ended_by_address():
+    talk = Framed()
+    talk.core.keep_alive(ALIVE, (0x21,))
+    talk.flush()
+    other = m.PzAckPzStatusUpdate()
+    talk.core.keep_alive(other, (0x22,))
+    assert talk.flush() == ALIVE.pack(0x21, 1) + other.pack(0x22, 1)
+    talk.core.keep_alive(None, (0x21,))
+    assert talk.later(0.5) == other.pack(0x22, 1) * 2
+    talk.core.keep_alive(None, (0x22,))
+    assert talk.later(10) == b""
+
+
 def test_signs_of_life_wait_for_nothing_and_keep_nothing_back():
     talk = Framed(pacing=60)
     talk.send()

@@ -42,7 +42,7 @@ def test_a_thread_gets_what_it_wants(background: bool) -> None:
             session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), USB)
             link.say(velocity().pack(1, USB))
             assert [everything.get(5).raw for _ in range(2)] == [homed(), velocity().pack(1, USB)]
-            for timeout in (0, 0.02):
+            for timeout in (0, 0.02, -1, float("nan")):
                 with pytest.raises(ReplyTimeout):
                     homings.get(timeout)
         with pytest.raises(SessionClosedError):

@@ -7,12 +7,13 @@ import threading
 import time
 
 import pytest
-from session_lines import BAYS, TestLink, answer, jog, velocity
+from session_lines import BAYS, HOST, TestLink, answer, jog, velocity
 
-from stagewire.errors import StagewireError
+from stagewire.errors import ReplyTimeout, StagewireError
 from stagewire.links import LineSettings
 from stagewire.session.options import SessionOptions
 from stagewire.session.synchronous import FramedSession
+from stagewire.session.waiting import Waiter
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual.linking import open_link
@@ -113,3 +114,45 @@ def test_a_virtual_controller_serves_eight_threads(background: bool) -> None:
     with FramedSession(PROTOCOL, link, background=background) as session:
         run_all([threading.Thread(target=call, args=(n,)) for n in range(THREADS)])
     assert right == [True] * (20 * THREADS)
+
+
+@reading
+def test_a_call_keeps_its_time_while_another_ones_bytes_are_not_taken(background: bool) -> None:
+    """The line takes nothing: who writes may wait as long as the line lets it, and nobody else does."""
+    taken, writing = threading.Event(), threading.Event()
+
+    def take_slowly(data: bytes) -> bytes:
+        writing.set()
+        taken.wait(60)
+        return answer(data)
+
+    link = TestLink(take_slowly)
+    with FramedSession(PROTOCOL, link, background=background) as session:
+        first = threading.Thread(
+            target=session.ask, args=(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[0], 60)
+        )
+        first.start()
+        assert writing.wait(60)
+        for call in (
+            lambda: session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[1], 0.05),
+            lambda: session.send(m.ModIdentify(), BAYS[1], 0.05),
+        ):
+            with pytest.raises(ReplyTimeout, match="was not sent"):
+                call()
+            assert first.is_alive()
+        with pytest.raises(ReplyTimeout, match="It goes out as soon as the line does"):
+            session.halt(m.MotMoveStop(1, 2), None, BAYS[0], 0.05)
+        taken.set()
+        first.join(60)
+        session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[2])
+    stop = m.MotMoveStop(1, 2).pack(BAYS[0], HOST)
+    assert b"".join(link.written).count(stop) == 1
+
+
+def test_two_may_wake_a_thread_at_once() -> None:
+    waiter = Waiter()
+    waiter.end()
+    waiter.nudge()
+    assert waiter.done
+    assert waiter.sleep(0)
+    assert not waiter.sleep(0)

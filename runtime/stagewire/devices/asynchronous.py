@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
 from stagewire.devices import modes
 from stagewire.devices.asynchronous_parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
 from stagewire.devices.awaited import CommandLine, FramedLine, Opening, open_session
-from stagewire.devices.opening import commanded, framed, greet
-from stagewire.devices.options import OpenOptions
+from stagewire.devices.opening import commanded, framed, greet, leave
+from stagewire.devices.options import OpenOptions, check_guest
 from stagewire.devices.structure import (
     AxesBase,
     BaysBase,
@@ -55,7 +55,7 @@ X = TypeVar("X", bound=Axis)
 class _Opened(DeviceBase, Part):
     """An open controller of any kind; a context manager."""
 
-    _link: str | AsyncLink
+    _link: str | AsyncLink | Device
 
     @classmethod
     def open(cls, url: str | AsyncLink, **options: Unpack[OpenOptions]) -> Opening[Self]:
@@ -74,7 +74,13 @@ class _Opened(DeviceBase, Part):
         return cls._open(url, options)
 
     @classmethod
-    def _open(cls, link: str | AsyncLink, options: OpenOptions, bay: int = 1) -> Opening[Self]:
+    def _open(
+        cls, link: str | AsyncLink | Device, options: OpenOptions, bay: int = 1
+    ) -> Opening[Self]:
+        if isinstance(link, Device):
+            check_guest(cls.unit, options, link.unit.name)
+            while isinstance(link._link, Device):  # a guest itself
+                link = link._link
         device = cls(connect(cls, url_of(link), options, bay))
         device._link = link
         return Opening(device)
@@ -94,7 +100,7 @@ class _Opened(DeviceBase, Part):
         Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
         opened by a URL.
         """
-        if not isinstance(self._link, str):
+        if isinstance(self._link, AsyncLink):
             raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
         await self.close()
         self._at.connection.forget()
@@ -106,9 +112,14 @@ class _Opened(DeviceBase, Part):
         Harmless when done twice.
         """
         lost = self.session.lost
-        await self._at.line.close()
+        connection = self._at.connection
+        if isinstance(self._link, Device):
+            await leave(connection)
+            with suppress(ValueError):  # closed before
+                self._link.session.on_close.remove(connection.last_words)
+        await connection.line.close()
         if not lost:
-            self._at.connection.said_last()
+            connection.said_last()
 
     async def __aenter__(self) -> Self:
         return self
@@ -127,11 +138,18 @@ class Device(_Opened):
 
     async def _connect(self) -> None:
         connection = self._at.connection
-        session = await open_session(AsyncFramedSession, framed(self.facts), self._link, connection)
+        host = self._link
+        if guest := isinstance(host, Device):
+            session = host.session
+        else:
+            session = await open_session(AsyncFramedSession, framed(self.facts), host, connection)
+        line = FramedLine(session, connection.telling, guest)
         try:
-            await greet(connection, self._at, FramedLine(session, connection.telling))
+            await greet(connection, self._at, line)
         except BaseException:
-            await session.close()
+            if guest:
+                await leave(connection)
+            await line.close()
             raise
         session.on_close.append(connection.last_words)
 
@@ -160,9 +178,12 @@ class _Module(Device):
 
     @classmethod
     def open(
-        cls, url: str | AsyncLink, bay: int = 1, **options: Unpack[OpenOptions]
+        cls, url: str | AsyncLink | Device, bay: int = 1, **options: Unpack[OpenOptions]
     ) -> Opening[Self]:
         """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
+
+        :param url: as of :meth:`Device.open`; or another module of the rack that is open, whose line this one
+            shares. It ends with that one, and alone when it is closed itself.
 
         As :meth:`Device.open`; raises :class:`~stagewire.errors.OutOfRangeError` for a bay that cannot be
         there.
@@ -187,6 +208,7 @@ class AxesDevice(AxesBase[X], _Opened, Generic[X]):
 
     async def _connect(self) -> None:
         connection = self._at.connection
+        assert not isinstance(self._link, Device)  # modules alone share a line
         session = await open_session(
             AsyncCommandSession,
             commanded(self.facts),

@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Generator
 from contextlib import AbstractAsyncContextManager
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 from typing import Protocol as TypingProtocol
 
 from stagewire.devices.connection import Connection
-from stagewire.devices.line import OnDone, heard_from
+from stagewire.devices.line import ClosedSession, OnDone, heard_from
 from stagewire.devices.opening import link_options, session_options
 from stagewire.devices.spot import CONTROLLER
 from stagewire.errors import ReplyTimeout
@@ -65,11 +65,15 @@ class FramedLine(_Locks):
 
     :param session: that is open.
     :param telling: the messages that :meth:`heard` gives.
+    :param guest: whether the line is another device's.
     """
 
-    def __init__(self, session: AsyncFramedSession, telling: tuple[type[Message], ...]) -> None:
+    def __init__(
+        self, session: AsyncFramedSession, telling: tuple[type[Message], ...], guest: bool = False
+    ) -> None:
         super().__init__()
         self.session = session
+        self._guest = guest
         self.now: Callable[[], float] = session.now
         self._heard = session.subscribe(telling, limit=64) if telling else None
 
@@ -111,7 +115,12 @@ class FramedLine(_Locks):
         return heard_from(self._heard)
 
     async def close(self) -> None:  # noqa: D102
-        await self.session.close()
+        if not self._guest:
+            await self.session.close()
+            return
+        if self._heard is not None:
+            self._heard.close()
+        self.session = cast(AsyncFramedSession, ClosedSession(self.session.url))
 
 
 class CommandLine(_Locks):

@@ -13,7 +13,7 @@ from stagewire.devices.limits import Travel, check_measurable
 from stagewire.devices.line import Line
 from stagewire.devices.motions import Motions
 from stagewire.devices.options import SETTINGS, Choices
-from stagewire.devices.scales import Scales
+from stagewire.devices.scales import Scales, ToldValue
 from stagewire.devices.tables import Action, Command
 from stagewire.devices.unit import Facts, Known, Setting, Told, Unit
 from stagewire.devices.values import Values
@@ -87,7 +87,10 @@ class Connection:
         for setting, option in SETTINGS.items():
             value: Fraction | None = getattr(choices, option)
             if value is not None:
-                self._bare = self._bare.told(setting, value, f"as {option} says")
+                self._bare = self._bare.told(
+                    setting,
+                    ToldValue(value, self.facts.settings[setting].unit, f"as {option} says"),
+                )
         self._scales = {
             place: replace(self._bare, stage=choices.stage_of(name))
             for place, name in self.places.items()
@@ -142,10 +145,11 @@ class Connection:
             field = self.channel_field(type(message))
             channel = getattr(message, field) if field else channel
             source = f"as {message.layout.message} says"
+            now = ToldValue(value, setting.unit, source)
             with self._learning:
                 for place, scales in self._scales.items():
                     if place[0] == address and channel in (None, place[1]):
-                        self._scales[place] = scales.told(setting.name, value, source)
+                        self._scales[place] = scales.told(setting.name, now)
 
     def channel_field(self, cls: type[Message]) -> str | None:
         """Return the field of a message that names the channel, if it has one."""
@@ -161,7 +165,8 @@ class Connection:
             parts = [f"give {option}= when you open it"] if option else []
             if asked is not None and asked.layout.message in self.unit.messages:
                 parts.append(f"send {asked.layout.message}")
-            ways[setting.name] = " or ".join(parts) or "nothing tells it"
+            if parts:
+                ways[setting.name] = " or ".join(parts)
         for name, option in SETTINGS.items():
             ways.setdefault(name, f"give {option}= when you open it")
         return ways

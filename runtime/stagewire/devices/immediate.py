@@ -5,10 +5,10 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Coroutine
 from contextlib import AbstractAsyncContextManager
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from stagewire.devices.connection import Connection
-from stagewire.devices.line import OnDone, heard_from
+from stagewire.devices.line import ClosedSession, OnDone, heard_from
 from stagewire.devices.opening import link_options, session_options
 from stagewire.devices.spot import CONTROLLER
 from stagewire.errors import ReplyTimeout
@@ -71,11 +71,15 @@ class FramedLine(_Locks):
 
     :param session: that is open.
     :param telling: the messages that :meth:`heard` gives.
+    :param guest: whether the line is another device's.
     """
 
-    def __init__(self, session: FramedSession, telling: tuple[type[Message], ...]) -> None:
+    def __init__(
+        self, session: FramedSession, telling: tuple[type[Message], ...], guest: bool = False
+    ) -> None:
         super().__init__()
         self.session = session
+        self._guest = guest
         self.now: Callable[[], float] = session.now
         self._heard = session.subscribe(telling, limit=64) if telling else None
 
@@ -117,7 +121,12 @@ class FramedLine(_Locks):
         return heard_from(self._heard)
 
     async def close(self) -> None:  # noqa: D102
-        self.session.close()
+        if not self._guest:
+            self.session.close()
+            return
+        if self._heard is not None:
+            self._heard.close()
+        self.session = cast(FramedSession, ClosedSession(self.session.url))
 
 
 class CommandLine(_Locks):

@@ -7,12 +7,20 @@ from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
 from typing import Any, Final, Protocol
 
-from stagewire.errors import BadValueError
+from stagewire.errors import BadValueError, SessionClosedError
 from stagewire.message import Message
 from stagewire.session.exchange import Exchange
 from stagewire.session.options import Ends
 
-__all__ = ["Deadline", "Line", "LineOfFrames", "OnDone", "heard_from", "seconds_of"]
+__all__ = [
+    "ClosedSession",
+    "Deadline",
+    "Line",
+    "LineOfFrames",
+    "OnDone",
+    "heard_from",
+    "seconds_of",
+]
 
 OnDone = Callable[[Exchange], object]
 
@@ -69,8 +77,24 @@ class LineOfFrames(Line, Protocol):
     async def tell(self, address: int, **context: str) -> None:
         """Say what decides between layouts of messages from an address."""
 
-    async def keep_alive(self, message: Message, addresses: tuple[int, ...]) -> None:
-        """Send signs of life from now on."""
+    async def keep_alive(self, message: Message | None, addresses: tuple[int, ...]) -> None:
+        """Send signs of life from now on; None: no more."""
+
+
+class ClosedSession:
+    """In place of its session: for a device that was closed, on a line that others go on to use.
+
+    :param url: of the line.
+    """
+
+    lost = False
+    closed = True
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+
+    def __getattr__(self, name: str) -> Any:
+        raise SessionClosedError(f"this part of {self.url} was closed; nothing was sent")
 
 
 class Deadline:

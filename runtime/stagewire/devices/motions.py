@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from stagewire.message import Message
 from stagewire.session.exchange import Exchange
 
 __all__ = ["BEGINNING", "Motions", "Running"]
@@ -17,13 +18,15 @@ class Running:
 
     :param what: the call, for people.
     :param stop: the bytes that stop it; none where nothing does.
+    :param halt: the same as a message.
     """
 
-    __slots__ = ("ended", "exchange", "left", "started", "stop", "stopped", "what")
+    __slots__ = ("ended", "exchange", "halt", "left", "started", "stop", "stopped", "what")
 
-    def __init__(self, what: str, stop: bytes, started: float) -> None:
+    def __init__(self, what: str, stop: bytes, started: float, halt: Message | None = None) -> None:
         self.what = what
         self.stop = stop
+        self.halt = halt
         self.started = started
         self.exchange: Exchange | None = None
         """What tells its end; None where it is polled for, or nothing tells it."""
@@ -76,6 +79,14 @@ class Motions:
         running = self._running.pop(place, None)
         if running is not None:
             running.stopped = True
+
+    def halts(self) -> list[tuple[int, Message]]:
+        """Return who is to be stopped, and by what."""
+        return [
+            (address, running.halt)
+            for (address, _), running in tuple(self._running.items())
+            if running.halt is not None
+        ]
 
     def leave(self) -> None:
         """Note that the line is gone; what was started over it may go on."""

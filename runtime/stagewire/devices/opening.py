@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from typing import Any, Final
+from contextlib import suppress
+from typing import Any, Final, cast
 
 from stagewire.commands import CommandProtocol
 from stagewire.devices.calls import ask
@@ -14,11 +15,11 @@ from stagewire.devices.spot import Spot
 from stagewire.devices.tables import Query
 from stagewire.devices.unit import Facts
 from stagewire.devices.values import Values
-from stagewire.errors import ReplyTimeout
+from stagewire.errors import ReplyTimeout, StagewireError
 from stagewire.framed import FramedProtocol
 from stagewire.session.options import SessionOptions
 
-__all__ = ["commanded", "framed", "greet", "link_options", "session_options"]
+__all__ = ["commanded", "framed", "greet", "leave", "link_options", "session_options"]
 
 _log = logging.getLogger("stagewire")
 
@@ -100,15 +101,26 @@ async def _ask_settings(connection: Connection, own: Spot) -> None:
     tables = _tables(connection)
     if not tables:
         return
-    for number, place in enumerate(connection.places):
-        if connection.unit.kind == "rack" and await _is_empty(connection, own, number):
+    unit = connection.unit
+    for place in connection.places:
+        bay = unit.bays.index(place[0]) if unit.kind == "rack" else None  # on the wire from 0
+        if bay is not None and await _is_empty(connection, own, bay):
             continue
-        spot = Spot(connection, *place, f"{connection.unit.name} channel {place[1]}")
+        spot = Spot(connection, *place, f"{unit.name} channel {place[1]}")
         for table in tables:
             try:
                 await ask(spot, table, None, {})
             except ReplyTimeout as error:
                 _log.warning("%s: a scale is not known: %s", connection.url, error)
+
+
+async def leave(connection: Connection) -> None:
+    """Stop what was started by a device whose line others go on to use, unless it is to be left."""
+    line, choices = cast(LineOfFrames, connection.line), connection.choices
+    with suppress(StagewireError):  # of a line that is gone
+        for address, halt in connection.motions.halts() if choices.stop_on_close else ():
+            await line.halt(halt, None, address, choices.timeout)
+        await line.keep_alive(None, connection.addresses)
 
 
 def _tables(connection: Connection) -> list[Query[Any]]:
@@ -123,8 +135,8 @@ def _tables(connection: Connection) -> list[Query[Any]]:
     return list(asked.values())
 
 
-async def _is_empty(connection: Connection, own: Spot, number: int) -> bool:
-    """Ask the motherboard of a rack whether a bay is empty."""
+async def _is_empty(connection: Connection, own: Spot, bay: int) -> bool:
+    """Ask the motherboard of a rack whether a bay, counted from 0, is empty."""
     table = connection.facts.bay_used
     if (
         table is None
@@ -132,5 +144,5 @@ async def _is_empty(connection: Connection, own: Spot, number: int) -> bool:
         or table.req.layout.message not in connection.unit.messages
     ):
         return False
-    values = await ask(own, table, None, {table.asked[0].keyword: number})
+    values = await ask(own, table, None, {table.asked[0].keyword: bay})
     return bool(getattr(values.message, "bay_state", _OCCUPIED) != _OCCUPIED)

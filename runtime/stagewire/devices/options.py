@@ -16,7 +16,7 @@ from stagewire.devices.unit import Facts, Unit
 from stagewire.errors import BadValueError, UnknownScaleError
 from stagewire.quantities import Number, Scale, Stage, exact
 
-__all__ = ["SETTINGS", "Choices", "OpenOptions", "choose"]
+__all__ = ["SETTINGS", "Choices", "OpenOptions", "check_guest", "choose"]
 
 SETTINGS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
 """Settings that may be given when a device is opened, and the keywords for it."""
@@ -140,6 +140,25 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
         log=given.get("log"),
         refuse_prefix_bytes=given.get("refuse_prefix_bytes", False),
     )
+
+
+def check_guest(unit: Unit, given: OpenOptions, owner: str) -> None:
+    """Raise for what cannot share a line that is open already, and for options about that line.
+
+    :param owner: of the line, for people.
+
+    Raises :class:`~stagewire.errors.BadValueError`.
+    """
+    if unit.kind != "bay":
+        raise BadValueError(
+            f"a {unit.name} has a line of its own: open takes its URL, and not a {owner}; modules of one "
+            "rack share a line"
+        )
+    for option in ("baudrate", "rtscts", "pacing", "background", "log"):
+        if option in given:
+            raise BadValueError(
+                f"{option}: the line is that of {owner}, which has one; give it there"
+            )
 
 
 def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:

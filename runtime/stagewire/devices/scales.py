@@ -73,10 +73,12 @@ class ToldValue:
     """A setting as it is known.
 
     :param value: in its unit; or the name of a case.
+    :param unit: empty for a case.
     :param source: who told it, for people.
     """
 
     value: Fraction | str
+    unit: str
     source: str
 
 
@@ -99,9 +101,9 @@ class Scales:
     ways: Mapping[str, str] = field(default_factory=dict)
     stages: tuple[str, ...] = ()
 
-    def told(self, setting: str, value: Fraction | str, source: str) -> Scales:
+    def told(self, setting: str, value: ToldValue) -> Scales:
         """Return the scales that hold now that a setting is known."""
-        return replace(self, settings={**self.settings, setting: ToldValue(value, source)})
+        return replace(self, settings={**self.settings, setting: value})
 
     def of(self, quantity: str, unit: str, case: str | None = None) -> Scale:
         """Return the scale of a quantity in ``unit``; in a certain case, where a setting decides.
@@ -156,10 +158,14 @@ class Scales:
     def _setting(self, setting: str, quantity: str, unit: str) -> ToldValue:
         told = self.settings.get(setting)
         if told is None:
-            way = self.ways.get(setting, "nothing tells it")
+            way = self.ways.get(setting)
+            unknown = (
+                f"is not known; {way}, or use raw counts"
+                if way
+                else "nothing tells; use raw counts"
+            )
             raise UnknownScaleError(
-                f"no scale of {quantity} in {unit} is known: it depends on {setting}, which is not known; "
-                f"{way}, or use raw counts"
+                f"no scale of {quantity} in {unit} is known: it depends on {setting}, which {unknown}"
             )
         return told
 
@@ -188,7 +194,7 @@ class Scales:
             return f"{self.stage.name}, {scale.source or f'page {self.stage.page} of the document'}"
         if isinstance(rule, BySetting) and rule.setting in self.settings:
             told = self.settings[rule.setting]
-            return f"{rule.setting} {_number(told.value)} {rule.unit}, {told.source}"
+            return f"{rule.setting} {_number(told.value)} {told.unit}, {told.source}"
         return scale.source or "the document"
 
     def described(self, quantity: str) -> Iterator[str]:

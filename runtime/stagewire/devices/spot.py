@@ -115,7 +115,7 @@ class Spot:
         if halt.message.layout.message not in self.connection.unit.messages:
             return Running(what, b"", self.line.now())
         stop = self.message(halt.message, defaults_of(halt))
-        return Running(what, self._encode(stop), self.line.now())
+        return Running(what, self._encode(stop), self.line.now(), stop)
 
     def _encode(self, message: Any) -> bytes:
         if isinstance(message, WireCommand):

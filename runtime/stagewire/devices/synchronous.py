@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
 
 from stagewire.devices import modes
 from stagewire.devices.immediate import CommandLine, FramedLine, open_session, run
-from stagewire.devices.opening import commanded, framed, greet
-from stagewire.devices.options import OpenOptions
+from stagewire.devices.opening import commanded, framed, greet, leave
+from stagewire.devices.options import OpenOptions, check_guest
 from stagewire.devices.structure import (
     AxesBase,
     BaysBase,
@@ -54,7 +54,7 @@ X = TypeVar("X", bound=Axis)
 class _Opened(DeviceBase, Part):
     """An open controller of any kind; a context manager."""
 
-    _link: str | Link
+    _link: str | Link | Device
 
     @classmethod
     def open(cls, url: str | Link, **options: Unpack[OpenOptions]) -> Self:
@@ -70,7 +70,11 @@ class _Opened(DeviceBase, Part):
         return cls._open(url, options)
 
     @classmethod
-    def _open(cls, link: str | Link, options: OpenOptions, bay: int = 1) -> Self:
+    def _open(cls, link: str | Link | Device, options: OpenOptions, bay: int = 1) -> Self:
+        if isinstance(link, Device):
+            check_guest(cls.unit, options, link.unit.name)
+            while isinstance(link._link, Device):  # a guest itself
+                link = link._link
         device = cls(connect(cls, url_of(link), options, bay))
         device._link = link
         device._connect()
@@ -91,7 +95,7 @@ class _Opened(DeviceBase, Part):
         Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
         opened by a URL.
         """
-        if not isinstance(self._link, str):
+        if isinstance(self._link, Link):
             raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
         self.close()
         self._at.connection.forget()
@@ -103,9 +107,14 @@ class _Opened(DeviceBase, Part):
         Harmless when done twice.
         """
         lost = self.session.lost
-        run(self._at.line.close())
+        connection = self._at.connection
+        if isinstance(self._link, Device):
+            run(leave(connection))
+            with suppress(ValueError):  # closed before
+                self._link.session.on_close.remove(connection.last_words)
+        run(connection.line.close())
         if not lost:
-            self._at.connection.said_last()
+            connection.said_last()
 
     def __enter__(self) -> Self:
         return self
@@ -124,11 +133,18 @@ class Device(_Opened):
 
     def _connect(self) -> None:
         connection = self._at.connection
-        session = open_session(FramedSession, framed(self.facts), self._link, connection)
+        host = self._link
+        if guest := isinstance(host, Device):
+            session = host.session
+        else:
+            session = open_session(FramedSession, framed(self.facts), host, connection)
+        line = FramedLine(session, connection.telling, guest)
         try:
-            run(greet(connection, self._at, FramedLine(session, connection.telling)))
+            run(greet(connection, self._at, line))
         except BaseException:
-            session.close()
+            if guest:
+                run(leave(connection))
+            run(line.close())
             raise
         session.on_close.append(connection.last_words)
 
@@ -156,8 +172,11 @@ class _Module(Device):
     """A controller in a bay of a rack."""
 
     @classmethod
-    def open(cls, url: str | Link, bay: int = 1, **options: Unpack[OpenOptions]) -> Self:
+    def open(cls, url: str | Link | Device, bay: int = 1, **options: Unpack[OpenOptions]) -> Self:
         """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
+
+        :param url: as of :meth:`Device.open`; or another module of the rack that is open, whose line this one
+            shares. It ends with that one, and alone when it is closed itself.
 
         As :meth:`Device.open`; raises :class:`~stagewire.errors.OutOfRangeError` for a bay that cannot be
         there.
@@ -182,6 +201,7 @@ class AxesDevice(AxesBase[X], _Opened, Generic[X]):
 
     def _connect(self) -> None:
         connection = self._at.connection
+        assert not isinstance(self._link, Device)  # modules alone share a line
         session = open_session(
             CommandSession,
             commanded(self.facts),

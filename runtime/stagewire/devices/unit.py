@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from importlib import import_module
 from typing import Any, Literal
 
@@ -34,7 +35,7 @@ class Told:
     get: type[Message] | None
     field: str
     scale: Scale | None = None
-    values: Mapping[int, int | str] | None = None
+    values: Mapping[int, int | Fraction | str] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,11 +33,15 @@ async def open_async_tcp(url: str, settings: LineSettings) -> AsyncTcpLink:
     try:
         async with asyncio.timeout(settings.open_timeout):
             connection = await _connect(host, port)
+        try:
+            set_options(connection, settings.stall_timeout)
+        except OSError:  # where the other end has hung up by now, macOS takes no options
+            connection.close()
+            raise
     except socket.gaierror as error:
         raise unknown_host(url, host, error) from error
     except OSError as error:
         raise connect_refusal(url, error, settings.open_timeout) from error
-    set_options(connection, settings.stall_timeout)
     link = AsyncTcpLink(url, connection, settings.stall_timeout)
     await asyncio.get_running_loop().create_connection(lambda: link, sock=connection)
     return link

@@ -26,12 +26,16 @@ def open_tcp(url: str, settings: LineSettings) -> DescriptorLink:
     host, port = address_of(url)
     try:
         connection = socket.create_connection((host, port), settings.open_timeout)
+        try:
+            set_options(connection, settings.stall_timeout)
+        except OSError:  # where the other end has hung up by now, macOS takes no options
+            connection.close()
+            raise
     except socket.gaierror as error:
         raise unknown_host(url, host, error) from error
     except OSError as error:
         raise connect_refusal(url, error, settings.open_timeout) from error
     connection.setblocking(False)
-    set_options(connection, settings.stall_timeout)
     return DescriptorLink(
         url,
         connection.fileno(),

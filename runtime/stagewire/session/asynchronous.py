@@ -142,7 +142,7 @@ class AsyncFramedSession(AsyncSession[FramedCore]):
     ) -> None:
         """Send a sign of life to each address every ``period`` seconds, whatever else happens.
 
-        :param message: the sign; None: no more.
+        :param message: the sign; None: no more to these, or to anybody where no address is given.
         """
         self._core.keep_alive(message, addresses, period)
         self._pump()

@@ -111,6 +111,6 @@ class Driver(Generic[_C]):
         """Do nothing any more: this is a fork, whose parent has the line."""
         why = f"{self._url} was opened by the process that this one was forked from; open it after the fork"
         self._is_elsewhere = True
-        self._end = SessionClosedError(why)
+        self._end = TransportLost(why)
         self._recording = None
         self._core.lose(why, 0.0)

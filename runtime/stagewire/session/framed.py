@@ -146,12 +146,16 @@ class FramedCore(Core):
     def keep_alive(
         self, message: FramedMessage | None, addresses: tuple[int, ...], period: float = 0.5
     ) -> None:
-        """Send a sign of life to each address, now and every ``period`` seconds; None: no more.
+        """Send a sign of life to each address, now and every ``period`` seconds; others keep theirs.
+
+        :param message: the sign; None: no more to these addresses, or to anybody where none is given.
 
         Raises :class:`~stagewire.errors.OutOfRangeError` for an address or a period that is none.
         """
-        frames = [] if message is None else [message.pack(dest, self._host) for dest in addresses]
-        self._alive.set(b"".join(frames), period)
+        host = self._host
+        self._alive.set(
+            {dest: message.pack(dest, host) if message else b"" for dest in addresses}, period
+        )
         if self._failure is None:
             self._at(self._alive.next)
 

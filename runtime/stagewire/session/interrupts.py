@@ -1,7 +1,7 @@
 """Ctrl-C at a moment that does no harm: never in the midst of what a session does at once.
 
-Python raises ``KeyboardInterrupt`` between any two steps of the main thread. Within a session it would leave a
-frame taken from the queue and not written, a reply read and given to nobody, or a turn to read that nobody
+Python raises ``KeyboardInterrupt`` between any two steps of the main thread. Within a session it would leave
+a frame taken from the queue and not written, a reply read and given to nobody, or a turn to read that nobody
 has. So while a session is open, an interrupt that comes there is raised some milliseconds later: where the
 thread waits, or when it has left the session. A program with a handler of its own keeps it.
 """
@@ -20,37 +20,34 @@ __all__ = ["on_interrupt"]
 _AGAIN: Final = 0.005  # seconds
 _LONGEST: Final = 2.0  # seconds; a line of somebody else's may wait where nobody here knows of it
 
-_WAITS: Final = {"Waiter.sleep", "Readiness.readable", "Condition.wait"}
-"""Where a thread waits within a session, and holds nothing."""
-
 _SESSIONS: Final = "stagewire.session."
 
-_first = _last = -_LONGEST  # when the one that was put off came, and when it was last looked at
-_timer: threading.Timer | None = None  # will raise it again
+_put_off_since: float | None = None
+_comes_again = False
 
 
 def on_interrupt(number: int, frame: FrameType | None) -> None:
     """Raise ``KeyboardInterrupt``, at once or soon; the handler of ``SIGINT``."""
-    global _first, _last, _timer
+    global _put_off_since, _comes_again
     now = time.monotonic()
-    if now - _last > 10 * _AGAIN:
-        _first = now
-    _last = now
-    if now - _first < _LONGEST and _is_inside(frame):
-        if _timer is None:
-            _timer = threading.Timer(_AGAIN, _interrupt_again)
-            _timer.daemon = True
-            _timer.start()
+    since = _put_off_since
+    if since is None or now > since + 2 * _LONGEST:  # one that was raised by another handler
+        since = now
+    if now < since + _LONGEST and _is_inside(frame):
+        _put_off_since = since
+        if not _comes_again:
+            _comes_again = True
+            # No Thread of threading, whose locks the main thread may have now.
+            _thread.start_new_thread(_interrupt_again, ())
         return
-    if _timer is not None:  # two that come at once are one
-        _timer.cancel()
-        _timer = None
+    _put_off_since, _comes_again = None, False  # two that come at once are one
     signal.default_int_handler(number, frame)
 
 
 def _is_inside(frame: FrameType | None) -> bool:
+    """Whether the main thread is in a session, and does not wait there with nothing in its hands."""
     while frame is not None:
-        if frame.f_code.co_qualname in _WAITS:
+        if _waits(frame):
             return False
         if frame.f_globals.get("__name__", "").startswith(_SESSIONS):
             return True
@@ -58,9 +55,19 @@ def _is_inside(frame: FrameType | None) -> bool:
     return False
 
 
+def _waits(frame: FrameType) -> bool:
+    name = frame.f_code.co_qualname
+    if name == "Condition.wait":  # of a line, and not of a thread that is started
+        return frame.f_back is not None and frame.f_back.f_code.co_name == "read"
+    return name in ("Waiter.sleep", "Readiness.readable")
+
+
 def _interrupt_again() -> None:
-    global _timer
-    _timer = None
+    global _comes_again
+    time.sleep(_AGAIN)
+    if not _comes_again:
+        return
+    _comes_again = False
     if hasattr(signal, "pthread_kill"):  # which ends a wait of the main thread, too
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
     else:

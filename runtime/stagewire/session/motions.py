@@ -142,11 +142,12 @@ class Motions:
             self._remove(motion)
             known.motion = None
             if halts or id in motion.stopped:
-                said = ", ".join(
-                    f"{name} {value}" for name, value in frame.message.values().items()
+                message = frame.message
+                said = ", ".join(f"{name} {value}" for name, value in message.values().items())
+                text = (
+                    f"{motion.name} was stopped before its end: {message.layout.message} ({said})"
                 )
-                text = f"{motion.name} was stopped before its end, as {frame.message.layout.message} says ({said})"
-                motion.end(error=MotionStopped(text, frame.message))
+                motion.end(error=MotionStopped(text, message))
             else:
                 motion.end(frame)
         for halt in halts:

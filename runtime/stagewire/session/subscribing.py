@@ -89,7 +89,7 @@ class BlockingSubscription(_Ended):
                     return event
                 driver._check_usable()
                 self._check()
-                if driver.now() >= until:
+                if not driver.now() < until:  # which is no number, perhaps
                     raise _nothing(timeout)
                 driver._wait(waiter, until)
         finally:
@@ -151,7 +151,7 @@ class AsyncSubscription(_Ended):
             driver._check_usable()
             self._check()
             left = until - driver.now()
-            if left <= 0:
+            if not left > 0:
                 raise _nothing(timeout)
             over = Over(driver._loop)
             self._waiters.add(over)

@@ -143,7 +143,7 @@ class FramedSession(Session[FramedCore]):
     ) -> None:
         """Send a sign of life to each address every ``period`` seconds, whatever else happens.
 
-        :param message: the sign; None: no more.
+        :param message: the sign; None: no more to these, or to anybody where no address is given.
         """
         with self._lock:
             self._core.keep_alive(message, addresses, period)

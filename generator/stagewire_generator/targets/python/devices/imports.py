@@ -42,6 +42,7 @@ def tables_imports(package: str, statements: Sequence[str]) -> tuple[str, ...]:
 def facts_imports(package: str, text: str) -> tuple[str, ...]:
     """Return the imports of the module of facts."""
     return (
+        *(["from fractions import Fraction\n"] if " Fraction(" in text else []),
         *_imported("stagewire.devices.scales", _SCALES, text),
         *_imported("stagewire.devices.tables", ("Poll",), text),
         *_imported("stagewire.devices.unit", _UNIT, text),

@@ -27,7 +27,7 @@ METHODS = frozenset(keyword.kwlist) | frozenset({
 })  # fmt: skip
 # What an argument of a method, or an attribute of the values that it returns, cannot be called.
 ARGUMENTS = frozenset({
-    "counts", "e", "exact", "f", "known", "m", "message", "mro", "names", "scales", "self", "t",
+    "counts", "e", "exact", "f", "known", "m", "message", "mro", "names", "scales", "self", "t", "told",
     "timeout", "v"
 })  # fmt: skip
 

@@ -23,8 +23,8 @@ __all__ = ["Call", "Plan", "ValuesPlan", "camel_words", "plan_of"]
 
 _CONSTANTS = frozenset({"FACTS", "UNITS", "VALUES"})
 _VALUES = frozenset({
-    "Any", "Bits", "BitsByUnit", "False", "InUnits", "Message", "Named", "None", "Raw", "RawBytes", "RawText", "True",
-    "Values"
+    "Any", "Bits", "BitsByUnit", "False", "InUnits", "Message", "Named", "None", "Raw", "RawBytes",
+    "RawText", "True", "Values"
 })  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from fractions import Fraction
 
 from stagewire_generator.model import Factor, Json, Protocol
 from stagewire_generator.targets.python.devices.nested import Nested, Source
@@ -52,11 +53,22 @@ def _told(protocol: Protocol, unit: str, owner: str, teller: Json) -> Nested:
     if field.enum:
         values = teller.get("values", {})
         named = [v for v in field.enum.values if not unit or v.name in values]
-        pairs = [f"0x{v.value:02X}: {values[v.name] if unit else literal(v.name)}" for v in named]
+        pairs = [
+            f"0x{v.value:02X}: {_number(values[v.name]) if unit else literal(v.name)}"
+            for v in named
+        ]
         items.append(Nested("values={", tuple(pairs), "}"))
     elif field.quantity:
         items.append(f"scale=quantities.{field.quantity.name.upper()}")
     return Nested("Told(", tuple(items), ")")
+
+
+def _number(value: int | str) -> str:
+    """Return an exact value: an integer, or a fraction."""
+    exact = Fraction(value)
+    if exact.denominator == 1:
+        return str(exact.numerator)
+    return f"Fraction({exact.numerator}, {exact.denominator})"
 
 
 def _rule(rule: Factor | Json, unit: str) -> Source:

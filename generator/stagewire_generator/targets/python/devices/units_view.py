@@ -70,7 +70,7 @@ def _doc(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> str:
         entry.get("note", ""),
     ]
     parts = [
-        sentence(entry["title"].rstrip(".") + kind),
+        paragraph(sentence(entry["title"].rstrip(".") + kind), 4),
         *(paragraph(sentence(text), 4) for text in texts if text),
     ]
     return docstring("\n\n    ".join(parts) + "\n    ")

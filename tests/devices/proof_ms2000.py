@@ -1,0 +1,150 @@
+"""A controller of axes that says values at random, for lines whose replies have no frame."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable
+from contextlib import AbstractAsyncContextManager
+from typing import Any
+
+from proof_calls import Call, calls, fields_at_random, units
+from proof_line import FarEnd, settled
+
+from stagewire.commands import Command, CommandFrame, CommandReceived
+from stagewire.commands.formats import TextReceived, format_framer
+from stagewire_ms2000 import PROTOCOL
+from stagewire_ms2000 import enumerations as e
+from stagewire_ms2000 import messages as c
+
+NAME, PACKAGE = "asi_ms2000", "stagewire_ms2000"
+UNITS = units(NAME)
+LOW, HIGH = c.SwitchToLowLevel().pack(), c.SwitchToHighLevel().pack()
+MOVES = (c.WriteTargetPosition, c.IncrementMoveUp, c.IncrementMoveDown, c.WriteVectorSpeed)
+DRAIN, USUAL = 0.2, 1.0
+"""Seconds of silence after which a line is clean, and those within which a reply comes."""
+Said = Iterable[tuple[float, bytes | None]]
+
+
+def axis_calls(unit: str) -> list[Call]:
+    """The calls of an axis."""
+    return [call for call in calls(unit, PACKAGE) if call.part == "axis"]
+
+
+def queries(unit: str) -> list[Call]:
+    return [call for call in axis_calls(unit) if call.kind == "_ask"]
+
+
+class Axes(FarEnd):
+    """Answers each read after a millisecond, with values that stay until :meth:`renew`.
+
+    A move lasts 0.35 s, unless it is stopped.
+
+    :ivar raw: the bytes that came.
+    :ivar heard: the commands.
+    :ivar say_so: what becomes of the next reply alone: what is said, and after how many seconds.
+    """
+
+    def __init__(self, seed: int = 1) -> None:
+        self.raw = b""
+        self.heard: list[CommandFrame] = []
+        self.say_so: Callable[[bytes], Said] | None = None
+        self._framer = format_framer(PROTOCOL)
+        self._draw = random.Random(seed)
+        self._state: dict[tuple[int, type], Any] = {}
+        self._lines = 0
+        self._busy_until: dict[int, float] = {}
+
+    def renew(self) -> None:
+        """Let every value be another one."""
+        self._state.clear()
+        self._lines += 1
+
+    def forget(self) -> None:
+        """Forget what was heard."""
+        self.raw = b""
+        self.heard.clear()
+
+    def names(self) -> list[str]:
+        """The commands that were heard."""
+        return [frame.message.layout.message for frame in self.heard]
+
+    def moves(self) -> int:
+        """How many of them move something."""
+        return sum(isinstance(frame.message, MOVES) for frame in self.heard)
+
+    def take(self, data: bytes) -> Said:
+        self.raw += data
+        said: list[tuple[float, bytes | None]] = []
+        for event in self._framer.feed(data):
+            reply = self._hear(event)
+            if reply:
+                said += self._said(reply)
+        return said
+
+    def _said(self, reply: bytes) -> Said:
+        if self.say_so is None:
+            return [(0.001, reply)]
+        say_so, self.say_so = self.say_so, None
+        return say_so(reply)
+
+    def _hear(self, event: Any) -> bytes:
+        """Take what came, and return what is answered."""
+        if isinstance(event, TextReceived):
+            return f"{self.line}\r\n".encode("ascii")
+        assert isinstance(event, CommandReceived), f"the host sends what is no command: {event!r}"
+        frame = event.frame
+        self.heard.append(frame)
+        if isinstance(frame.message, MOVES):
+            self._busy_until[frame.axis or 0] = self.now() + 0.35
+        elif isinstance(frame.message, c.StopMotor):
+            self._busy_until[frame.axis or 0] = self.now()
+        return b"" if frame.message.reply is None else self.state(frame).pack()
+
+    @property
+    def line(self) -> str:
+        """What is answered to a line of text now."""
+        return f":A {self._lines}"
+
+    def state(self, frame: CommandFrame) -> Any:
+        """The reply to a read, as it is now."""
+        axis, cls = frame.axis or 0, frame.message.reply
+        assert cls is not None
+        if cls is c.ReadStatusReply:
+            busy = self._busy_until.get(axis, 0.0) > self.now()
+            return cls(status=e.Busy.BUSY if busy else e.Busy.NOT_BUSY)
+        if (axis, cls) not in self._state:
+            self._state[axis, cls] = cls(**fields_at_random(cls, self._draw, NAME))
+        return self._state[axis, cls]
+
+    def truth(self, request: type[Command], axis: int = 0x18) -> Any:
+        """What is so now, of what ``request`` asks for."""
+        return self.state(CommandFrame(request(), axis))
+
+
+def opened(
+    bench: Any, unit: str = "MS2000", **options: Any
+) -> AbstractAsyncContextManager[Any]:
+    """``async with opened(bench) as device:``; nothing is said at its end."""
+    found: AbstractAsyncContextManager[Any] = bench.open(
+        unit, PACKAGE, **{"on_close": "leave", **options}
+    )
+    return found
+
+
+async def works(device: Any, far: Axes) -> None:
+    """Expect that a device that takes commands does all that it should, with the values of now."""
+    axis = device.axis("X")
+    await settled(axis.stop())
+    far.forget()
+    for name, request in [
+        ("read_motor_position", c.ReadMotorPosition),
+        ("read_target_position", c.ReadTargetPosition),  # as long as the one before
+        ("read_status_byte", c.ReadStatusByte),
+        ("read_identification", c.ReadIdentification),
+    ]:
+        far.renew()
+        values = await settled(getattr(axis, name)(timeout=3))
+        assert values.message == far.truth(request), name
+    assert not await settled(axis.is_moving())
+    await settled(axis.move_absolute(counts=5))
+    assert far.moves() == 1
