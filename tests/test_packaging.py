@@ -134,6 +134,7 @@ def test_entry_points(unpacked: Path) -> None:
     points.read_string(path.read_text(encoding="utf-8"))
     assert {section: dict(points[section]) for section in points.sections()} == {
         "console_scripts": {"stagewire": "stagewire_cli.main:run"},
+        "stagewire.links": {"virtual": "stagewire_virtual.linking"},
         "stagewire.protocols": {
             "asi_ms2000": "stagewire_ms2000:PROTOCOL",
             "thorlabs_apt": "stagewire_apt:PROTOCOL",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import math
 import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -148,3 +149,30 @@ def arguments(call: Call, draw: random.Random, protocol: str = "thorlabs_apt") -
         field["name"]: field for field in fields_of(layouts(protocol)[message_of(call).__name__])
     }
     return {given.keyword: random_field(by_name[given.field], draw) for given in givens(call)}
+
+
+def in_units(
+    call: Call, draw: random.Random, protocol: str = "thorlabs_apt"
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """The keywords in units, each with legal counts for all other values."""
+    for given in givens(call):
+        for way in given.ways:
+            others = arguments(call, draw, protocol)
+            del others[given.keyword]
+            yield way[0], others
+
+
+def in_counts(
+    call: Call, draw: random.Random, protocol: str = "thorlabs_apt"
+) -> Iterator[tuple[str, dict[str, Any], tuple[Any, ...]]]:
+    """The keywords in counts, with what is just outside their range, or no number of counts."""
+    ranges = {
+        field["name"]: field for field in fields_of(layouts(protocol)[message_of(call).__name__])
+    }
+    for given in givens(call):
+        field = ranges[given.field]
+        if field["kind"] == "integer":
+            others = arguments(call, draw, protocol)
+            del others[given.keyword]
+            outside = (field["minimum"] - 1, field["maximum"] + 1, math.nan, math.inf, 0.5)
+            yield given.keyword, others, outside

@@ -10,8 +10,9 @@ from typing import Any
 from proof_calls import Call, calls, fields_at_random, units
 from proof_line import FarEnd, settled
 
-from stagewire.commands import Command, CommandFrame, CommandReceived
-from stagewire.commands.formats import TextReceived, format_framer
+from stagewire.commands import Command, CommandFrame, CommandReceived, Reply
+from stagewire.commands.events import TextReceived
+from stagewire.commands.formats import host_framer
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import enumerations as e
 from stagewire_ms2000 import messages as c
@@ -37,27 +38,35 @@ def queries(unit: str) -> list[Call]:
 class Axes(FarEnd):
     """Answers each read after a millisecond, with values that stay until :meth:`renew`.
 
-    A move lasts 0.35 s, unless it is stopped.
-
+    :ivar lasts: seconds that a move lasts, unless it is stopped.
     :ivar raw: the bytes that came.
     :ivar heard: the commands.
     :ivar say_so: what becomes of the next reply alone: what is said, and after how many seconds.
     """
 
     def __init__(self, seed: int = 1) -> None:
+        self.lasts = 0.35
         self.raw = b""
         self.heard: list[CommandFrame] = []
         self.say_so: Callable[[bytes], Said] | None = None
-        self._framer = format_framer(PROTOCOL)
+        self.begin()
         self._draw = random.Random(seed)
         self._state: dict[tuple[int, type], Any] = {}
         self._lines = 0
         self._busy_until: dict[int, float] = {}
 
+    def begin(self) -> None:
+        """Hear what comes from now on as the beginning."""
+        self._framer = host_framer(PROTOCOL)
+
     def renew(self) -> None:
         """Let every value be another one."""
         self._state.clear()
         self._lines += 1
+
+    def fix(self, cls: type[Reply], axis: int = 0x18, **values: int) -> None:
+        """Let a reply say these values from now on."""
+        self._state[axis, cls] = cls(**values)
 
     def forget(self) -> None:
         """Forget what was heard."""
@@ -95,7 +104,7 @@ class Axes(FarEnd):
         frame = event.frame
         self.heard.append(frame)
         if isinstance(frame.message, MOVES):
-            self._busy_until[frame.axis or 0] = self.now() + 0.35
+            self._busy_until[frame.axis or 0] = self.now() + self.lasts
         elif isinstance(frame.message, c.StopMotor):
             self._busy_until[frame.axis or 0] = self.now()
         return b"" if frame.message.reply is None else self.state(frame).pack()
@@ -121,9 +130,7 @@ class Axes(FarEnd):
         return self.state(CommandFrame(request(), axis))
 
 
-def opened(
-    bench: Any, unit: str = "MS2000", **options: Any
-) -> AbstractAsyncContextManager[Any]:
+def opened(bench: Any, unit: str = "MS2000", **options: Any) -> AbstractAsyncContextManager[Any]:
     """``async with opened(bench) as device:``; nothing is said at its end."""
     found: AbstractAsyncContextManager[Any] = bench.open(
         unit, PACKAGE, **{"on_close": "leave", **options}

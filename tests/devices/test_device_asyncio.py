@@ -22,6 +22,7 @@ from stagewire.errors import (
     WrongModeError,
     WrongUnitError,
 )
+from stagewire.framing.events import Received
 from stagewire.links import AsyncLink, open_async_link
 from stagewire_apt import messages as m
 from stagewire_apt.aio import BBD102, BPC201, BSC002, MST601, TDC001
@@ -153,9 +154,11 @@ def test_changes_of_several_tasks_are_all_kept() -> None:
 def test_bays_channels_modules_and_settings() -> None:
     async def main() -> None:
         async with BBD102.open("virtual://BBD102?stage=MLS203", stage="MLS203") as rack:
-            homed = rack.bay(2).subscribe(m.MotMoveHomed)
+            homed = rack.bay(2).subscribe()
             await asyncio.gather(*(bay.home() for bay in rack.bays))
-            assert (await homed.get(1)).frame.source == 0x22
+            event = await homed.get(1)
+            assert isinstance(event, Received)
+            assert (event.frame.source, type(event.frame.message)) == (0x22, m.MotMoveHomed)
         async with BSC002.open("virtual://BSC002", stages={2: "APT_STEPPER"}) as device:
             await device.channel(2).set_pos_counter(mm=1)
             assert (await device.channel(2).get_pos_counter()).position == 25600

@@ -139,8 +139,7 @@ def test_a_cube_answers_at_its_other_addresses_too() -> None:
 
 def test_a_subscription_is_about_one_bay() -> None:
     with BBD102.open(RecordedLine(virtual.BBD102(stage=stages.MLS203)), stage="MLS203") as rack:
-        everything = rack.subscribe(m.MotMoveHomed)
-        second = rack.bay(2).subscribe(m.MotMoveHomed)
+        everything, second = rack.subscribe(), rack.bay(2).subscribe()
         for bay in rack.bays:
             bay.start_home()
         rack.session.pause(10)
@@ -235,8 +234,8 @@ def test_a_subscription_is_about_one_channel() -> None:
             channel.start_home()
         device.session.pause(10)
         device.stop_updates()
-        assert [event.frame.message.chan_ident for event in taken(homed)] == [2]
-        assert {event.frame.message.chan_ident for event in taken(both)} == {1, 2}
+        assert [message.chan_ident for message in taken(homed)] == [2]
+        assert {message.chan_ident for message in taken(both)} == {1, 2}
         said = {type(event.frame.message) for event in taken(everything)}
         assert said == {m.MotMoveHomed, m.MotGetStatusUpdate}
 

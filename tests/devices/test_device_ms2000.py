@@ -199,7 +199,8 @@ def test_values_that_look_like_a_setup_command_are_refused_on_request(line: Reco
 
 
 def test_it_says_what_is_known_of_it(ms: MS2000) -> None:
-    assert str(ms).splitlines()[:3] == [
+    lines = str(ms).splitlines()
+    assert lines[:3] == [
         "MS2000: MS-2000 controller, at virtual://MS2000",
         "  axis X: travel -10 to 10 mm",
         "    position: 10 counts per um (the document)",

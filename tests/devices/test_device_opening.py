@@ -219,6 +219,8 @@ def test_a_device_says_what_it_is() -> None:
             "  channel 1: stage Z8; travel 0 to 12 mm",
         ]
         assert "    position: 34304 counts per mm (Z8, page 56 of the document)" in lines
+        assert "    status_velocity in counts only: Z8 has no such scale on TDC001" in lines
+        assert "milliseconds" not in str(tdc)  # which are as the document gives them
         assert repr(tdc) == "<TDC001 at virtual://TDC001>"
 
 
@@ -228,6 +230,7 @@ def test_channels_that_are_alike_are_said_once() -> None:
         assert str(rack).count("position: 20000 counts per mm") == 2  # position, encoder_position
     with BBD102.open(RecordedLine(virtual.BBD102()), stages={2: "MLS203"}) as rack:
         assert "  bay 1: travel unknown" in str(rack)
+        assert str(rack).count("position, ") == str(rack).count("give stage= (the document") == 1
         assert "  bay 2: stage MLS203" in str(rack)
 
 

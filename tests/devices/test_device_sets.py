@@ -213,7 +213,7 @@ def test_without_a_stage_there_are_counts_only() -> None:
 def test_a_scale_that_the_document_does_not_give_is_not_guessed(
     tdc: TDC001, line: RecordedLine
 ) -> None:
-    with pytest.raises(UnknownScaleError, match="no figure is taken; use raw counts"):
+    with pytest.raises(UnknownScaleError, match="no figure is taken; raw counts need none"):
         tdc.change_vel_params(acceleration_mm_per_s2=1)
     assert line.raw == b""
 
@@ -227,6 +227,9 @@ def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordedLine) -
         with pytest.raises(UnknownScaleError, match="velocity of mine on TDC001 is not known"):
             tdc.change_vel_params(max_velocity_mm_per_s=1)
         assert "position: 1000 counts per mm (mine, a stage of yours)" in str(tdc)
+    mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1))
+    with TDC001.open(line, stage=mine) as tdc:
+        assert "position: 1 counts per mm (mine, a stage of yours)" in str(tdc)
 
 
 def test_a_scale_of_a_user_in_another_unit_is_refused(line: RecordedLine) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from proof_controller import HOST, Parrot
+from proof_interruptions import cancelled_at
 from proof_line import AsyncMemoryLink
 
 from stagewire import Frame
@@ -15,34 +16,6 @@ from stagewire.errors import MotionUnderWayError
 from stagewire_apt import messages as m
 from stagewire_apt.aio import TDC001
 from stagewire_virtual import stepped
-
-
-class CancelledAt:
-    """An awaitable that cancels its own task when it suspends for the n-th time."""
-
-    def __init__(self, awaitable: Any, number: int) -> None:
-        self._awaitable = awaitable
-        self._number = number
-        self.suspended = 0
-
-    def __await__(self) -> Generator[Any, Any, Any]:
-        steps = self._awaitable.__await__()
-        error: BaseException | None = None
-        while True:
-            try:
-                future = next(steps) if error is None else steps.throw(error)
-            except StopIteration as stop:
-                return stop.value
-            self.suspended += 1
-            if self.suspended == self._number:
-                task = asyncio.current_task()
-                assert task is not None
-                task.cancel()
-            error = None
-            try:
-                yield future
-            except BaseException as thrown:
-                error = thrown
 
 
 class Mover(Parrot):
@@ -94,11 +67,7 @@ def test_cancelled_at_every_await(name: str) -> None:
         async with TDC001.open(
             AsyncMemoryLink(controller), identify=False, on_close="leave"
         ) as tdc:
-            call = CancelledAt(CALLS[name](tdc), number)
-            task = asyncio.ensure_future(_awaited(call))
-            [result] = await asyncio.gather(task, return_exceptions=True)
-            reached = call.suspended >= number
-            assert isinstance(result, asyncio.CancelledError) is reached, result
+            reached = await cancelled_at(CALLS[name](tdc), number)
             await works(tdc, controller)
         return reached
 
@@ -141,7 +110,3 @@ def test_a_move_that_was_cancelled_is_not_sent_again_and_no_other_begins_before_
             await tdc.move_absolute(counts=2000)
 
     stepped.run(main())
-
-
-async def _awaited(awaitable: Any) -> Any:
-    return await awaitable

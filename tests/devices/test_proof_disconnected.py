@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
-import socket
-import struct
-import threading
 from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any
@@ -14,6 +10,7 @@ from typing import Any
 import pytest
 from proof_controller import HOST, Controller
 from proof_line import SIDES, Side, settled
+from proof_server import Server
 
 from stagewire import Frame
 from stagewire.errors import TransportLost
@@ -89,44 +86,6 @@ def test_in_memory(taken: int | None, said: int | None, side: Side) -> None:
 
 
 # The same on TCP, in real time, and connected again afterwards.
-
-
-class Server:
-    """A controller on TCP that hangs up on its first host, as ``controller`` has it; it serves one more."""
-
-    def __init__(self, controller: Cut) -> None:
-        self._controller = controller
-        controller.put = lambda delay, data: None
-        controller.pulled = lambda: None
-        self._listening = socket.create_server(("127.0.0.1", 0))
-        self._listening.settimeout(10)
-        self.url = f"socket://127.0.0.1:{self._listening.getsockname()[1]}"
-        self._thread = threading.Thread(target=self._serve)
-        self._thread.start()
-
-    def _serve(self) -> None:
-        for _ in range(2):
-            host, _ = self._listening.accept()
-            with host:
-                host.settimeout(10)
-                self._controller.plug_in()
-                while not self._controller.unplugged and (data := host.recv(4096)):
-                    for _, said in self._controller.take(data):
-                        if said is None:
-                            self._controller.unplug()
-                        elif not self._controller.unplugged:
-                            host.sendall(said)
-                if self._controller.unplugged:  # reset, as when the plug of an adapter is pulled
-                    linger = struct.pack("hh" if os.name == "nt" else "ii", 1, 0)
-                    host.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
-
-    def __enter__(self) -> Server:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._thread.join(20)
-        self._listening.close()
-        assert not self._thread.is_alive()
 
 
 # A hang-up with everything said may overtake what was said: whether the end is seen is not sure then.

@@ -6,23 +6,10 @@ from typing import Any
 
 import pytest
 from proof_controller import Parrot
-from proof_line import MemoryLink
+from proof_interruptions import InterruptedLink
 
 from stagewire_apt import TDC001
 from stagewire_apt import messages as m
-
-
-class InterruptedLink(MemoryLink):
-    """Raises KeyboardInterrupt in the n-th read from now."""
-
-    left = 0
-
-    def read(self, timeout: float) -> bytes:
-        self.left -= 1
-        if self.left == 0:
-            raise KeyboardInterrupt
-        return super().read(timeout)
-
 
 CALLS: dict[str, Any] = {
     "get": lambda tdc: tdc.get_vel_params(),

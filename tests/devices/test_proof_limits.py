@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -13,10 +12,9 @@ from proof_calls import (
     arguments,
     calls,
     facts_of,
-    fields_of,
     givens,
-    layouts,
-    message_of,
+    in_counts,
+    in_units,
     method,
     units,
 )
@@ -41,29 +39,6 @@ def options_of(unit: str) -> dict[str, Any]:
     if facts["status"] == "piezo":
         options |= {"max_volts": 75, "max_travel_um": 100}
     return options
-
-
-def in_units(call: Call, draw: random.Random) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The keywords in units, each with legal counts for all other values."""
-    for given in givens(call):
-        for way in given.ways:
-            others = arguments(call, draw)
-            del others[given.keyword]
-            yield way[0], others
-
-
-def in_counts(
-    call: Call, draw: random.Random
-) -> Iterator[tuple[str, dict[str, Any], tuple[Any, ...]]]:
-    """The keywords in counts, with what is just outside their range."""
-    ranges = {field["name"]: field for field in fields_of(layouts()[message_of(call).__name__])}
-    for given in givens(call):
-        field = ranges[given.field]
-        if field["kind"] == "integer":
-            others = arguments(call, draw)
-            del others[given.keyword]
-            outside = (field["minimum"] - 1, field["maximum"] + 1, math.nan, math.inf, 0.5)
-            yield given.keyword, others, outside
 
 
 def taking(unit: str) -> list[Call]:

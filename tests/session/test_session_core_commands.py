@@ -154,6 +154,19 @@ def test_a_read_that_was_given_up_early_may_still_be_answered_in_the_usual_time(
     assert again.value().position == 0
 
 
+def test_noise_is_not_taken_for_the_late_reply():
+    talk = Commands(drain=0.2, reply_timeout=1.0)
+    talk.ask(c.ReadMotorPosition(), X, timeout=0.05)
+    talk.later(0.05)
+    again = talk.ask(c.ReadMotorPosition(), Y, timeout=3)
+    talk.hear(b"\xff")
+    assert talk.later(0.5) == b""  # and the line was silent for long enough
+    talk.hear(POSITION)
+    assert talk.later(0.2) == READ_Y
+    talk.hear(bytes(3))
+    assert again.value().position == 0
+
+
 def test_without_a_late_reply_the_silence_counts_from_the_usual_time():
     talk = Commands(drain=0.2, reply_timeout=1.0)
     talk.ask(c.ReadMotorPosition(), X, timeout=0.05)

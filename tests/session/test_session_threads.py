@@ -140,7 +140,7 @@ def test_a_call_keeps_its_time_while_another_ones_bytes_are_not_taken(background
             with pytest.raises(ReplyTimeout, match="was not sent"):
                 call()
             assert first.is_alive()
-        with pytest.raises(ReplyTimeout, match="It goes out as soon as the line does"):
+        with pytest.raises(ReplyTimeout, match="it goes out as soon as the line does"):
             session.halt(m.MotMoveStop(1, 2), None, BAYS[0], 0.05)
         taken.set()
         first.join(60)

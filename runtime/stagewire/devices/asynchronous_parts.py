@@ -5,14 +5,15 @@ See :mod:`stagewire.devices.asynchronous` for the devices themselves.
 
 from __future__ import annotations
 
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, overload
 
 from stagewire.devices import calls, moving
 from stagewire.devices.awaited import CommandLine, FramedLine
 from stagewire.devices.structure import ChannelsBase, PartBase
 from stagewire.devices.tables import Action, Command, MotionEnd, ParameterSet, Query
+from stagewire.devices.unasked import First, Second, Third, Unasked
 from stagewire.devices.values import Values
-from stagewire.message import Message
+from stagewire.framing.events import Event
 from stagewire.session.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire.session.subscribing import AsyncSubscription
 
@@ -96,13 +97,41 @@ class Part(PartBase):
         assert isinstance(line, FramedLine | CommandLine)
         return line.session
 
-    def subscribe(self, *messages: type[Message], limit: int = 1000) -> AsyncSubscription:
+    @overload
+    def subscribe(self, *, limit: int = 1000) -> AsyncSubscription[Event]: ...
+
+    @overload
+    def subscribe(
+        self, first: type[First], /, *, limit: int = 1000
+    ) -> AsyncSubscription[First]: ...
+
+    @overload
+    def subscribe(
+        self, first: type[First], second: type[Second], /, *, limit: int = 1000
+    ) -> AsyncSubscription[First | Second]: ...
+
+    @overload
+    def subscribe(
+        self,
+        first: type[First],
+        second: type[Second],
+        /,
+        *others: type[Third],
+        limit: int = 1000,
+    ) -> AsyncSubscription[First | Second | Third]: ...
+
+    def subscribe(self, *wanted: type[Any], limit: int = 1000) -> AsyncSubscription[Any]:
         """Return a queue of what comes from here from now on, except what answers a question.
 
-        :param messages: the classes that are wanted, in any form of theirs; none: everything.
+        :param wanted: classes of messages, or of their values, and of no other form of theirs; they are given
+            out themselves, values in the scales that hold when they are taken. None: everything, as events.
         :param limit: how much is kept at most; then the oldest is lost, and counted.
+
+        Raises :class:`~stagewire.errors.BadValueError` for what is no such class, and
+        :class:`~stagewire.errors.OutOfRangeError` for a limit below 1.
         """
-        return self.session.subscribe(self._at.wanted(messages), limit, self._source)
+        unasked = Unasked(self._at, wanted)
+        return self.session.subscribe_as(unasked.read, unasked.wanted, limit, self._source)
 
 
 class Channel(Part):

@@ -40,11 +40,8 @@ def _name(name: Name) -> str:
 
 def _channel(connection: Connection, place: Place) -> tuple[str, ...]:
     """Say what stands on a channel, and then each of its scales."""
-    scales = connection.scales(place)
-    quantities = connection.unit.quantities
-    return _stage(connection, place), *(
-        line for quantity in quantities for line in scales.described(quantity)
-    )
+    lines = connection.scales(place).described(connection.unit.quantities)
+    return _stage(connection, place), *lines
 
 
 def _stage(connection: Connection, place: Place) -> str:

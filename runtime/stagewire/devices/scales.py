@@ -6,7 +6,7 @@ guessed: where a stage or a setting is not known, the error says what to give.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import NoReturn, TypeAlias
@@ -112,7 +112,7 @@ class Scales:
         """
         rule = self.rules[quantity]
         if isinstance(rule, ByCase):
-            now = self._case(rule.setting, quantity, unit, case)
+            now = self._case(rule, quantity, unit, case)
             chosen = rule.cases.get(now)
             if chosen is None or _unit_of(chosen) != unit or case not in (None, now):
                 other = f"in {_unit_of(chosen)}" if chosen is not None else "without a unit"
@@ -122,9 +122,7 @@ class Scales:
             rule = chosen
         scale = self._apply(rule, quantity)
         if isinstance(scale, UnknownScale):
-            raise UnknownScaleError(
-                f"no scale of {quantity} in {unit} is known: {scale.reason}; use raw counts"
-            )
+            self._refuse(quantity, unit, scale.reason)
         if scale.unit != unit:
             raise UnknownScaleError(
                 f"the scale of {quantity} is in {scale.unit}, and {unit} is needed; see its source: "
@@ -137,43 +135,39 @@ class Scales:
     ) -> Scale | UnknownScale:
         if isinstance(rule, ByStage):
             if self.stage is None:
-                self._refuse_stage(quantity, rule.unit)
+                known = f"(the document has {', '.join(self.stages)}) " if self.stages else ""
+                way = f"give stage= {known}or Stage.of_user(...) when you open it"
+                return UnknownScale(rule.unit, f"it depends on the stage; {way}")
             return self.stage.scale(quantity, self.unit)
         if isinstance(rule, ByUnit):
             unknown = UnknownScale(rule.unit, f"the document gives none for {self.unit}")
             return rule.units.get(self.unit, unknown)
         if isinstance(rule, BySetting):
-            told = self._setting(rule.setting, quantity, rule.unit)
+            told = self.settings.get(rule.setting)
+            if told is None:
+                return self._untold(rule.setting, rule.unit)
             if not isinstance(told.value, Fraction) or told.value <= 0:
                 return UnknownScale(rule.unit, f"{rule.setting} is {told.value}")
             return Scale(rule.counts / told.value, rule.unit)
         return rule
 
-    def _case(self, setting: str, quantity: str, unit: str, case: str | None) -> str:
+    def _case(self, rule: ByCase, quantity: str, unit: str, case: str | None) -> str:
         """Return the case that holds; where it is not known, what a user says by writing it."""
-        if case is not None and setting not in self.settings:
-            return case
-        return str(self._setting(setting, quantity, unit).value)
+        told = self.settings.get(rule.setting)
+        if told is not None:
+            return str(told.value)
+        if case is None:
+            self._refuse(quantity, unit, self._untold(rule.setting, unit).reason)
+        return case
 
-    def _setting(self, setting: str, quantity: str, unit: str) -> ToldValue:
-        told = self.settings.get(setting)
-        if told is None:
-            way = self.ways.get(setting)
-            unknown = (
-                f"is not known; {way}, or use raw counts"
-                if way
-                else "nothing tells; use raw counts"
-            )
-            raise UnknownScaleError(
-                f"no scale of {quantity} in {unit} is known: it depends on {setting}, which {unknown}"
-            )
-        return told
+    def _untold(self, setting: str, unit: str) -> UnknownScale:
+        way = self.ways.get(setting)
+        unknown = f"is not known; {way}" if way else "nothing tells"
+        return UnknownScale(unit, f"it depends on {setting}, which {unknown}")
 
-    def _refuse_stage(self, quantity: str, unit: str) -> NoReturn:
-        known = f"(the document has {', '.join(self.stages)}) " if self.stages else ""
+    def _refuse(self, quantity: str, unit: str, reason: str) -> NoReturn:
         raise UnknownScaleError(
-            f"no scale of {quantity} in {unit} is known on {self.unit}: it depends on the stage; give stage= "
-            f"{known}or Stage.of_user(...) when you open it, or use raw counts"
+            f"no scale of {quantity} in {unit} is known on {self.unit}: {reason}; raw counts need none"
         )
 
     def unit_of(self, quantity: str) -> str:
@@ -184,33 +178,51 @@ class Scales:
 
     def source(self, quantity: str, scale: Scale) -> str:
         """Say where the scale of a quantity comes from."""
-        rule = self.rules[quantity]
-        if isinstance(rule, ByCase):
-            told = self.settings.get(rule.setting)
-            rule = rule.cases[str(told.value)] if told else rule
+        rule, case = self.rules[quantity], ""
+        if isinstance(rule, ByCase) and (told := self.settings.get(rule.setting)) is not None:
+            case = f"; {rule.setting} is {told.value}"
+            rule = rule.cases[str(told.value)]
         if isinstance(rule, ByStage) and self.stage is not None:
             if self.stage.by_user:
                 return f"{self.stage.name}, a stage of yours"
             return f"{self.stage.name}, {scale.source or f'page {self.stage.page} of the document'}"
         if isinstance(rule, BySetting) and rule.setting in self.settings:
             told = self.settings[rule.setting]
-            return f"{rule.setting} {_number(told.value)} {told.unit}, {told.source}"
-        return scale.source or "the document"
+            return f"{rule.setting} {_number(told.value)} {told.unit}, {told.source}{case}"
+        return f"{scale.source or 'the document'}{case}"
 
-    def described(self, quantity: str) -> Iterator[str]:
-        """Say for each unit of a quantity how many counts make one, and where that comes from."""
-        rule = self.rules[quantity]
-        units = (
-            {_unit_of(one) for one in rule.cases.values()} if isinstance(rule, ByCase) else set()
-        )
-        for unit in sorted(units) if isinstance(rule, ByCase) else [_unit_of(rule)]:
-            try:
-                scale = self.of(quantity, unit)
-            except UnknownScaleError as error:
-                yield f"{quantity} in {unit}: unknown ({error})"
-            else:
+    def described(self, quantities: Iterable[str]) -> Iterator[str]:
+        """Say how many counts make one unit of each quantity, and where that comes from.
+
+        Those that have no scale for the same reason are said together. Left out is what a document gives in
+        its unit, so that there is nothing to convert.
+        """
+        unknown: dict[str, list[str]] = {}
+        for quantity in quantities:
+            scale = self._now(quantity)
+            if isinstance(scale, UnknownScale):
+                unknown.setdefault(scale.reason, []).append(quantity)
+            elif scale.counts_per_unit != 1 or not isinstance(self.rules[quantity], Scale):
                 factor = _number(scale.counts_per_unit)
-                yield f"{quantity}: {factor} counts per {unit} ({self.source(quantity, scale)})"
+                yield f"{quantity}: {factor} counts per {scale.unit} ({self.source(quantity, scale)})"
+        for reason, names in unknown.items():
+            yield f"{', '.join(names)} in counts only: {reason}"
+
+    def _now(self, quantity: str) -> Scale | UnknownScale:
+        """Return the scale that holds now, or why there is none."""
+        rule = self.rules[quantity]
+        if isinstance(rule, ByCase):
+            told = self.settings.get(rule.setting)
+            if told is None:
+                return self._untold(rule.setting, "")
+            rule = rule.cases.get(
+                str(told.value), UnknownScale("", f"{rule.setting} is {told.value}")
+            )
+        try:
+            return self._apply(rule, quantity)
+        except UnknownScaleError:  # it is the stage that has none
+            name = "the stage" if self.stage is None else self.stage.name
+            return UnknownScale("", f"{name} has no such scale on {self.unit}")
 
 
 def _unit_of(rule: Rule) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractAsyncContextManager
 from typing import Any, Final, cast
 
@@ -12,7 +12,6 @@ from stagewire.devices.line import Deadline, Line, LineOfFrames, seconds_of
 from stagewire.devices.motions import Running
 from stagewire.devices.scales import Scales
 from stagewire.devices.tables import Action, Command, ParameterSet, Query
-from stagewire.framing.events import Event, Received
 from stagewire.message import Message
 
 __all__ = ["CONTROLLER", "Spot", "defaults_of"]
@@ -85,27 +84,6 @@ class Spot:
         if field is None or field in fields:
             return _make(cls, fields)
         return _make(cls, {field: self.channel, **fields})
-
-    def wanted(
-        self, messages: tuple[type[Message], ...]
-    ) -> Callable[[Event], bool] | tuple[type[Message], ...] | None:
-        """Return what a subscription to messages of this channel wants; none given means all of them."""
-        channel = self.channel
-        if channel is None or self.connection.unit.channels == 1:
-            return messages or None
-        ids = frozenset(cls.layout.id for cls in messages)
-        field_of = self.connection.channel_field
-
-        def is_wanted(event: Event) -> bool:
-            if not isinstance(event, Received):
-                return False
-            message = event.frame.message
-            field = field_of(type(message))
-            if field is not None and getattr(message, field) != channel:
-                return False
-            return not ids or message.layout.id in ids
-
-        return is_wanted
 
     def running(self, table: Action | Command, what: str) -> Running | None:
         """Return how what a message starts is stopped; None where it starts nothing that goes on."""

@@ -46,8 +46,6 @@ class PartBase:
 class DeviceBase(PartBase):
     """An open controller."""
 
-    _source = None  # all that comes over the line
-
     facts: ClassVar[Facts]
     unit: ClassVar[Unit]
 
@@ -55,6 +53,11 @@ class DeviceBase(PartBase):
         unit = connection.unit
         channel = 1 if unit.kind in ("generic_usb", "bay") and unit.channels == 1 else None
         super().__init__(Spot(connection, connection.addresses[0], channel, unit.name))
+
+    @property
+    def _source(self) -> int | None:
+        """Of a module its own, as others may share its line; else all that comes over it."""
+        return self._at.address if self.unit.kind == "bay" else None
 
     @property
     def url(self) -> str:

@@ -135,10 +135,14 @@ class Facts:
 
     def values_of(self, message: type[Message]) -> Callable[..., Values[Any]] | None:
         """Return the class of the values of a message; None for one that carries none."""
+        return self.all_values().get(message)
+
+    def all_values(self) -> Mapping[type[Message], type[Values[Any]]]:
+        """Return the class of the values of each message that carries some."""
         classes: Mapping[type[Message], type[Values[Any]]] = import_module(
             f"{self.package}.devices.values"
         ).VALUES
-        return classes.get(message)
+        return classes
 
     def telling(self, unit: Unit) -> Iterator[tuple[Setting, Told]]:
         """Give every setting of a unit with the messages that tell it there."""

@@ -8,10 +8,11 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from stagewire.errors import MotionTimeout
+from stagewire.framing.events import Event
 from stagewire.session.core import Core
 from stagewire.session.exchange import Exchange
 from stagewire.session.loop_driver import LoopDriver
-from stagewire.session.subscribing import AsyncSubscription
+from stagewire.session.subscribing import AsyncSubscription, as_it_came
 from stagewire.session.waiting import Over, Watchers
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["AsyncSession"]
 
 _C = TypeVar("_C", bound=Core)
+_T = TypeVar("_T")
 
 
 class AsyncSession(LoopDriver[_C]):
@@ -101,7 +103,7 @@ class AsyncSession(LoopDriver[_C]):
 
     def subscribe(
         self, wanted: Wanted = None, limit: int = 1000, source: int | None = None
-    ) -> AsyncSubscription:
+    ) -> AsyncSubscription[Event]:
         """Return a queue of what comes from now on, except what answers a request.
 
         :param wanted: message classes or event classes, one or a tuple, or a condition on events, which
@@ -109,9 +111,22 @@ class AsyncSession(LoopDriver[_C]):
         :param limit: events that are kept at most; then the oldest is lost, and counted.
         :param source: only what comes from this address, or does not say from where.
         """
+        return self.subscribe_as(as_it_came, wanted, limit, source)
+
+    def subscribe_as(
+        self,
+        read: Callable[[Event], _T],
+        wanted: Wanted = None,
+        limit: int = 1000,
+        source: int | None = None,
+    ) -> AsyncSubscription[_T]:
+        """Return a queue as :meth:`subscribe` does, of what is read from the events.
+
+        :param read: is called when an event is taken, by whoever takes it.
+        """
         self._check_loop()
         queue = self._core.subscribe(wanted, limit, source)
-        return AsyncSubscription(queue, self)
+        return AsyncSubscription(queue, self, read)
 
     async def __aenter__(self) -> Self:
         return self

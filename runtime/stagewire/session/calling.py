@@ -8,9 +8,10 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from stagewire.errors import MotionTimeout
+from stagewire.framing.events import Event
 from stagewire.session.core import Core
 from stagewire.session.exchange import Exchange
-from stagewire.session.subscribing import BlockingSubscription
+from stagewire.session.subscribing import BlockingSubscription, as_it_came
 from stagewire.session.thread_driver import ThreadDriver
 from stagewire.session.waiting import Waiter, Watchers
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["Session"]
 
 _C = TypeVar("_C", bound=Core)
+_T = TypeVar("_T")
 
 
 class Session(ThreadDriver[_C]):
@@ -123,7 +125,7 @@ class Session(ThreadDriver[_C]):
 
     def subscribe(
         self, wanted: Wanted = None, limit: int = 1000, source: int | None = None
-    ) -> BlockingSubscription:
+    ) -> BlockingSubscription[Event]:
         """Return a queue of what comes from now on, except what answers a request.
 
         :param wanted: message classes or event classes, one or a tuple, or a condition on events, which
@@ -131,9 +133,22 @@ class Session(ThreadDriver[_C]):
         :param limit: events that are kept at most; then the oldest is lost, and counted.
         :param source: only what comes from this address, or does not say from where.
         """
+        return self.subscribe_as(as_it_came, wanted, limit, source)
+
+    def subscribe_as(
+        self,
+        read: Callable[[Event], _T],
+        wanted: Wanted = None,
+        limit: int = 1000,
+        source: int | None = None,
+    ) -> BlockingSubscription[_T]:
+        """Return a queue as :meth:`subscribe` does, of what is read from the events.
+
+        :param read: is called when an event is taken, by whoever takes it.
+        """
         with self._lock:
             queue = self._core.subscribe(wanted, limit, source)
-        return BlockingSubscription(queue, self)
+        return BlockingSubscription(queue, self, read)
 
     def __enter__(self) -> Self:
         return self

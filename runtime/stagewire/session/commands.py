@@ -64,9 +64,9 @@ class CommandCore(Core):
         self._queue: deque[Line] = deque()
         self._outstanding: Line | None = None
         self._free_at = 0.0  # by pacing
-        self._drained_at = (
-            inf  # when the line will have been silent for long enough; inf: it is clean
-        )
+        self._owed = 0  # bytes of the reply to a read that was given up
+        self._owed_until = 0.0  # until when they come in the usual time
+        self._drained_at = inf  # when it will have been silent for long enough; inf: it is clean
 
     # What users ask for
 
@@ -167,7 +167,9 @@ class CommandCore(Core):
             data = self._take_reply(line, data)
         if data:
             self.statistics.garbage += len(data)
-            self._drained_at = now + self.options.drain
+            self._owed -= len(data)
+            since = now if self._owed <= 0 else max(now, self._owed_until)  # it may be noise
+            self._drained_at = since + self.options.drain
             self._at(self._drained_at)
             log.debug("nobody asked for %s", data.hex(" "))
             self._news.tell(Garbage(data))
@@ -274,8 +276,10 @@ class CommandCore(Core):
             self.statistics.garbage += pending
             self._text = b""
             self._outstanding = None
-            usual = line.sent_at + self.options.reply_timeout
-            self._drained_at = max(now, usual) + self.options.drain
+            reply = None if line.frame is None else line.frame.message.reply
+            self._owed = 1 if reply is None else reply.layout.length - pending
+            self._owed_until = line.sent_at + self.options.reply_timeout
+            self._drained_at = max(now, self._owed_until) + self.options.drain
             self._at(self._drained_at)
         elif line in self._queue:  # and no stop, which is written all the same
             self._queue.remove(line)
@@ -284,11 +288,8 @@ class CommandCore(Core):
     def _timed_out(self, line: Line) -> str:
         within = f"within {line.timeout:g} s"
         if not line.written:
-            why = (
-                "the line had not been silent since"
-                if self._drained_at != inf
-                else "others came before it"
-            )
+            poisoned = self._drained_at != inf
+            why = "the line had not been silent since" if poisoned else "others came before it"
             return f"{line.name} was not sent {within}: {why}; give it more time, or ask for less at once"
         came = self._text or self._replies.pending
         shown = f"but {came.hex(' ')}" if came else "and nothing else"

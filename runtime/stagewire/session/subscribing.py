@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from stagewire.errors import ReplyTimeout, SessionClosedError
 from stagewire.framing.events import Event
@@ -16,14 +17,22 @@ if TYPE_CHECKING:
     from stagewire.session.loop_driver import LoopDriver
     from stagewire.session.thread_driver import ThreadDriver
 
-__all__ = ["AsyncSubscription", "BlockingSubscription"]
+__all__ = ["AsyncSubscription", "BlockingSubscription", "as_it_came"]
+
+_T = TypeVar("_T")
 
 
-class _Ended:
-    """What both have in common: the queue, and its end."""
+def as_it_came(event: Event) -> Event:
+    """Give out an event itself."""
+    return event
 
-    def __init__(self, queue: Subscription) -> None:
+
+class _Ended(Generic[_T]):
+    """What both have in common: the queue, what is read from its events, and its end."""
+
+    def __init__(self, queue: Subscription, read: Callable[[Event], _T]) -> None:
         self._queue = queue
+        self._read = read
         self._closed = False
 
     def __len__(self) -> int:
@@ -39,9 +48,10 @@ class _Ended:
         """How many events were lost because nobody took them in time."""
         return self._queue.dropped
 
-    def take(self) -> Event | None:
-        """Return the next event if one has come; never waits, and reads nothing."""
-        return self._queue.take()
+    def take(self) -> _T | None:
+        """Return the next one if it has come; never waits, and hears nothing."""
+        event = self._queue.take()
+        return None if event is None else self._read(event)
 
     def _check(self) -> None:
         """Raise when nothing more will come."""
@@ -55,21 +65,23 @@ def _nothing(timeout: float | None) -> ReplyTimeout:
     return ReplyTimeout(f"nothing of what is subscribed to came within {timeout} s")
 
 
-class BlockingSubscription(_Ended):
+class BlockingSubscription(_Ended[_T]):
     """Events that were wanted, to be taken by threads; an iterator, and a context manager.
 
     The iteration ends when the subscription or the session is closed, and raises
     :class:`~stagewire.errors.TransportLost` when the line is lost. What came before is given out first.
     """
 
-    def __init__(self, queue: Subscription, driver: ThreadDriver[Any]) -> None:
-        super().__init__(queue)
+    def __init__(
+        self, queue: Subscription, driver: ThreadDriver[Any], read: Callable[[Event], _T]
+    ) -> None:
+        super().__init__(queue, read)
         self._driver = driver
         self._waiters: set[Waiter] = set()
         queue.on_event = self._wake
 
-    def get(self, timeout: float | None = None) -> Event:
-        """Return the next event, and wait for it if need be.
+    def get(self, timeout: float | None = None) -> _T:
+        """Return the next one, and wait for it if need be.
 
         :param timeout: seconds; 0 never waits; None: for ever.
 
@@ -86,7 +98,7 @@ class BlockingSubscription(_Ended):
             while True:
                 waiter.done = False
                 if (event := self._queue.take()) is not None:
-                    return event
+                    return self._read(event)
                 driver._check_usable()
                 self._check()
                 if not driver.now() < until:  # which is no number, perhaps
@@ -112,7 +124,7 @@ class BlockingSubscription(_Ended):
     def __iter__(self) -> Self:
         return self
 
-    def __next__(self) -> Event:
+    def __next__(self) -> _T:
         try:
             return self.get()
         except SessionClosedError:
@@ -130,21 +142,23 @@ class BlockingSubscription(_Ended):
         self.close()
 
 
-class AsyncSubscription(_Ended):
+class AsyncSubscription(_Ended[_T]):
     """Events that were wanted, to be taken by tasks; an asynchronous iterator, and a context manager.
 
     The iteration ends when the subscription or the session is closed, and raises
     :class:`~stagewire.errors.TransportLost` when the line is lost. What came before is given out first.
     """
 
-    def __init__(self, queue: Subscription, driver: LoopDriver[Any]) -> None:
-        super().__init__(queue)
+    def __init__(
+        self, queue: Subscription, driver: LoopDriver[Any], read: Callable[[Event], _T]
+    ) -> None:
+        super().__init__(queue, read)
         self._driver = driver
         self._waiters: set[Over] = set()
         queue.on_event = self._wake
 
-    async def get(self, timeout: float | None = None) -> Event:
-        """Return the next event, and wait for it if need be; see :meth:`BlockingSubscription.get`."""
+    async def get(self, timeout: float | None = None) -> _T:
+        """Return the next one, and wait for it if need be; see :meth:`BlockingSubscription.get`."""
         driver = self._driver
         until = math.inf if timeout is None else driver.now() + timeout
         while (event := self._queue.take()) is None:
@@ -159,7 +173,7 @@ class AsyncSubscription(_Ended):
                 await asyncio.wait({over.future}, timeout=None if left == math.inf else left)
             finally:
                 self._waiters.remove(over)
-        return event
+        return self._read(event)
 
     def close(self) -> None:
         """Want nothing more, and end who waits; harmless when done twice."""
@@ -174,7 +188,7 @@ class AsyncSubscription(_Ended):
     def __aiter__(self) -> Self:
         return self
 
-    async def __anext__(self) -> Event:
+    async def __anext__(self) -> _T:
         try:
             return await self.get()
         except SessionClosedError:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from stagewire.errors import MotionTimeout, ReplyTimeout
 from stagewire.framed import FramedProtocol
-from stagewire.session.framed_exchanges import FramedExchange, Motion
+from stagewire.session.framed_exchanges import FramedExchange, Halt, Motion
 
 __all__ = ["Wording"]
 
@@ -37,6 +37,11 @@ class Wording:
         kind = MotionTimeout if isinstance(exchange, Motion) else ReplyTimeout
         if exchange.written:
             return kind(self._unanswered(exchange))
+        if isinstance(exchange, Halt):  # nothing but the line itself keeps it
+            return kind(
+                f"{exchange.name} to {exchange.dest:#04x} was not sent within {exchange.timeout:g} s: the "
+                "line takes nothing; it goes out as soon as the line does, so see whether anything moves"
+            )
         why = "the late reply to an earlier one might still have come"
         return kind(
             f"{exchange.name} to {exchange.dest:#04x} was not sent: "

@@ -1,0 +1,52 @@
+"""A far end on TCP, in real time, that hangs up as a test has it, and can be connected to again."""
+
+from __future__ import annotations
+
+import os
+import socket
+import struct
+import threading
+import time
+from typing import Any
+
+
+class Server:
+    """A controller on TCP that hangs up on its first host, as ``controller`` has it; it serves one more.
+
+    :param controller: a :class:`proof_line.FarEnd` with ``plug_in()``, which begins another line.
+    """
+
+    def __init__(self, controller: Any) -> None:
+        self._controller = controller
+        controller.put = lambda delay, data: None
+        controller.pulled = lambda: None
+        controller.now = time.monotonic
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self._listening.settimeout(10)
+        self.url = f"socket://127.0.0.1:{self._listening.getsockname()[1]}"
+        self._thread = threading.Thread(target=self._serve)
+        self._thread.start()
+
+    def _serve(self) -> None:
+        for _ in range(2):
+            host, _ = self._listening.accept()
+            with host:
+                host.settimeout(10)
+                self._controller.plug_in()
+                while not self._controller.unplugged and (data := host.recv(4096)):
+                    for _, said in self._controller.take(data):
+                        if said is None:
+                            self._controller.unplug()
+                        elif not self._controller.unplugged:
+                            host.sendall(said)
+                if self._controller.unplugged:  # reset, as when the plug of an adapter is pulled
+                    linger = struct.pack("hh" if os.name == "nt" else "ii", 1, 0)
+                    host.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._thread.join(20)
+        self._listening.close()
+        assert not self._thread.is_alive()

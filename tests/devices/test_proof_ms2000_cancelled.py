@@ -1,0 +1,128 @@
+"""Calls of an axis, cancelled at every await or interrupted at every read: the next reply is right."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+import pytest
+from proof_calls import Call, arguments, method
+from proof_interruptions import InterruptedLink, cancelled_at
+from proof_line import AsyncMemoryLink, at_once, settled
+from proof_ms2000 import NAME, PACKAGE, UNITS, Axes, axis_calls, works
+
+from stagewire_virtual import stepped
+
+Do = Callable[[Any], Any]
+
+
+def doing(call: Call) -> Do:
+    """Return what makes a call, with arguments."""
+    given = arguments(call, random.Random(call.name), NAME)
+    return lambda device: method(device, call)(**given)
+
+
+async def started_and_waited_for(device: Any) -> None:
+    motion = await settled(device.axis("X").start_move_absolute(counts=9))
+    await settled(motion.wait())
+
+
+async def text(device: Any) -> None:
+    await settled(device.switch_to_high_level())
+    await settled(device.text("W X"))
+
+
+async def everything_in_a_block(device: Any) -> None:
+    block = device.low_level()
+    if hasattr(block, "__aenter__"):
+        async with block:
+            await started_and_waited_for(device)
+        return
+    with block:
+        await started_and_waited_for(device)
+
+
+def everything(unit: str) -> dict[str, Do]:
+    return {
+        **{call.name: doing(call) for call in axis_calls(unit)},
+        "is_moving": lambda device: device.axis("X").is_moving(),
+        "wait": started_and_waited_for,
+        "text": text,
+        "low_level": everything_in_a_block,
+        "switch_to_low_level": lambda device: device.switch_to_low_level(),
+    }
+
+
+CALLS = [(unit, name) for unit in UNITS for name in everything(unit)]
+AFTER = [0.0, 3.0]
+"""Seconds until the next question: at once, and when all that was on its way has come."""
+ASKING = ("read_", "is_moving", "move_", "increment_", "wait", "text", "low_level")
+"""Calls that wait, even for a line that is idle; of the others there is nothing to be cancelled."""
+
+
+async def goes_on(device: Any, far: Axes, after: float) -> int:
+    """Expect of a device whose call was broken off that all works; return how much was moved before."""
+    if after:
+        await settled(device.session.pause(after))
+    await settled(device.switch_to_low_level())
+    moves = far.moves()
+    await works(device, far)
+    return moves
+
+
+@pytest.mark.parametrize("after", AFTER)
+@pytest.mark.parametrize(("unit", "name"), CALLS)
+def test_cancelled_at_every_await(unit: str, name: str, after: float) -> None:
+    do = everything(unit)[name]
+    cls = getattr(import_module(f"{PACKAGE}.aio"), unit)
+
+    async def once(number: int) -> tuple[bool, int]:
+        """Break it off at the n-th await; say whether there was one, and what moved."""
+        far = Axes(seed=number)
+        async with cls.open(AsyncMemoryLink(far), on_close="leave") as device:
+            await device.switch_to_low_level()
+            await device.session.pause(1)
+            reached = await cancelled_at(do(device), number)
+            return reached, await goes_on(device, far, after)
+
+    moved = []
+    reached, number = True, 0
+    while reached:
+        number += 1
+        reached, moves = stepped.run(once(number))
+        moved.append(moves)
+    assert max(moved) == moved[-1] <= 1
+    assert number > 1 or not name.startswith(ASKING)
+
+
+@pytest.mark.parametrize("after", AFTER)
+@pytest.mark.parametrize(("unit", "name"), CALLS)
+def test_interrupted_at_every_read(unit: str, name: str, after: float) -> None:
+    do = everything(unit)[name]
+    cls = getattr(import_module(f"{PACKAGE}.devices"), unit)
+
+    async def once(number: int) -> tuple[bool, int]:
+        far = Axes(seed=number)
+        link = InterruptedLink(far)
+        with cls.open(link, on_close="leave") as device:
+            device.switch_to_low_level()
+            device.session.pause(1)
+            link.left = number
+            reached = False
+            try:
+                await settled(do(device))
+            except KeyboardInterrupt:
+                reached = True
+            link.left = 0
+            return reached, await goes_on(device, far, after)
+
+    moved = []
+    reached, number = True, 0
+    while reached:
+        number += 1
+        reached, moves = at_once(once(number))
+        moved.append(moves)
+    assert max(moved) == moved[-1] <= 1
+    assert number > 1

@@ -1,0 +1,170 @@
+"""The plug pulled at every byte of a move that is polled for: it is seen at most once, nothing is re-sent."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from proof_line import SIDES, Side, at_once, settled
+from proof_ms2000 import LOW, UNITS, Axes, Said, opened
+from proof_server import Server
+
+from stagewire.errors import MotionUnderWayError, TransportLost, WrongModeError
+from stagewire_ms2000 import MS2000
+from stagewire_ms2000 import messages as c
+from stagewire_ms2000.aio import MS2000 as AsyncMS2000
+
+MOVES: dict[str, tuple[Callable[[Any], Any], bytes]] = {
+    "move_absolute": (
+        lambda axis: axis.move_absolute(counts=100),
+        c.WriteTargetPosition(100).pack(0x18),
+    ),
+    "increment_move_up": (lambda axis: axis.increment_move_up(), c.IncrementMoveUp().pack(0x18)),
+    "increment_move_down": (
+        lambda axis: axis.increment_move_down(),
+        c.IncrementMoveDown().pack(0x18),
+    ),
+}
+READ = c.ReadStatus().pack(0x18)
+POLLS = 4  # as many as a move of 0.35 s has
+
+
+class Cut(Axes):
+    """A controller whose plug is pulled when it has taken, or said, so many bytes since it takes commands.
+
+    :param taken: bytes; None: it gets all.
+    :param said: bytes; None: all.
+    """
+
+    def __init__(self, taken: int | None, said: int | None) -> None:
+        super().__init__()
+        self._to_take, self._to_say = taken, said
+
+    def take(self, data: bytes) -> Said:
+        if self._to_take is not None and self.raw.startswith(LOW):
+            room = self._to_take - (len(self.raw) - len(LOW))
+            if len(data) >= room:
+                data = data[:room]
+                self.unplug()
+        said: list[tuple[float, bytes | None]] = []
+        for delay, reply in super().take(data):
+            assert reply is not None
+            if self._to_say is not None:
+                reply = reply[: self._to_say]
+                self._to_say -= len(reply)
+            said.append((delay, reply))
+            if self._to_say == 0:
+                said.append((delay, None))
+        return said
+
+    def plug_in(self) -> None:
+        """Begin with another line; what was not whole on the last one is forgotten."""
+        if self.unplugged:
+            self._to_take = self._to_say = None
+        self.unplugged = False
+        self.begin()
+
+
+def cuts(name: str, polls: int) -> list[tuple[int | None, int | None]]:
+    """Every byte of a move and of so many polls, and of their answers."""
+    size = len(MOVES[name][1]) + polls * len(READ)
+    return [
+        *((taken, None) for taken in range(size + 1)),
+        *((None, said) for said in range(1, polls)),
+    ]
+
+
+def seen(name: str, taken: int | None) -> int:
+    """How many moves a controller has seen that took so many bytes."""
+    return int(taken is None or taken >= len(MOVES[name][1]))
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("name", MOVES)
+def test_in_memory(unit: str, name: str, side: Side) -> None:
+    move, raw = MOVES[name]
+
+    async def scenario(bench: Any, far: Cut) -> None:
+        async with opened(bench, unit, on_close="stop") as device:
+            await settled(device.switch_to_low_level())
+            with pytest.raises(TransportLost):
+                await settled(move(device.axis("X")))
+            for call in (device.axis("X").read_status, device.axis("X").stop):
+                with pytest.raises(TransportLost):  # and so does each later one
+                    await settled(call())
+
+    for taken, said in cuts(name, POLLS):
+        far = Cut(taken, said)
+        side.run(far, lambda bench, far=far: scenario(bench, far))
+        assert far.moves() == seen(name, taken), (taken, said)
+        assert far.raw == (LOW + raw + READ * POLLS)[: len(far.raw)]
+        assert taken is None or len(far.raw) == len(LOW) + taken
+
+
+def test_none_of_it_is_cut_when_all_is_taken() -> None:
+    """So that the cuts are all there are."""
+    for name, (move, raw) in MOVES.items():
+        far = Cut(None, None)
+
+        async def scenario(bench: Any, move: Any = move) -> None:
+            async with opened(bench) as device:
+                device.switch_to_low_level()
+                move(device.axis("X"))
+
+        SIDES[0].run(far, scenario)
+        assert far.raw == LOW + raw + READ * POLLS, name
+
+
+async def again(device: Any, far: Cut, moves: int) -> None:
+    """Connect once more: nothing is sent again, and no other move before it is known that none goes on."""
+    far.forget()
+    await settled(device.reconnect())
+    axis = device.axis("X")
+    with pytest.raises(WrongModeError):
+        await settled(axis.start_move_absolute(counts=1))
+    await settled(device.switch_to_low_level())
+    if moves:
+        with pytest.raises(MotionUnderWayError):
+            await settled(axis.start_move_absolute(counts=1))
+        await settled(axis.stop())
+    assert far.moves() == 0
+    await settled(axis.start_move_absolute(counts=1))
+    await settled(axis.stop())
+    await settled(axis.read_status())  # has come, and so has all before it
+    assert far.moves() == 1
+
+
+@pytest.mark.parametrize(("taken", "said"), cuts("move_absolute", 1))
+def test_on_tcp(taken: int | None, said: int | None) -> None:
+    far = Cut(taken, said)
+    far.lasts = 60
+    move, _ = MOVES["move_absolute"]
+    moves = seen("move_absolute", taken)
+    with Server(far) as server, MS2000.open(server.url, on_close="leave") as device:
+        device.switch_to_low_level()
+        with pytest.raises(TransportLost):
+            move(device.axis("X"))
+        assert far.moves() == moves
+        at_once(again(device, far, moves))
+
+
+@pytest.mark.parametrize(("taken", "said"), cuts("move_absolute", 1))
+def test_on_tcp_with_asyncio(taken: int | None, said: int | None) -> None:
+    far = Cut(taken, said)
+    far.lasts = 60
+    move, _ = MOVES["move_absolute"]
+    moves = seen("move_absolute", taken)
+
+    async def main(url: str) -> None:
+        async with AsyncMS2000.open(url, on_close="leave") as device:
+            await device.switch_to_low_level()
+            with pytest.raises(TransportLost):
+                await move(device.axis("X"))
+            assert far.moves() == moves
+            await again(device, far, moves)
+
+    with Server(far) as server:
+        asyncio.run(main(server.url))

@@ -1,0 +1,166 @@
+"""Too much, too little, NaN and infinity, for every call of an axis: refused with 0 bytes on the wire."""
+
+from __future__ import annotations
+
+import math
+import random
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from proof_calls import Call, arguments, givens, in_counts, in_units, method
+from proof_line import SIDES, Side, settled
+from proof_ms2000 import NAME, UNITS, Axes, axis_calls, opened
+
+from stagewire.errors import LimitError, MissingFieldError, StagewireError
+from stagewire_ms2000 import messages as c
+
+NO_NUMBERS = (math.nan, math.inf, -math.inf)
+FAR_OUT = (10**12, -(10**12), 1e300, -1e300)
+PER_UNIT = {"um": 10, "ms": 1, "um_per_s": 1}  # counts, as the document has it
+
+
+def taking(unit: str) -> list[Call]:
+    """The calls that take a value."""
+    return [call for call in axis_calls(unit) if givens(call)]
+
+
+def just_outside(call: Call, keyword: str) -> list[Fraction]:
+    """The nearest counts outside of the range, in units."""
+    [given] = [given for given in givens(call) if keyword in [way[0] for way in given.ways]]
+    per_unit = PER_UNIT[keyword]
+    return [
+        Fraction(given.minimum - 1, per_unit),
+        Fraction(given.maximum + 1, per_unit),
+    ]
+
+
+def test_all_of_them_are_here() -> None:
+    for unit in UNITS:
+        assert {call.name for call in taking(unit)} == {
+            "move_absolute",
+            "start_move_absolute",
+            "write_increment_value",
+            "write_motor_position",
+            "write_ramping_time",
+            "write_top_speed",
+            "write_vector_speed",
+        }
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("unit", UNITS)
+def test_what_is_no_number_too_much_or_too_little_makes_no_byte(unit: str, side: Side) -> None:
+    far = Axes()
+    draw = random.Random(unit)
+    wrong: list[str] = []
+
+    async def refused(device: Any, call: Call, given: dict[str, Any]) -> None:
+        try:
+            await settled(method(device, call)(**given))
+        except StagewireError:
+            if far.raw:
+                wrong.append(f"{call}({given}): {far.raw.hex(' ')}")
+        except Exception as error:
+            wrong.append(f"{call}({given}): {error!r}")
+        else:
+            wrong.append(f"{call}({given}) was taken: {far.raw.hex(' ')}")
+        far.forget()
+
+    async def scenario(bench: Any) -> None:
+        async with opened(bench, unit) as device:
+            await settled(device.switch_to_low_level())
+            far.forget()
+            for call in taking(unit):
+                for keyword, others in in_units(call, draw, NAME):
+                    for value in (*NO_NUMBERS, *FAR_OUT, *just_outside(call, keyword), True, "x"):
+                        await refused(device, call, {**others, keyword: value})
+                for keyword, others, outside in in_counts(call, draw, NAME):
+                    for value in (*outside, -math.inf, True, "1"):
+                        await refused(device, call, {**others, keyword: value})
+
+    side.run(far, scenario)
+    assert wrong == []
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("unit", UNITS)
+def test_none_of_two_values_or_both_make_no_byte(unit: str, side: Side) -> None:
+    far = Axes()
+    draw = random.Random(unit)
+
+    async def scenario(bench: Any) -> None:
+        async with opened(bench, unit) as device:
+            await settled(device.switch_to_low_level())
+            far.forget()
+            for call in taking(unit):
+                with pytest.raises(MissingFieldError):
+                    await settled(method(device, call)())
+                for keyword, _ in in_units(call, draw, NAME):
+                    both = {**arguments(call, draw, NAME), keyword: 1}
+                    with pytest.raises(StagewireError, match="are the same value"):
+                        await settled(method(device, call)(**both))
+            assert far.raw == b""
+
+    side.run(far, scenario)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_outermost_values_are_taken(unit: str) -> None:
+    """So that what is refused above is refused for its value."""
+    far = Axes()
+
+    async def scenario(bench: Any) -> None:
+        async with opened(bench, unit) as device:
+            device.switch_to_low_level()
+            for call in taking(unit):
+                [given] = givens(call)
+                [way] = given.ways
+                for counts in (given.minimum, given.maximum):
+                    for keyword, value in [
+                        (given.keyword, counts),
+                        (way[0], Fraction(counts, PER_UNIT[way[0]])),
+                    ]:
+                        device.axis("X").stop()
+                        far.forget()
+                        method(device, call)(**{keyword: value})
+                        sent = far.heard[0].message
+                        assert getattr(sent, given.field) == counts, call
+                        assert far.raw.startswith(far.heard[0].encode())
+
+    SIDES[0].run(far, scenario)
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("unit", UNITS)
+def test_outside_the_travel_nothing_moves(unit: str, side: Side) -> None:
+    """10 mm either way: places and distances that are sent make no byte, stored ones are asked for."""
+    far = Axes()
+
+    async def scenario(bench: Any) -> None:
+        async with opened(bench, unit, travel_mm=(-10, 10)) as device:
+            await settled(device.switch_to_low_level())
+            far.forget()
+            axis = device.axis("X")
+            for call in (axis.move_absolute, axis.start_move_absolute):
+                for given in ({"um": 10000.1}, {"um": -10000.1}, {"counts": 100001}):
+                    with pytest.raises(LimitError):
+                        await settled(call(**given))
+            for distance in ("20000.1", "-20000.1"):
+                with pytest.raises(LimitError):
+                    await settled(axis.write_increment_value(um=distance))
+            with pytest.raises(LimitError):
+                await settled(axis.write_increment_value(increment=200001))
+            assert far.raw == b""
+            far.fix(c.ReadIncrementValueReply, increment=200001)
+            for name in ("increment_move_up", "increment_move_down"):
+                for call in (getattr(axis, name), getattr(axis, f"start_{name}")):
+                    with pytest.raises(LimitError):
+                        await settled(call())
+                    assert far.names() == ["READ_INCREMENT_VALUE"]
+                    far.forget()
+            far.fix(c.ReadIncrementValueReply, increment=200000)
+            await settled(axis.increment_move_up())
+            assert far.moves() == 1
+
+    side.run(far, scenario)
