@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import asyncio
 
-from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_apt.aio import BBD102, BBD102Bay
+from stagewire_apt.devices import values
 
 
 async def watch(bay: BBD102Bay, name: str) -> None:
     """Print where an axis is whenever its controller says so, ten times a second."""
-    async with bay.subscribe(m.MotGetDcStatusUpdate) as updates:
-        async for event in updates:
-            status = bay.values(event.frame.message)
+    async with bay.subscribe(values.DcStatusUpdate) as updates:
+        async for status in updates:
             print(f"{name} {status.position_mm:8.4f} mm")
 
 

@@ -205,3 +205,4 @@ def test_it_says_what_is_known_of_it(ms: MS2000) -> None:
         "  axis X: travel -10 to 10 mm",
         "    position: 10 counts per um (the document)",
     ]
+    assert "counts per ms" not in str(ms)  # which are milliseconds

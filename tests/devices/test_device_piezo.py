@@ -108,6 +108,8 @@ def test_samples_are_what_the_keyword_says_unless_it_is_known_otherwise() -> Non
         assert line.raw == b""
         with pytest.raises(UnknownScaleError, match="depends on lut_value_type"):
             _ = tpz.get_output_lut().volts
+        said = "    lut_output in counts only: it depends on lut_value_type, which nothing tells"
+        assert said in str(tpz).splitlines()
 
 
 def test_a_waveform_is_stopped_at_the_end() -> None:
@@ -137,6 +139,8 @@ def test_a_reading_is_in_the_unit_of_the_display() -> None:
         assert values.exact("um") == pytest.approx(10, abs=0.01)
         with pytest.raises(UnknownScaleError, match="is in um and not in N while display_mode is"):
             values.exact("newtons")
+        assert "as PZ_GET_MAXTRAVEL says; display_mode is DISPUNITS_POSITION)" in str(tsg)
+        assert str(tsg).count("strain_gauge_reading") == 1
         tsg.change_tsg_io_settings(display_mode=e.DisplayMode.DISPUNITS_FORCE)
         now = tsg.values(values.message)
         assert now is not None

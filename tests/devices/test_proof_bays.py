@@ -66,7 +66,8 @@ def test_each_end_ends_the_move_of_its_own_bay(
                 assert [bay for bay in BAYS if motions[bay].done] == sorted(ended)
             for bay, motion in motions.items():
                 end = await settled(motion.wait())
-                assert end.message.position == 1000 * bay
+                assert isinstance(end.message, m.MotMoveCompletedDc)
+                assert end.values.position == end.message.position == 1000 * bay
             assert rack.names() == ["MOT_MOVE_ABSOLUTE"] * 3
 
     side.run(rack, scenario)

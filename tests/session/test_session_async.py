@@ -298,3 +298,19 @@ def test_cancelled_after_any_number_of_steps_the_session_is_usable(name: str) ->
     while not stepped.run(main(steps)):
         steps += 1
         assert steps < 50
+
+
+def test_a_fault_in_what_takes_bytes_ends_the_session_and_lets_nobody_wait(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(data: bytes, now: float) -> None:
+        raise ZeroDivisionError("made up")
+
+    async def main() -> None:
+        async with session(AsyncTestLink(answer)) as one:
+            monkeypatch.setattr(one._core, "receive", fail)
+            with pytest.raises(TransportLost, match="has failed: ZeroDivisionError"):
+                await ask(one, timeout=1000)
+            assert one.now() < 1
+
+    stepped.run(main())

@@ -76,7 +76,8 @@ async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
     connection.line = line
     unit, choices = connection.unit, connection.choices
     if unit.status is not None:
-        for address in connection.addresses:
+        # Some controllers answer as 0, or with the addresses the other way round.
+        for address in (*connection.addresses, 0, framed(connection.facts).host):
             await line.tell(address, status=unit.status)
     if choices.usb and unit.keep_alive is not None:
         await line.keep_alive(

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 from stagewire.errors import SessionClosedError, StagewireError, TransportLost
 from stagewire.links import AsyncLink
 from stagewire.session import termination
-from stagewire.session.core import Core
+from stagewire.session.core import Core, log
 from stagewire.session.driver import Driver
 from stagewire.session.exchange import Exchange
 from stagewire.session.recording import Recording
@@ -101,14 +102,25 @@ class LoopDriver(Driver[_C]):
     def _tick(self) -> None:
         """Let the core see to what is due."""
         self._timer, self._timer_at = None, math.inf
-        self._core.tick(self.now())
-        self._pump()
+        with self._in_a_callback():
+            self._core.tick(self.now())
+            self._pump()
 
     def _take(self, data: bytes) -> None:
         """Give bytes of the line to the core."""
-        self._received(data)
-        self._core.receive(data, self.now())
-        self._pump()
+        with self._in_a_callback():
+            self._received(data)
+            self._core.receive(data, self.now())
+            self._pump()
+
+    @contextmanager
+    def _in_a_callback(self) -> Iterator[None]:
+        """Let nobody wait for ever where a fault of this library, or of a condition of a user, shows."""
+        try:
+            yield
+        except Exception as error:
+            log.exception("%s: what takes bytes has failed", self.url)
+            self._lose(TransportLost(f"{self.url}: what takes bytes has failed: {error!r}"))
 
     def _write(self, data: bytes) -> None:
         """Write bytes to the line."""

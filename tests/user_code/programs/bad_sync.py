@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from stagewire_apt import BBD102, TDC001, TPZ001
+from stagewire_apt import messages as m
 
 
 def one_stage(tdc: TDC001) -> None:
@@ -19,6 +20,9 @@ def one_stage(tdc: TDC001) -> None:
     print(tdc.get_vel_params().max_velocity_mm)  # wrong: attr-defined reportAttributeAccessIssue
     tdc.get_vel_params().max_velocity = 3  # wrong: assignment reportAttributeAccessIssue
     tdc.set_output_volts(volts=3)  # wrong: attr-defined reportAttributeAccessIssue
+    tdc.subscribe("MOT_GET_DCSTATUSUPDATE")  # wrong: call-overload reportArgumentType
+    for status in tdc.subscribe(m.MotGetDcStatusUpdate):
+        print(status.position_mm)  # wrong: attr-defined reportAttributeAccessIssue
 
 
 def others(bbd102: BBD102, tpz001: TPZ001) -> str:

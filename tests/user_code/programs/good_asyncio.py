@@ -7,8 +7,11 @@ from typing import assert_type
 
 from stagewire.devices.asynchronous import Motion
 from stagewire.devices.tables import MotionEnd
+from stagewire.framing.events import Event
+from stagewire.session.subscribing import AsyncSubscription
 from stagewire_apt import messages as m
 from stagewire_apt.aio import BBD102, TDC001, TPZ001
+from stagewire_apt.devices import values
 from stagewire_ms2000.aio import MS2000
 
 
@@ -36,12 +39,20 @@ async def two_bays(url: str) -> None:
 async def listen(url: str) -> int:
     """Take what comes unasked."""
     async with (
-        TDC001.open(url) as tdc,
+        TDC001.open(url, stage="Z8") as tdc,
         tdc.subscribe(m.MotGetDcStatusUpdate) as updates,
+        tdc.subscribe(values.DcStatusUpdate, m.MotMoveHomed) as news,
+        tdc.subscribe() as everything,
     ):
         await tdc.start_updates(10)
-        async for event in updates:
-            print(event)
+        async for message in updates:
+            assert_type(message, m.MotGetDcStatusUpdate)
+            assert_type(message.position, int)
+        async for new in news:
+            assert_type(new, values.DcStatusUpdate | m.MotMoveHomed)
+            if isinstance(new, values.DcStatusUpdate):
+                assert_type(new.position_mm, float)
+        assert_type(everything, AsyncSubscription[Event])
         return updates.dropped
 
 

@@ -10,8 +10,11 @@ import stagewire
 from stagewire import Scale, Stage
 from stagewire.devices.synchronous import Motion
 from stagewire.devices.tables import MotionEnd
+from stagewire.framing.events import Event
+from stagewire.session.subscribing import BlockingSubscription
 from stagewire_apt import BBD102, BSC002, MST601, TDC001, TPZ001, enumerations
 from stagewire_apt import messages as m
+from stagewire_apt.devices import values
 from stagewire_ms2000 import MS2000
 
 
@@ -66,12 +69,20 @@ def piezo(url: str) -> float:
 def listen(url: str) -> int:
     """Take what comes unasked."""
     with (
-        TDC001.open(url) as tdc,
+        TDC001.open(url, stage="Z8") as tdc,
         tdc.subscribe(m.MotGetDcStatusUpdate) as updates,
+        tdc.subscribe(values.DcStatusUpdate, m.MotMoveHomed) as news,
+        tdc.subscribe() as everything,
     ):
         tdc.start_updates(10)
-        for event in updates:
-            print(event)
+        for message in updates:
+            assert_type(message, m.MotGetDcStatusUpdate)
+            assert_type(message.position, int)
+        for new in news:
+            assert_type(new, values.DcStatusUpdate | m.MotMoveHomed)
+            if isinstance(new, values.DcStatusUpdate):
+                assert_type(new.position_mm, float)
+        assert_type(everything, BlockingSubscription[Event])
         return updates.dropped
 
 

@@ -1,0 +1,183 @@
+"""A stop is written at once, whatever is waited for: a reply, a line that has to be silent, a move."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+from proof_line import AsyncMemoryLink
+from proof_ms2000 import Axes, Said
+from proof_queue import QueueLink
+
+from stagewire.errors import MotionStopped
+from stagewire_ms2000 import MS2000
+from stagewire_ms2000 import messages as c
+from stagewire_ms2000.aio import MS2000 as AsyncMS2000
+from stagewire_virtual import stepped
+
+READ, STATUS, STOP = (cls().pack(0x18) for cls in (c.ReadMotorPosition, c.ReadStatus, c.StopMotor))
+MOVE = c.WriteTargetPosition(7).pack(0x18)
+
+
+class Holding(Axes):
+    """Holds its replies back until a stop has come; its moves never end.
+
+    :param answers: whether a status is answered at once.
+    """
+
+    def __init__(self, answers: bool = False) -> None:
+        super().__init__()
+        self.lasts = float("inf")
+        self.came = threading.Condition()
+        self._answers = answers
+        self._held: list[tuple[float, bytes | None]] = []
+
+    def take(self, data: bytes) -> Said:
+        with self.came:
+            said = list(super().take(data))
+            self.came.notify_all()
+        if STOP not in self.raw and not (self._answers and data == STATUS):
+            self._held += said
+            return []
+        held, self._held = self._held, []
+        return held + said
+
+    def wait_for(self, raw: bytes) -> None:
+        """Wait until these bytes have come."""
+        with self.came:
+            assert self.came.wait_for(lambda: raw in self.raw, 30)
+
+
+# Threads, in real time: where a stop waits for a reply that only comes behind it, nothing goes on.
+
+
+@contextmanager
+def threads(far: Holding, background: bool) -> Iterator[tuple[Any, ThreadPoolExecutor]]:
+    far.now = time.monotonic
+    with (
+        MS2000.open(QueueLink(far), background=background, timeout=30, on_close="leave") as device,
+        ThreadPoolExecutor(4) as pool,
+    ):
+        device.switch_to_low_level()
+        far.forget()
+        yield device.axis("X"), pool
+
+
+@pytest.mark.parametrize("background", [True, False])
+def test_during_a_read(background: bool) -> None:
+    far = Holding()
+    with threads(far, background) as (axis, pool):
+        reads = [pool.submit(axis.read_motor_position) for _ in range(3)]
+        far.wait_for(READ)
+        assert axis.stop() is None
+        assert far.raw.startswith(READ + STOP)
+        for read in reads:
+            assert read.result(30).message == far.truth(c.ReadMotorPosition)
+    assert far.raw == READ + STOP + READ + READ
+
+
+@pytest.mark.parametrize("answers", [True, False], ids=["between polls", "during a poll"])
+@pytest.mark.parametrize("background", [True, False])
+def test_during_a_move(background: bool, answers: bool) -> None:
+    far = Holding(answers)
+    with threads(far, background) as (axis, pool):
+        move = pool.submit(axis.move_absolute, counts=7)
+        far.wait_for(MOVE + STATUS)
+        assert axis.stop() is None
+        assert STOP in far.raw  # nothing else has come to end this
+        with pytest.raises(MotionStopped):
+            move.result(30)
+        assert not axis.is_moving()
+    assert far.names().count("STOP_MOTOR") == far.moves() == 1
+
+
+@pytest.mark.parametrize("background", [True, False])
+def test_a_motion_that_is_waited_for_by_another_thread(background: bool) -> None:
+    far = Holding()
+    with threads(far, background) as (axis, pool):
+        motion = axis.start_move_absolute(counts=7)
+        waiting = pool.submit(motion.wait)
+        far.wait_for(MOVE + STATUS)
+        motion.stop()
+        with pytest.raises(MotionStopped):
+            waiting.result(30)
+    assert far.raw.startswith(MOVE + STATUS + STOP)
+    assert far.moves() == 1
+
+
+# asyncio, in stepped time: the very instant.
+
+
+def stepping(far: Holding, scenario: Any) -> None:
+    async def main() -> None:
+        link = AsyncMemoryLink(far)
+        async with AsyncMS2000.open(link, timeout=30, on_close="leave") as device:
+            await device.switch_to_low_level()
+            await device.session.pause(1)
+            far.forget()
+            await scenario(device.axis("X"))
+
+    stepped.run(main())
+
+
+def test_during_a_read_with_asyncio() -> None:
+    far = Holding()
+
+    async def scenario(axis: Any) -> None:
+        reads = [asyncio.ensure_future(axis.read_motor_position()) for _ in range(3)]
+        await asyncio.sleep(5)
+        assert far.raw == READ
+        begin = far.now()
+        assert await axis.stop() is None
+        assert far.now() == begin
+        assert far.raw == READ + STOP
+        for read in reads:
+            assert (await read).message == far.truth(c.ReadMotorPosition)
+
+    stepping(far, scenario)
+    assert far.raw == READ + STOP + READ + READ
+
+
+@pytest.mark.parametrize("after", [0.0, 0.001, 0.05, 0.1, 0.1001, 0.25, 5.0])
+@pytest.mark.parametrize("answers", [True, False])
+def test_during_a_move_with_asyncio(after: float, answers: bool) -> None:
+    """Before its first poll, during one, between two."""
+    far = Holding(answers)
+
+    async def scenario(axis: Any) -> None:
+        move = asyncio.ensure_future(axis.move_absolute(counts=7))
+        await asyncio.sleep(after)
+        begin, before = far.now(), far.raw
+        assert await axis.stop() is None
+        assert far.now() == begin
+        assert far.raw == before + STOP
+        with pytest.raises(MotionStopped):
+            await move
+        assert not await axis.is_moving()
+
+    stepping(far, scenario)
+    assert far.moves() == 1
+    assert far.raw.startswith(MOVE)
+
+
+def test_while_the_line_has_to_be_silent() -> None:
+    far = Holding()
+
+    async def scenario(axis: Any) -> None:
+        far.say(b"\0")
+        await asyncio.sleep(0.01)
+        read = asyncio.ensure_future(axis.read_motor_position())
+        await asyncio.sleep(0.01)
+        assert far.raw == b""
+        await axis.stop()
+        assert far.raw == STOP
+        assert (await read).message == far.truth(c.ReadMotorPosition)
+
+    stepping(far, scenario)
+    assert far.raw == STOP + READ
