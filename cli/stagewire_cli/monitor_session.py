@@ -188,6 +188,7 @@ def _asked(device: Any, parts: dict[str, Any]) -> Iterator[Saying]:
             values = None
         if values is None:
             del parts[name]
+            yield "", None
         else:
             yield name, values
     if not parts:

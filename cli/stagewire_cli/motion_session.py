@@ -11,7 +11,8 @@ from typing import Any
 
 import typer
 
-from stagewire.errors import BadValueError, MotionTimeout, StagewireError
+from stagewire.devices.values import Values
+from stagewire.errors import BadValueError, MotionTimeout, ReplyTimeout, StagewireError
 from stagewire.quantities import exact
 from stagewire_cli.devices import called_wrongly, keywords, opened, parts_of, title_of
 from stagewire_cli.errors import WRONG, CalledWronglyError
@@ -22,6 +23,13 @@ __all__ = ["Target", "Where", "refuse_silence", "run_home", "run_move", "run_sto
 _INTERRUPTED = 130
 _PIECE = 0.25  # seconds
 _STOP_TIMEOUT = 10.0  # seconds until a stage that was told to stands still
+_UNKNOWN = "an unknown position"
+_ENABLE = "; a stop disables the motor: enable it again (start_motor() of the library), then move"
+_OTHERWISE = {
+    "start_move_relative": ("start_move_absolute", "--to"),
+    "start_move_absolute": ("start_move_relative", "--by"),
+}
+"""What a unit may have in place of a call, and how that is asked for."""
 _IN_UNITS = {"mm": 1, "um": 1000}
 """The keywords by which a call takes a length, and how many of them are a mm."""
 
@@ -97,6 +105,18 @@ class Target:
         number = f"{int(self.value)} counts" if self.counts else f"{float(self.value):.10g} mm"
         return f"by {number}" if self.relative else f"to {number}"
 
+    def is_met_by(self, values: Values[Any] | None) -> bool:
+        """Return whether a status shows what a move has brought about, to a ten-thousandth of a mm."""
+        if self.relative:
+            return self.value == 0
+        if self.counts:
+            return getattr(values, "position", None) == self.value
+        position = numbers_of(values).get("position") if values is not None else None
+        factor = _IN_UNITS.get(position.unit) if position is not None else None
+        if position is None or factor is None:
+            return False
+        return abs(position.number - float(self.value * factor)) < 1e-4 * factor
+
     def given(self, start: Callable[..., Any], unit: str) -> dict[str, Fraction | int]:
         """Return it as the keyword of a call.
 
@@ -127,7 +147,11 @@ def run_move(
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
         given = target.given(start, device.unit.name)
         saying = f"moves from {_position(part)} {target}"
-        _act(device, name, part, saying, lambda: start(**given), timeout, yes)
+
+        def there() -> bool:
+            return target.is_met_by(status_of(part))
+
+        _act(device, name, part, saying, lambda: start(**given), timeout, yes, there)
 
 
 def run_home(where: Where, *, timeout: float, yes: bool) -> None:
@@ -177,7 +201,11 @@ def _call(device: Any, part: Any, name: str) -> Callable[..., Any]:
     call: Callable[..., Any] | None = getattr(part, name, None)
     if call is None:
         what = name.removeprefix("start_").replace("_", " ")
-        raise CalledWronglyError(f"{device.unit.name} has no {what}")
+        other = _OTHERWISE.get(name)
+        instead = f"; give {other[1]} instead" if other and hasattr(part, other[0]) else ""
+        raise CalledWronglyError(
+            f"{device.unit.name} has no {what}: its document has no message for it{instead}"
+        )
     return call
 
 
@@ -189,25 +217,54 @@ def _act(
     start: Callable[[], Any],
     timeout: float,
     yes: bool,
+    there: Callable[[], bool] = lambda: True,
 ) -> None:
-    """Say what will be done, ask, do it, and wait for its end; Ctrl-C stops it."""
+    """Say what will be done, ask, do it, and wait for its end; Ctrl-C stops it.
+
+    :param there: tells whether it stands where it was sent to, of what may stand there already.
+    """
     typer.echo(f"{', '.join(filter(None, (title_of(device), name)))}: {saying}")
-    if not yes and not typer.confirm("Go on?", default=False):
+    if not yes and not _confirmed():
         typer.echo("nothing was moved")
-        return
+        raise typer.Exit(WRONG)
+    before = _position(part)
     try:
         with called_wrongly():
             motion = start()
         end = _end_of(motion, device.session.now, timeout)
     except KeyboardInterrupt:
-        part.stop()
-        typer.echo(f"interrupted: stop was sent; it stands at {_position(part)}", err=True)
+        typer.echo(f"interrupted: {_stopped(part)}", err=True)
         raise typer.Exit(_INTERRUPTED) from None
     except MotionTimeout:
-        part.stop()
-        typer.echo(f"stop was sent; it stands at {_position(part)}", err=True)
+        typer.echo(f"it took longer than {timeout:g} s: {_stopped(part)}", err=True)
         raise
-    typer.echo(f"done after {end.seconds:.2f} s: it stands at {_position(part)}")
+    stands = _position(part)
+    if end.message is None and stands == _UNKNOWN:
+        typer.echo(f"sent; {device.unit.name} says neither when it ends nor where it stands")
+        return
+    if end.message is None and stands == before and not there():  # it said no more than that it is idle
+        hint = _ENABLE if hasattr(part, "start_motor") else ""
+        typer.echo(f"stagewire: it has not moved: it stands at {stands} as before{hint}", err=True)
+        raise typer.Exit(WRONG)
+    typer.echo(f"done after {end.seconds:.2f} s: it stands at {stands}")
+
+
+def _confirmed() -> bool:
+    """Ask; Ctrl-C and the end of what is typed mean no."""
+    try:
+        return typer.confirm("Go on?", default=False)
+    except typer.Abort:
+        typer.echo()
+        return False
+
+
+def _stopped(part: Any) -> str:
+    """Stop a part, and say what came of it and where it stands; the stop has longer than a short move."""
+    try:
+        part.stop(timeout=_STOP_TIMEOUT)
+        return f"stop was sent; it stands at {_position(part)}"
+    except ReplyTimeout as error:
+        return f"stop was sent and not answered, so it may still move ({error})"
 
 
 def _end_of(motion: Any, now: Callable[[], float], timeout: float) -> Any:
@@ -226,5 +283,5 @@ def _position(part: Any) -> str:
     values = status_of(part)
     position = None if values is None else numbers_of(values).get("position")
     if position is None:
-        return "an unknown position"
+        return _UNKNOWN
     return str(position) if position.unit else f"{position} counts"

@@ -52,7 +52,7 @@ def test_in_another_mode_everything_is_refused_before_a_byte(
     ms: MS2000, line: RecordedLine
 ) -> None:
     x = ms.axis("X")
-    for call in (x.read_motor_position, lambda: x.move_absolute(um=1), x.stop, x.is_moving):
+    for call in (x.read_motor_position, lambda: x.move_absolute(um=1), x.is_moving):
         with pytest.raises(WrongModeError):
             call()
     with pytest.raises(WrongModeError):
@@ -177,7 +177,7 @@ def test_what_moves_is_stopped_at_the_end_in_its_own_format(line: RecordedLine) 
             used = ms.session._link
             assert isinstance(used, RecordedLine)
             used.forget()
-        assert used.raw == (STOP_X if leave == "low" else LOW + STOP_X)
+        assert used.raw == (STOP_X if leave == "low" else LOW + STOP_X + HIGH)
 
 
 def test_other_identifiers_are_axes_too(ms: MS2000, line: RecordedLine) -> None:

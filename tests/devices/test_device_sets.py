@@ -228,7 +228,7 @@ def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordedLine) -
             tdc.change_vel_params(max_velocity_mm_per_s=1)
         assert "position: 1000 counts per mm (mine, a stage of yours)" in str(tdc)
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1))
-    with TDC001.open(line, stage=mine) as tdc:
+    with TDC001.open(RecordedLine(line.controller), stage=mine) as tdc:
         assert "position: 1 counts per mm (mine, a stage of yours)" in str(tdc)
 
 

@@ -110,3 +110,60 @@ def test_a_move_that_was_cancelled_is_not_sent_again_and_no_other_begins_before_
             await tdc.move_absolute(counts=2000)
 
     stepped.run(main())
+
+
+class Slow(Parrot):
+    """A controller that takes 0.2 s for an answer."""
+
+    def answer(self, frame: Frame) -> Any:
+        return [(0.2, reply) for _, reply in super().answer(frame)]
+
+
+def test_what_is_cancelled_before_it_is_written_is_never_written() -> None:
+    async def main() -> None:
+        controller = Slow(seed=1)
+        async with TDC001.open(
+            AsyncMemoryLink(controller), identify=False, on_close="leave"
+        ) as tdc:
+            await tdc.identify()  # behind which the next message waits a moment
+            waiting = [
+                asyncio.ensure_future(call)
+                for call in (
+                    tdc.get_vel_params(),
+                    tdc.get_pos_counter(),
+                    tdc.set_vel_params(min_velocity=0, acceleration=1, max_velocity=2),
+                    tdc.change_vel_params(max_velocity=3),
+                    tdc.move_absolute(counts=1000),
+                    tdc.home(),
+                )
+            ]
+            await asyncio.sleep(0)
+            for task in waiting:
+                task.cancel()
+            await asyncio.gather(*waiting, return_exceptions=True)
+            await asyncio.sleep(5)
+            assert controller.names() == ["MOD_IDENTIFY"]
+
+    stepped.run(main())
+
+
+def test_what_is_cancelled_after_it_was_written_poisons_its_question() -> None:
+    """The same question waits for the late reply, and gets its own; another does not wait."""
+
+    async def main() -> None:
+        controller = Slow(seed=1)
+        async with TDC001.open(
+            AsyncMemoryLink(controller), identify=False, on_close="leave"
+        ) as tdc:
+            with pytest.raises(TimeoutError):
+                await asyncio.wait_for(tdc.get_vel_params(), 0.1)
+            controller.renew()
+            again = asyncio.ensure_future(tdc.get_vel_params())
+            other = asyncio.ensure_future(tdc.get_pos_counter())
+            await asyncio.sleep(0.05)
+            assert controller.names() == ["MOT_REQ_VELPARAMS", "MOT_REQ_POSCOUNTER"]
+            assert (await again).message == controller.state(m.MotGetVelParams, 0x50, 1)
+            assert (await other).message == controller.state(m.MotGetPosCounter, 0x50, 1)
+            assert controller.names() == ["MOT_REQ_VELPARAMS"]
+
+    stepped.run(main())

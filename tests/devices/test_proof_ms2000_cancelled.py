@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import random
 from collections.abc import Callable
 from importlib import import_module
@@ -13,6 +14,8 @@ from proof_interruptions import InterruptedLink, cancelled_at
 from proof_line import AsyncMemoryLink, at_once, settled
 from proof_ms2000 import NAME, PACKAGE, UNITS, Axes, axis_calls, works
 
+from stagewire_ms2000 import MS2000, aio
+from stagewire_ms2000 import messages as c
 from stagewire_virtual import stepped
 
 Do = Callable[[Any], Any]
@@ -126,3 +129,52 @@ def test_interrupted_at_every_read(unit: str, name: str, after: float) -> None:
         moved.append(moves)
     assert max(moved) == moved[-1] <= 1
     assert number > 1
+
+
+WAITING: list[Do] = [
+    lambda device: device.axis("X").read_status(),
+    lambda device: device.axis("X").write_top_speed(um_per_s=9),
+    lambda device: device.axis("X").start_move_absolute(counts=9),
+    lambda device: device.axis("X").increment_move_up(),
+    lambda device: device.axis("X").write_vector_speed(um_per_s=9),
+]
+
+
+def test_what_is_cancelled_before_it_is_written_is_never_written() -> None:
+    """Here it waits for the reply to another read."""
+    far = Axes()
+
+    async def main() -> None:
+        async with aio.MS2000.open(AsyncMemoryLink(far), on_close="leave") as device:
+            await device.switch_to_low_level()
+            await device.session.pause(1)
+            far.say_so = lambda reply: [(0.2, reply)]
+            first = asyncio.ensure_future(device.axis("X").read_motor_position())
+            tasks = [asyncio.ensure_future(do(device)) for do in WAITING]
+            await asyncio.sleep(0.1)
+            far.forget()
+            for task in tasks:
+                task.cancel()
+            await asyncio.wait(tasks)
+            assert (await first).message == far.truth(c.ReadMotorPosition)
+            await asyncio.sleep(5)
+            assert far.raw == b""
+            await works(device, far)
+
+    stepped.run(main())
+
+
+@pytest.mark.parametrize("number", range(len(WAITING)))
+def test_what_is_interrupted_before_it_is_written_is_never_written(number: int) -> None:
+    """Here it waits because of the pace."""
+    far = Axes()
+    link = InterruptedLink(far)
+    with MS2000.open(link, on_close="leave") as device:
+        device.switch_to_low_level()
+        link.left = 2  # the first one is for what came before
+        far.forget()
+        with pytest.raises(KeyboardInterrupt):
+            WAITING[number](device)
+        device.session.pause(5)
+        assert far.raw == b""
+        at_once(works(device, far))

@@ -29,10 +29,12 @@ async def low_level(device: Any) -> AsyncIterator[Any]:
 
 
 async def refuses_commands(device: Any, far: Axes, unit: str) -> None:
-    """Expect that no call of an axis makes a byte."""
+    """Expect that no call of an axis makes a byte, but a stop, which brings the switch with it."""
     far.forget()
     draw = random.Random(unit)
     for call in axis_calls(unit):
+        if call.kind == "_halt":
+            continue
         with pytest.raises(WrongModeError):
             await settled(method(device, call)(**arguments(call, draw, NAME)))
     with pytest.raises(WrongModeError):

@@ -25,6 +25,7 @@ from proof_examples import (
 from proof_line import SIDES, Side
 
 from stagewire.errors import UnknownScaleError
+from stagewire_apt import PROTOCOL
 
 PROTOCOLS = ["thorlabs_apt", "asi_ms2000"]
 
@@ -110,8 +111,9 @@ def test_an_open_device_keeps_its_session_alive_with_the_bytes_of_the_example(
 def test_what_comes_unasked_goes_to_who_subscribed(
     side: Side, protocol: str, name: str, entry: Any
 ) -> None:
-    event, _, _ = perform(side, protocol, entry, correct(protocol, name))
-    assert event.raw == correct(protocol, name)
+    said = correct(protocol, name)
+    message, _, _ = perform(side, protocol, entry, said)
+    assert message == PROTOCOL.decode(said).message
 
 
 def read_back() -> list[Any]:

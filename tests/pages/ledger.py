@@ -26,6 +26,7 @@ NOT_RUN = {
     "pip install .": "needs the network; tests/test_distribution.py installs the wheel",
     "pip install '.[generator]'": "needs the network",
     "pip install '.[numpy,parquet]'": "needs the network",
+    "pip install '.[plot]'": "needs the network",
     "stagewire generate --spec-dir . --package acme_turntable --out build/acme": (
         "a spec of the reader's own; tests/walkthrough/test_your_own_protocol.py has one"
     ),

@@ -229,12 +229,27 @@ def test_nothing_is_sent_before_the_mode_is_known():
     for refused in (
         lambda: talk.ask(c.ReadStatus(), X),
         lambda: talk.send(c.StartMotor(), X),
-        lambda: talk.core.halt(c.StopMotor(), X, 1.0, talk.now),
         lambda: talk.text("WHERE X"),
     ):
         with pytest.raises(WrongModeError, match="was not sent: nobody knows"):
             refused()
     assert talk.later(10) == b""
+
+
+def test_a_stop_goes_out_in_any_mode_and_leaves_text_mode_as_it_was():
+    talk = Commands(low_level=False)
+    stop = c.StopMotor().pack(X)
+    assert talk.core.halt(c.StopMotor(), X, 1.0, talk.now).done is False
+    assert talk.later(0) == bytes((255, 66)) + stop
+    assert talk.core.mode == "low_level"
+    talk.send(TO_HIGH, None)
+    talk.later(1)
+    asked = talk.text("WHERE X")
+    talk.core.halt(c.StopMotor(), X, 1.0, talk.now)
+    assert talk.later(0) == bytes((255, 66)) + stop + bytes((255, 65))
+    assert talk.core.mode == "high_level"
+    talk.hear(b":A 0\r\n")
+    assert asked.value() == ":A 0"
 
 
 def test_modes_are_entered_by_setup_commands():

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from stagewire.commands import SetupCommand
+from typing import TYPE_CHECKING
+
+from stagewire.devices.opening import commanded
 from stagewire.devices.spot import CONTROLLER, Spot
 from stagewire.errors import UnsupportedError
+from stagewire.session.lines import in_low_level, switching
+
+if TYPE_CHECKING:
+    from stagewire.session.lines import Mode
 
 __all__ = ["last_words", "switch"]
 
@@ -14,20 +20,13 @@ async def switch(spot: Spot, format: str, timeout: float | None) -> None:
 
     Raises :class:`~stagewire.errors.UnsupportedError` for a controller that has none for it.
     """
-    await spot.line.send(switching(spot, format)(), CONTROLLER, spot.seconds(timeout))
+    command = switching(commanded(spot.connection.facts), format)
+    if command is None:
+        raise UnsupportedError(f"{spot.name} has no command that leads to its {format} format")
+    await spot.line.send(command(), CONTROLLER, spot.seconds(timeout))
 
 
-def switching(spot: Spot, format: str) -> type[SetupCommand]:
-    """Return the setup command after which a controller takes ``format``."""
-    for cls in spot.connection.facts.protocol.messages:
-        if issubclass(cls, SetupCommand) and cls.layout.switches_to == format:
-            return cls
-    raise UnsupportedError(f"{spot.name} has no command that leads to its {format} format")
-
-
-def last_words(spot: Spot, mode: str) -> bytes:
+def last_words(spot: Spot, mode: Mode) -> bytes:
     """Return what is to be said before the line is closed: stops, in the format that is theirs."""
     stops = spot.connection.last_words()
-    if stops and mode != "low_level":
-        return switching(spot, "low_level")().pack() + stops
-    return stops
+    return in_low_level(commanded(spot.connection.facts), stops, mode) if stops else b""

@@ -23,7 +23,7 @@ async def check_target(
     """Raise :class:`~stagewire.errors.LimitError` for a target outside of the travel, if that is known.
 
     What is stored in the controller is read, where it decides. Of a distance the position is read, too; where
-    the message alone does not tell the direction, it is refused only if it fits in neither.
+    neither the message nor what is stored tells the direction, it is refused only if it fits in neither.
     """
     travel = spot.connection.travel(spot.place)
     if travel is None or action.target is None:
@@ -39,7 +39,7 @@ async def check_target(
             travel.check_place(f"{what}: {field}, as it is stored", distance)
             return
         travel.check_distance(f"{what}: {field}, as it is stored", distance)
-        distances = {distance, -distance}
+        distances = {distance} if _goes_as_stored(spot, action) else {distance, -distance}
     elif action.target == "absolute":
         return
     else:
@@ -57,6 +57,16 @@ async def check_target(
         raise LimitError(
             f"{what}: from {float(here):.10g} mm {way} mm is outside the travel, {travel}; nothing was sent"
         )
+
+
+def _goes_as_stored(spot: Spot, action: Action) -> bool:
+    """Say whether a motion is by the stored distance, sign and all: a message that could carry it does so.
+
+    A step that is stored for jogs, or for a command each way, is taken in a direction of the message's own.
+    """
+    id = action.message.layout.id
+    forms = [cls for cls in spot.connection.facts.protocol.messages if cls.layout.id == id]
+    return len(forms) > 1
 
 
 def _in_mm(values: Values[Any], wanted: Callable[[InUnits], bool]) -> Fraction | None:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ASK_TIMEOUT", "addresses_of", "asked", "discover", "look_at", "recognise"]
 
+NO_FRAME = "bytes that are no frame"
 ASK_TIMEOUT = 1.0
 """Seconds that a controller has for its answer."""
 
@@ -85,7 +86,7 @@ def recognise(found: Found, link: Link, protocol: FramedProtocol, timeout: float
     addresses = addresses_of(protocol, found.known)
     identity, heard = identify(link, protocol, addresses, timeout)
     if identity is None:
-        came = f"{len(heard.data)} bytes that are no frame" if heard.is_garbage else "nothing"
+        came = f"{len(heard.data)} {NO_FRAME}" if heard.is_garbage else "nothing"
         at = " and ".join(f"{address:#04x}" for address in addresses)
         return replace(found, problem=f"asked for its identity at {at}, it said {came}")
     known = _narrowed(protocol, found.known, identity)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stagewire.discovery.asking import can_identify
 from stagewire.discovery.diagnosis import Diagnosis, Verdict
-from stagewire.discovery.finding import ASK_TIMEOUT, look_at, recognise
+from stagewire.discovery.finding import ASK_TIMEOUT, NO_FRAME, look_at, recognise
 from stagewire.discovery.found import Found
 from stagewire.discovery.known import Known, protocols
 from stagewire.discovery.opening import device_class, known_by_name
@@ -22,6 +22,15 @@ __all__ = ["diagnose_line"]
 
 _RATELESS = ("socket://", "virtual://", "loop://")
 _OTHER_RATE_TIMEOUT = 0.5
+_SILENCE = (
+    "see that it is switched on, that its own panel is not in a menu, and that no other program has the "
+    "port; unplug the USB cable and plug it in again; a controller on RS-232 needs its cable crossed as its "
+    "manual says"
+)
+_GARBAGE = (
+    "something is there, and speaks otherwise: see that this is the port of the controller, and that the "
+    "line has its baud rate"
+)
 
 
 def diagnose_line(url: str, unit: str | None = None) -> list[Diagnosis]:
@@ -80,15 +89,26 @@ def _heard(found: Found) -> Diagnosis:
             Verdict.WRONG,
             found.url,
             found.problem,
-            "see that it is switched on, that its own panel is not in a menu, and that no other program has "
-            "the port; unplug the USB cable and plug it in again; a controller on RS-232 needs its cable "
-            "crossed as its manual says",
+            (_GARBAGE if NO_FRAME in found.problem else _SILENCE)
+            + ("" if found.known else _unasked_units()),
         )
     told = f"{found.what}; serial number {found.serial_number}, firmware {found.identity.firmware}"
     if found.bays is not None:
         listed = ", ".join(map(str, found.bays)) or "none"
         told += f"; bays with a module: {listed}"
     return Diagnosis(Verdict.FINE, found.url, f"answers: {told}")
+
+
+def _unasked_units() -> str:
+    """Name the units that are not asked unless somebody names them: nothing is sent on suspicion."""
+    names = sorted(
+        facts["name"]
+        for protocol in protocols()
+        if not can_identify(protocol)
+        for facts in protocol.registry().get("units", ())
+    )
+    listed = " or ".join(f"--unit {name}" for name in names)
+    return f"; if it is a controller that is asked only by name, give {listed}" if names else ""
 
 
 def _asked(

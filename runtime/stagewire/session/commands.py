@@ -23,7 +23,7 @@ from stagewire.errors import BadValueError, ReplyTimeout, StagewireError, WrongM
 from stagewire.framing.events import Garbage
 from stagewire.session.core import Core, log
 from stagewire.session.exchange import Exchange, deadline_of
-from stagewire.session.lines import Line, check_mode
+from stagewire.session.lines import Line, check_mode, in_low_level
 from stagewire.session.options import SessionOptions
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
@@ -96,20 +96,23 @@ class CommandCore(Core):
         return self._append(message, axis, timeout, now)
 
     def halt(self, message: Command, axis: int, timeout: float, now: float) -> Exchange:
-        """Send a stop, before everything else, even while a reply is awaited.
+        """Send a stop, before everything else, even while a reply is awaited, and in any mode.
 
-        Raises as :meth:`send` does.
+        Where the controller may take text, it is brought to take commands, and back if it is known to
+        take text. Raises as :meth:`send` does, but for the mode.
         """
         if message.reply is not None:
             raise BadValueError(
                 f"{message.layout.message} has a reply, and cannot go before others"
             )
         frame = CommandFrame(message, axis)
-        line = self._line(frame, "", frame.encode(), timeout, now)
-        check_mode(line, self.mode)
+        raw = in_low_level(self.protocol, frame.encode(), self.mode)
+        line = self._line(frame, "", raw, timeout, now)
         if not self._refuse(line):
             self._stops.append(line)
             self._ready = True
+            if self.mode == "unknown":
+                self.mode = "low_level"
         return line
 
     def text(self, line: str, timeout: float, now: float) -> Exchange:
@@ -147,8 +150,8 @@ class CommandCore(Core):
         mode = self.mode
         for earlier in self._queue:
             mode = earlier.mode_after(mode)
-        check_mode(line, mode)
         if not self._refuse(line):
+            check_mode(line, mode)
             self._queue.append(line)
             self._ready = True
             self._at(line.deadline)

@@ -57,7 +57,7 @@ class FramedCore(Core):
         self._requests = Requests(self._matching, self.statistics, quiet)
         self._outgoing = Outgoing(self._requests, self.options.pacing)
         self._motions = Motions(self._matching, self.statistics, quiet)
-        self._wording = Wording(protocol, self.counts, self._hearing.undocumented)
+        self._wording = Wording(protocol, self._hearing)
         self._alive = KeepAlive()
         self._halts: list[Halt] = []  # to be written before everything else
         self._news = News(self.statistics, self._matching.source_of)

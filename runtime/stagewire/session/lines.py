@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stagewire.commands import CommandFrame, SetupCommand
+from stagewire.commands import CommandFrame, CommandProtocol, SetupCommand
 from stagewire.errors import WrongModeError
 from stagewire.session.exchange import Exchange
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     Mode: TypeAlias = Literal["unknown", "low_level", "high_level"]
 
-__all__ = ["Line", "check_mode"]
+__all__ = ["Line", "check_mode", "in_low_level", "switching"]
 
 _MODES: Final[dict[str, Mode]] = {
     "low_level": "low_level",
@@ -68,3 +68,23 @@ def check_mode(line: Line, mode: Mode) -> None:
     raise WrongModeError(
         f"{line.name} was not sent: {takes}; switch it to the {wanted} format first"
     )
+
+
+def switching(protocol: CommandProtocol, format: str) -> type[SetupCommand] | None:
+    """Return the setup command after which a controller takes ``format``; None: the protocol has none."""
+    for cls in protocol.messages:
+        if issubclass(cls, SetupCommand) and cls.layout.switches_to == format:
+            return cls
+    return None
+
+
+def in_low_level(protocol: CommandProtocol, raw: bytes, mode: Mode) -> bytes:
+    """Return a command with what makes it understood in ``mode``, and what leads back, if that is known.
+
+    For a stop, which cannot wait until somebody has switched. Where the protocol has no command that
+    switches, it is returned as it is.
+    """
+    there, back = switching(protocol, "low_level"), switching(protocol, "high_level")
+    if mode == "low_level" or there is None or back is None:
+        return raw
+    return there().pack() + raw + (back().pack() if mode == "high_level" else b"")

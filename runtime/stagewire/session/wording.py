@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 from stagewire.errors import MotionTimeout, ReplyTimeout
 from stagewire.framed import FramedProtocol
 from stagewire.session.framed_exchanges import FramedExchange, Halt, Motion
+from stagewire.session.hearing import Hearing
 
 __all__ = ["Wording"]
 
@@ -15,19 +16,12 @@ class Wording:
     """Texts about exchanges of a protocol.
 
     :param protocol: it knows the names.
-    :param counts: how many of each message have come, up to now.
-    :param undocumented: message -> the bytes of the last one that came, of those without a layout.
+    :param hearing: it knows what has come, up to now.
     """
 
-    def __init__(
-        self,
-        protocol: FramedProtocol,
-        counts: Mapping[int, int],
-        undocumented: Mapping[int, bytes],
-    ) -> None:
+    def __init__(self, protocol: FramedProtocol, hearing: Hearing) -> None:
         self._forms = protocol.framing.forms
-        self._counts = counts
-        self._undocumented = undocumented
+        self._hearing = hearing
 
     def timeout(self, exchange: FramedExchange, poisoned: bool) -> ReplyTimeout:
         """Return the error of something whose time is over.
@@ -39,13 +33,13 @@ class Wording:
             return kind(self._unanswered(exchange))
         if isinstance(exchange, Halt):  # nothing but the line itself keeps it
             return kind(
-                f"{exchange.name} to {exchange.dest:#04x} was not sent within {exchange.timeout:g} s: the "
+                f"{exchange.name} to {exchange.dest:#04x} was not sent within {_seconds(exchange)} s: the "
                 "line takes nothing; it goes out as soon as the line does, so see whether anything moves"
             )
         why = "the late reply to an earlier one might still have come"
         return kind(
             f"{exchange.name} to {exchange.dest:#04x} was not sent: "
-            f"{why if poisoned else 'others waited before it'} for all of its {exchange.timeout:g} s; "
+            f"{why if poisoned else 'others waited before it'} for all of its {_seconds(exchange)} s; "
             "give it more time, or ask for less at once"
         )
 
@@ -61,7 +55,7 @@ class Wording:
             )
         return (
             f"{exchange.name} ({exchange.raw.hex(' ')}) was sent to {exchange.dest:#04x}, and no {awaited} "
-            f"came from there within {exchange.timeout:g} s; meanwhile came {came}; {advice}"
+            f"came from there within {_seconds(exchange)} s; meanwhile came {came}; {advice}"
         )
 
     def _names(self, ids: Iterable[int]) -> str:
@@ -71,11 +65,25 @@ class Wording:
         return self._forms[id].name if id in self._forms else f"{id:#06x}"
 
     def _came(self, exchange: FramedExchange) -> str:
-        """Return what came since something was written, by names; what has no layout with its bytes."""
+        """Return what came since something was written, by names; what has no layout with its bytes.
+
+        Bytes that are no known message are told where nothing else came: with a wrong baud rate, or another
+        controller, there is nothing else.
+        """
         parts = []
-        for id, count in self._counts.items():
+        for id, count in self._hearing.counts.items():
             if new := count - exchange.seen.get(id, 0):
-                raw = self._undocumented.get(id)
+                raw = self._hearing.undocumented.get(id)
                 shown = "" if raw is None else f" ({raw.hex(' ')})"
                 parts.append(f"{new} x {self._name(id)}{shown}")
-        return ", ".join(parts) or "nothing"
+        if parts:
+            return ", ".join(parts)
+        odd = self._hearing.heard - exchange.after
+        if not odd:
+            return "nothing"
+        return f"{odd} bytes that are no message (another baud rate, or another kind of controller?)"
+
+
+def _seconds(exchange: FramedExchange) -> str:
+    """Return how long something was awaited, for people: what is left of 2 s is still 2 s to them."""
+    return f"{round(exchange.timeout, 3):g}"
