@@ -19,9 +19,10 @@ from stagewire.errors import (
 )
 from stagewire.frame import Frame
 from stagewire.message import Message
-from stagewire_cli.devices import opened, parts_of, title_of
+from stagewire_cli.devices import opened, title_of
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.monitor_readings import Board
+from stagewire_cli.motion_session import Where
 from stagewire_cli.status import reading_of, status_of
 
 __all__ = ["watch"]
@@ -45,7 +46,7 @@ def watch(
 ) -> None:
     """Watch a controller until Ctrl-C, or for a time.
 
-    :param bay: where it stands in its rack, if it is a module.
+    :param bay: where it stands in its rack, if it is a module; of a rack, the bay that is watched.
     :param picture: file for a picture of what was seen; None: none is drawn.
     :param log: file for a capture; None: none is made.
 
@@ -58,7 +59,8 @@ def watch(
         with opened(url, unit, bay=bay, stage=stage, log=log, on_close="leave") as device:
             title = title_of(device)
             with suppress(KeyboardInterrupt), _shown(title, board) as draw:
-                _follow(device, board, draw, seconds)
+                parts = Where(url, unit, bay, None, None).parts(device)
+                _follow(device, parts, board, draw, seconds)
     finally:
         if picture is not None and board.tracks:
             from stagewire_cli.monitor_plot import plot
@@ -80,12 +82,14 @@ def _shown(title: str, board: Board) -> Iterator[Draw]:
         yield screen.draw
 
 
-def _follow(device: Any, board: Board, draw: Draw, seconds: float | None) -> None:
+def _follow(
+    device: Any, parts: dict[str, Any], board: Board, draw: Draw, seconds: float | None
+) -> None:
     """Take in what the parts of a controller say, for a time or without end."""
     now = device.session.now
     begin = now()
     lines = not sys.stdout.isatty()
-    with _sayings(device, board) as sayings:
+    with _sayings(device, parts, board) as sayings:
         for name, values in sayings:
             passed = now() - begin
             if seconds is not None and passed >= seconds:
@@ -101,9 +105,8 @@ def _follow(device: Any, board: Board, draw: Draw, seconds: float | None) -> Non
 
 
 @contextmanager
-def _sayings(device: Any, board: Board) -> Iterator[Iterator[Saying]]:
+def _sayings(device: Any, parts: dict[str, Any], board: Board) -> Iterator[Iterator[Saying]]:
     """Give what is said without end; with None in between, whenever the table may be drawn."""
-    parts = parts_of(device)
     speakers = [part for part in parts.values() if hasattr(part, "start_updates")]
     if not speakers and hasattr(device, "start_updates"):  # it speaks for all its channels
         speakers = [device]
@@ -171,7 +174,7 @@ def _speaker(device: Any, parts: dict[str, Any], frame: Frame) -> str:
     if device.unit.channels > 1:
         words.append(f"channel {channel}")
     name = " ".join(words)
-    return name if name in parts or len(parts) > 1 else next(iter(parts))
+    return name if words or len(parts) > 1 else next(iter(parts))
 
 
 def _asked(device: Any, parts: dict[str, Any]) -> Iterator[Saying]:

@@ -603,7 +603,7 @@ def test_a_capture_is_not_held_in_memory(
     words += ["--output", str(tmp_path / "decoded")]
     of_a_part, _ = peak_of(stagewire, *words, input=input[: len(input) // 10])
     peak, code = peak_of(stagewire, *words, input=input)
-    assert (peak - of_a_part < 300_000, code) == (True, 0)
+    assert (peak - of_a_part < 600_000, code) == (True, 0)
 
 
 def test_garbage_is_not_held_in_memory(stagewire: Stagewire, tmp_path: Path) -> None:

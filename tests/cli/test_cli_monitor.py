@@ -184,6 +184,27 @@ def test_every_bay_is_a_part(stagewire: Stagewire, monkeypatch: pytest.MonkeyPat
     assert result.out.count("  bay 1  ") == result.out.count("  bay 2  ") == 3
 
 
+def test_one_bay_of_a_rack(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+    with virtual.BBD102() as rack:
+        attached(monkeypatch, rack)
+        one = stagewire("monitor", URL, "--bay", "2", "--for", "0.35")
+        none = stagewire("monitor", URL, "--bay", "3", "--for", "0.35")
+    assert (one.code, none.code) == (0, 2)
+    assert one.out.count("  bay 2  ") == 3
+    assert "bay 1" not in one.out
+    assert "BBD102 has no bay 3; it has bay 1, bay 2" in none.err
+
+
+def test_axes_that_are_not_there_do_not_keep_it_beyond_its_time(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with virtual.MS2000() as ms2000:
+        line = attached(monkeypatch, ms2000)
+        begin = line.clock()
+        stagewire("monitor", URL, "--unit", "MS2000", "--for", "1")
+        assert line.clock() - begin < 2.5
+
+
 def test_what_sends_nothing_is_asked(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
     with virtual.MS2000() as ms2000:
         attached(monkeypatch, ms2000)

@@ -138,9 +138,8 @@ def test_it_asks_before_it_moves(
         line = attach(tdc)
         result = stagewire("move", URL, "--unit", "TDC001", "--counts", "--to", "900", input=answer)
     assert line.count(*MOVES) == moves
-    if answer.startswith(b"n"):
-        assert result.code == 0
-        assert "nothing was moved" in result.out
+    assert result.code == (0 if moves else 1)
+    assert ("nothing was moved" in result.out) == (not moves)
 
 
 @pytest.mark.parametrize("words", [["move", URL, "--to", "1"], ["home", URL]])
@@ -187,7 +186,16 @@ def test_a_unit_that_does_not_move(stagewire: Stagewire, attach: Attach) -> None
         attach(reader)
         result = stagewire("move", URL, "--unit", "TSG001", "--counts", "--to", "1", "--yes")
     assert result.code == 2
-    assert "TSG001 has no move absolute" in result.err
+    assert "TSG001 has no move absolute: its document has no message for it" in result.err
+
+
+def test_an_axis_that_takes_no_distance(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.MS2000() as ms2000:
+        attach(ms2000)
+        words = ("--unit", "MS2000", "--axis", "X", "--by", "1", "--yes")
+        result = stagewire("move", URL, *words)
+    assert result.code == 2
+    assert "give --to instead" in result.err
 
 
 def test_a_controller_that_does_not_get_there_is_stopped_and_it_says_so(
@@ -197,8 +205,43 @@ def test_a_controller_that_does_not_get_there_is_stopped_and_it_says_so(
         line = attach(tdc)
         result = stagewire("move", URL, "--to", "10", "--timeout", "1", *Z8)
     assert result.code == 1
-    assert "stop was sent; it stands at" in result.err
+    assert "it took longer than 1 s: stop was sent; it stands at" in result.err
     assert line.count(STOP) == 1
+
+
+def test_a_stop_has_longer_to_be_answered_than_a_short_move_had(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    with virtual.TDC001(stage=stages.Z8) as tdc:
+        line = attach(tdc)
+        result = stagewire("move", URL, "--to", "1", "--timeout", "0.3", *Z8)
+    assert result.code == 1
+    assert "it took longer than 0.3 s: stop was sent; it stands at 0." in result.err
+    assert "MOT_MOVE_ABSOLUTE" in result.err.splitlines()[-1]
+    assert line.count(STOP) == 1
+
+
+def test_a_motor_that_a_stop_has_disabled_is_not_said_to_have_moved(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    x = ("--unit", "MS2000", "--axis", "X")
+    with virtual.MS2000() as ms2000:
+        attach(ms2000)
+        assert stagewire("stop", URL, *x).code == 0
+        there = stagewire("move", URL, *x, "--to", "0", "--yes")
+        result = stagewire("move", URL, *x, "--to", "1", "--yes")
+        counts = stagewire("move", URL, *x, "--counts", "--to", "5", "--yes")
+    assert (there.code, result.code, counts.code) == (0, 1, 1)
+    assert "it has not moved: it stands at 0.0000 um as before; a stop disables" in result.err
+
+
+def test_what_says_neither_its_end_nor_its_place(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TSC001() as shutter:
+        attach(shutter)
+        result = stagewire("move", URL, "--unit", "TSC001", "--counts", "--to", "5", "--yes")
+    assert result.code == 0
+    assert "done" not in result.out
+    assert "sent; TSC001 says neither when it ends nor where it stands" in result.out
 
 
 def test_ctrl_c_stops_it_and_says_so(
