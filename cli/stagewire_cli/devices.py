@@ -21,6 +21,7 @@ __all__ = [
     "Bay",
     "Line",
     "Stage",
+    "Travel",
     "Unit",
     "called_wrongly",
     "keywords",
@@ -28,6 +29,7 @@ __all__ = [
     "parts_of",
     "seconds_above_0",
     "title_of",
+    "travel_in_mm",
 ]
 
 Line = Annotated[
@@ -48,6 +50,22 @@ Stage = Annotated[
     str | None,
     typer.Option("--stage", metavar="NAME", help="Stage that is moved, such as Z8; gives mm."),
 ]
+
+Travel = float | tuple[float, float]
+"""A length from 0 on, or the two ends, in mm."""
+
+
+def travel_in_mm(text: str) -> Travel:
+    """Read a travel that was typed; raises :class:`CalledWronglyError` for what is none."""
+    try:
+        ends = tuple(float(end) for end in text.split(","))
+    except ValueError:
+        ends = ()
+    if len(ends) not in (1, 2) or not all(map(math.isfinite, ends)):
+        raise CalledWronglyError(
+            f"--travel takes mm, such as 12, or two ends, such as -5,5, not {text!r}"
+        )
+    return ends[0] if len(ends) == 1 else (ends[0], ends[1])
 
 
 def seconds_above_0(text: str | float) -> float:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Bay, Line, Stage, Unit, seconds_above_0
+from stagewire_cli.devices import Bay, Line, Stage, Unit, seconds_above_0, travel_in_mm
 from stagewire_cli.errors import CalledWronglyError
 
 __all__ = ["HOME_EXAMPLE", "MOVE_EXAMPLE", "STOP_EXAMPLE", "home", "move", "stop"]
@@ -59,9 +59,11 @@ def move(
     unit: Unit = None,
     stage: Stage = None,
     travel: Annotated[
-        float | None,
+        str | None,
         typer.Option(
-            "--travel", metavar="MM", help="Travel of the stage; positions outside are refused."
+            "--travel",
+            metavar="MM|LOW,HIGH",
+            help="Travel of the stage, as 12 or as -5,5; positions outside are refused.",
         ),
     ] = None,
     bay: Bay = None,
@@ -81,7 +83,8 @@ def move(
         raise CalledWronglyError("where to? give one of --to (a position) and --by (a distance)")
     target = Target.parse(number, relative=by is not None, counts=counts)
     where = Where(url, unit, bay, channel, axis)
-    run_move(where, target, stage=stage, travel=travel, timeout=timeout, yes=yes)
+    length = None if travel is None else travel_in_mm(travel)
+    run_move(where, target, stage=stage, travel=length, timeout=timeout, yes=yes)
 
 
 def home(

@@ -14,7 +14,14 @@ import typer
 from stagewire.devices.values import Values
 from stagewire.errors import BadValueError, MotionTimeout, ReplyTimeout, StagewireError
 from stagewire.quantities import exact
-from stagewire_cli.devices import called_wrongly, keywords, opened, parts_of, title_of
+from stagewire_cli.devices import (
+    Travel,
+    called_wrongly,
+    keywords,
+    opened,
+    parts_of,
+    title_of,
+)
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.status import numbers_of, status_of
 
@@ -23,7 +30,6 @@ __all__ = ["Target", "Where", "refuse_silence", "run_home", "run_move", "run_sto
 _INTERRUPTED = 130
 _PIECE = 0.25  # seconds
 _STOP_TIMEOUT = 10.0  # seconds until a stage that was told to stands still
-_UNKNOWN = "an unknown position"
 _ENABLE = "; a stop disables the motor: enable it again (start_motor() of the library), then move"
 _OTHERWISE = {
     "start_move_relative": ("start_move_absolute", "--to"),
@@ -135,7 +141,7 @@ def run_move(
     target: Target,
     *,
     stage: str | None,
-    travel: float | None,
+    travel: Travel | None,
     timeout: float,
     yes: bool,
 ) -> None:
@@ -239,10 +245,9 @@ def _act(
         typer.echo(f"it took longer than {timeout:g} s: {_stopped(part)}", err=True)
         raise
     stands = _position(part)
-    if end.message is None and stands == _UNKNOWN:
-        typer.echo(f"sent; {device.unit.name} says neither when it ends nor where it stands")
-        return
-    if end.message is None and stands == before and not there():  # it said no more than that it is idle
+    if (
+        end.message is None and stands == before and not there()
+    ):  # it said no more than that it is idle
         hint = _ENABLE if hasattr(part, "start_motor") else ""
         typer.echo(f"stagewire: it has not moved: it stands at {stands} as before{hint}", err=True)
         raise typer.Exit(WRONG)
@@ -283,5 +288,5 @@ def _position(part: Any) -> str:
     values = status_of(part)
     position = None if values is None else numbers_of(values).get("position")
     if position is None:
-        return _UNKNOWN
+        return "an unknown position"
     return str(position) if position.unit else f"{position} counts"

@@ -168,6 +168,8 @@ def test_without_a_terminal_and_without_yes_nothing_is_opened(
         (["--to", "1", "--stage", "Z8", "--channel", "2"], "has no channel 2"),
         (["--to", "1", "--stage", "Z8", "--axis", "X"], "has no axis X"),
         (["--to", "1", "--stage", "Z8", "--travel", "nan"], "nan"),
+        (["--to", "1", "--stage", "Z8", "--travel", "1,2,3"], "two ends, such as -5,5"),
+        (["--to=-6", "--stage", "Z8", "--travel=-5,5"], "outside the travel, -5 to 5 mm"),
     ],
 )
 def test_what_cannot_be_is_refused_and_nothing_moves(
@@ -233,15 +235,6 @@ def test_a_motor_that_a_stop_has_disabled_is_not_said_to_have_moved(
         counts = stagewire("move", URL, *x, "--counts", "--to", "5", "--yes")
     assert (there.code, result.code, counts.code) == (0, 1, 1)
     assert "it has not moved: it stands at 0.0000 um as before; a stop disables" in result.err
-
-
-def test_what_says_neither_its_end_nor_its_place(stagewire: Stagewire, attach: Attach) -> None:
-    with virtual.TSC001() as shutter:
-        attach(shutter)
-        result = stagewire("move", URL, "--unit", "TSC001", "--counts", "--to", "5", "--yes")
-    assert result.code == 0
-    assert "done" not in result.out
-    assert "sent; TSC001 says neither when it ends nor where it stands" in result.out
 
 
 def test_ctrl_c_stops_it_and_says_so(

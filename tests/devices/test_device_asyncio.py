@@ -42,6 +42,8 @@ def run(main: Callable[[], Awaitable[None]]) -> None:
 def test_what_is_not_open_yet_says_so() -> None:
     with pytest.raises(AttributeError, match="it is not open yet and has no home: await it"):
         TDC001.open(Z8).home()  # type: ignore[attr-defined]
+    with pytest.raises(TypeError, match="opened by `async with`"), TDC001.open(Z8):  # type: ignore[attr-defined]
+        pass
 
 
 def test_behind_a_line_that_was_given_up_a_motion_may_go_on() -> None:

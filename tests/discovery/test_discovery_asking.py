@@ -228,6 +228,8 @@ def test_nobody_answers(opens: Callable[[OpenLine], None], says: bytes, said: st
     told = only(diagnose_line("/dev/ttyUSB0"))
     assert told.verdict is Verdict.WRONG
     assert said in told.text
+    assert ("baud rate" in told.advice) == bool(says)
+    assert "--unit MS2000" in told.advice
     assert len(made) == 5  # as opened, and the four documented rates
     assert all(one.closed for one in made)
     assert all(sent in INFO_AT.values() for one in made for sent in one.written)
@@ -283,11 +285,11 @@ def test_which_unit_it_is_is_asked_where_nothing_tells(opens: Callable[[OpenLine
 
 def test_which_unit_it_is_cannot_be_found_out(opens: Callable[[OpenLine], None]) -> None:
     opens(lambda url, **_: Silent())
-    with pytest.raises(WrongUnitError, match=r"name its unit \(unit="):
+    with pytest.raises(WrongUnitError, match=r"name its unit \(unit=\'TDC001\', or --unit"):
         unit_at("/dev/ttyUSB0")
     with virtual.rack("MPZ601") as modules:
         opens(lambda url, **_: SteppedLink(modules))
-        with pytest.raises(WrongUnitError, match=r"bays with a module \(bay=\): 1"):
+        with pytest.raises(WrongUnitError, match=r"bays with a module \(bay=, or --bay\): 1"):
             unit_at("/dev/ttyUSB0")
 
 

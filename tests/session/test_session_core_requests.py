@@ -80,6 +80,22 @@ def test_a_timeout_says_what_came_meanwhile():
     assert "2 x MOT_GET_DCSTATUSUPDATE, 1 x HW_RESPONSE, 1 x HW_RICHRESPONSE (81 00 44 00" in text
 
 
+def test_a_timeout_tells_bytes_that_are_no_message():
+    talk = Framed()
+    talk.hear(b"\xff" * 3)
+    asked = talk.ask()
+    talk.hear(b"\xff" * 5)
+    talk.later(1)
+    assert "meanwhile came 5 bytes that are no message (another baud rate" in str(asked.error)
+
+
+def test_what_is_left_of_a_time_is_said_as_people_would():
+    talk = Framed()
+    asked = talk.ask(timeout=1.99996)
+    talk.later(2)
+    assert "within 2 s" in str(asked.error)
+
+
 def test_time_that_is_spent_waiting_counts_and_nothing_is_sent_after_it():
     talk = Framed()
     talk.ask(timeout=5)

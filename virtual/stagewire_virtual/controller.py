@@ -5,9 +5,9 @@ from __future__ import annotations
 from contextlib import ExitStack
 from pathlib import Path
 
+from stagewire.closing import Closing
 from stagewire.framing import Event
 from stagewire_virtual.clock import SECOND, SteppedClock
-from stagewire_virtual.closing import Closing
 from stagewire_virtual.errors import VirtualError
 from stagewire_virtual.instrument import Instrument
 from stagewire_virtual.served import ServedController

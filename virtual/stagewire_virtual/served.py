@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from stagewire.closing import Closing
 from stagewire_virtual.clock import SteppedClock
-from stagewire_virtual.closing import Closing
 from stagewire_virtual.errors import VirtualError
 from stagewire_virtual.instrument import Instrument
 from stagewire_virtual.serving.link import Maker, ServedLink, at_this_instant

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
-from types import TracebackType
 from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
 
+from stagewire.closing import AsyncClosing
 from stagewire.devices import modes
 from stagewire.devices.asynchronous_parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
 from stagewire.devices.awaited import CommandLine, FramedLine, Opening, open_session
@@ -52,7 +52,7 @@ B = TypeVar("B", bound=Part)
 X = TypeVar("X", bound=Axis)
 
 
-class _Opened(DeviceBase, Part):
+class _Opened(DeviceBase, Part, AsyncClosing):
     """An open controller of any kind; a context manager."""
 
     _link: str | AsyncLink | Device
@@ -120,17 +120,6 @@ class _Opened(DeviceBase, Part):
         await connection.line.close()
         if not lost:
             connection.said_last()
-
-    async def __aenter__(self) -> Self:
-        return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        await self.close()
 
 
 class Device(_Opened):

@@ -216,6 +216,14 @@ class Opening(Generic[D]):
                 "enter it by `async with`"
             )
 
+        def __enter__(self) -> D:
+            raise TypeError(
+                "it is opened by `async with`, or by `await`; `with` is for the classes outside aio"
+            )
+
+        def __exit__(self, *error: object) -> None:
+            raise NotImplementedError  # nothing was entered
+
     async def _open(self) -> D:
         await self._device._connect()
         return self._device

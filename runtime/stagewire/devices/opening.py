@@ -89,9 +89,10 @@ async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
     try:
         info = await ask(own, identity, None, {})
     except ReplyTimeout as error:
+        bay = ", and is bay= that of the module" if unit.kind == "bay" else ""
         raise ReplyTimeout(
-            f"no {unit.name} answers at {connection.url}: {error}. Is it switched on, and is this its port? "
-            "identify=False opens it without a question"
+            f"no {unit.name} answers at {connection.url}: {error}. Is it switched on, and is this its "
+            f"port{bay}? identify=False opens it without a question"
         ) from None
     check_identity(connection, info)
     await _ask_settings(connection, own)

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from types import TracebackType
 from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
 
+from stagewire.closing import Closing
 from stagewire.devices import modes
 from stagewire.devices.immediate import CommandLine, FramedLine, open_session, run
 from stagewire.devices.opening import commanded, framed, greet, leave
@@ -51,7 +51,7 @@ B = TypeVar("B", bound=Part)
 X = TypeVar("X", bound=Axis)
 
 
-class _Opened(DeviceBase, Part):
+class _Opened(DeviceBase, Part, Closing):
     """An open controller of any kind; a context manager."""
 
     _link: str | Link | Device
@@ -115,17 +115,6 @@ class _Opened(DeviceBase, Part):
         run(connection.line.close())
         if not lost:
             connection.said_last()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 class Device(_Opened):

@@ -88,9 +88,9 @@ def unit_at(url: str, **options: Any) -> str:
     if found.unit is None:
         found = _asked(found, **options)
     if found.unit is None:
-        advice = "name its unit (unit=, such as unit='TDC001')"
+        advice = "name its unit (unit='TDC001', or --unit TDC001 of the command)"
         if found.bays:
-            advice = f"name one of the bays with a module (bay=): {', '.join(map(str, found.bays))}"
+            advice = f"name one of the bays with a module (bay=, or --bay): {', '.join(map(str, found.bays))}"
         raise WrongUnitError(f"{url}: {found.what}; {advice}")
     return found.unit
 
@@ -121,8 +121,8 @@ def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
     finally:
         link.close()
     raise WrongUnitError(
-        f"{found.url}: {found.problem or 'nobody could be asked'}; name its unit (unit=, such as "
-        "unit='TDC001'), or see what stagewire doctor says of it"
+        f"{found.url}: {found.problem or 'nobody could be asked'}; name its unit "
+        "(unit='TDC001', or --unit TDC001 of the command), or see what stagewire doctor says of it"
     )
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from stagewire.closing import AsyncClosing
 from stagewire.errors import MotionTimeout
 from stagewire.framing.events import Event
 from stagewire.session.core import Core
@@ -24,7 +24,7 @@ _C = TypeVar("_C", bound=Core)
 _T = TypeVar("_T")
 
 
-class AsyncSession(LoopDriver[_C]):
+class AsyncSession(LoopDriver[_C], AsyncClosing):
     """Exchanges that are waited for; the base of the sessions of both framings. A context manager.
 
     For tasks of the event loop in which it was made; no call is for another loop or thread.
@@ -127,14 +127,3 @@ class AsyncSession(LoopDriver[_C]):
         self._check_loop()
         queue = self._core.subscribe(wanted, limit, source)
         return AsyncSubscription(queue, self, read)
-
-    async def __aenter__(self) -> Self:
-        return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        await self.close()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from stagewire.closing import Closing
 from stagewire.errors import MotionTimeout
 from stagewire.framing.events import Event
 from stagewire.session.core import Core
@@ -24,7 +24,7 @@ _C = TypeVar("_C", bound=Core)
 _T = TypeVar("_T")
 
 
-class Session(ThreadDriver[_C]):
+class Session(ThreadDriver[_C], Closing):
     """Exchanges that are waited for; the base of the sessions of both framings. A context manager.
 
     Every call may be made by any thread.
@@ -149,14 +149,3 @@ class Session(ThreadDriver[_C]):
         with self._lock:
             queue = self._core.subscribe(wanted, limit, source)
         return BlockingSubscription(queue, self, read)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

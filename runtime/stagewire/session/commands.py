@@ -289,7 +289,7 @@ class CommandCore(Core):
         line.end(error=error)
 
     def _timed_out(self, line: Line) -> str:
-        within = f"within {line.timeout:g} s"
+        within = f"within {round(line.timeout, 3):g} s"
         if not line.written:
             poisoned = self._drained_at != inf
             why = "the line had not been silent since" if poisoned else "others came before it"

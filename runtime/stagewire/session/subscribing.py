@@ -8,6 +8,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
+from stagewire.closing import Closing
 from stagewire.errors import ReplyTimeout, SessionClosedError
 from stagewire.framing.events import Event
 from stagewire.session.subscription import Subscription
@@ -65,7 +66,7 @@ def _nothing(timeout: float | None) -> ReplyTimeout:
     return ReplyTimeout(f"nothing of what is subscribed to came within {timeout} s")
 
 
-class BlockingSubscription(_Ended[_T]):
+class BlockingSubscription(_Ended[_T], Closing):
     """Events that were wanted, to be taken by threads; an iterator, and a context manager.
 
     The iteration ends when the subscription or the session is closed, and raises
@@ -129,17 +130,6 @@ class BlockingSubscription(_Ended[_T]):
             return self.get()
         except SessionClosedError:
             raise StopIteration from None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 class AsyncSubscription(_Ended[_T]):

@@ -81,7 +81,9 @@ class Wording:
         odd = self._hearing.heard - exchange.after
         if not odd:
             return "nothing"
-        return f"{odd} bytes that are no message (another baud rate, or another kind of controller?)"
+        return (
+            f"{odd} bytes that are no message (another baud rate, or another kind of controller?)"
+        )
 
 
 def _seconds(exchange: FramedExchange) -> str:
