@@ -13,7 +13,7 @@ import time
 
 import serial
 
-from stagewire import End, Frame, FramedMessage
+from stagewire import End, Frame, FramedMessage, StagewireError
 from stagewire_apt import PROTOCOL, stages
 from stagewire_apt import messages as m
 
@@ -67,4 +67,9 @@ def main(url: str, millimetres: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:3])
+    if len(sys.argv) != 3:
+        sys.exit("usage: python move.py URL MILLIMETRES, such as socket://127.0.0.1:4001 1.5")
+    try:
+        main(*sys.argv[1:3])
+    except (serial.SerialException, StagewireError) as error:
+        sys.exit(f"{sys.argv[1]}: {error}")
