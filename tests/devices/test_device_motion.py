@@ -17,6 +17,7 @@ from stagewire.errors import (
     OutOfRangeError,
     UnsupportedError,
 )
+from stagewire.quantities import Scale, Stage
 from stagewire_apt import PROTOCOL, TDC001, TSC001, stages
 from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m
@@ -345,3 +346,12 @@ def test_an_exception_stops_what_was_started(line: RecordedLine) -> None:
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert line.raw == STOP
+
+
+def test_what_is_stored_is_not_asked_of_a_unit_whose_list_has_no_question_for_it() -> None:
+    line = RecordedLine(virtual.TSC001())
+    mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1000))
+    with TSC001.open(line, stage=mine, travel_mm=12) as tsc:
+        line.forget()
+        tsc.start_move_absolute_stored()
+        assert line.raw == m.MotMoveAbsoluteHeader(chan_ident=1).pack(0x50, 0x01)

@@ -31,6 +31,8 @@ async def check_target(
     check_travel(spot, what, action.given, fields)  # asks nothing
     if action.stored is not None:
         table, field = action.stored
+        if table.req is None or table.req.layout.message not in spot.connection.unit.messages:
+            return  # what is stored there cannot be read
         distance = _in_mm(
             await ask(spot, table, spot.part_of(deadline), {}), lambda value: value.field == field
         )

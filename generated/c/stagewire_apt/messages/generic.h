@@ -22,6 +22,8 @@
  *
  * Either side says that it is about to leave the USB or Ethernet bus.
  *
+ * The example addresses a motherboard; that a bay takes it, too, is not said.
+ *
  * Erratum apt-disconnect-example-source: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
  */
 typedef struct apt_hw_disconnect {
@@ -256,9 +258,14 @@ static inline apt_status apt_hw_get_info_decode(
  * HW_STOP_UPDATEMSGS.
  *
  * Starts MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE.
+ *
+ * Whether a motherboard takes it, a bay or both, is not said.
  */
 typedef struct apt_hw_start_updatemsgs {
-    /** Ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; 0 to 255. */
+    /**
+     * Ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; in which unit, and a
+     * default, are not said; 0 to 255.
+     */
     uint8_t update_rate;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -326,6 +333,8 @@ static inline apt_status apt_hw_start_updatemsgs_decode(
  * host do not overflow.
  *
  * Stops MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE.
+ *
+ * Whether a motherboard takes it, a bay or both, is not said.
  *
  * Erratum apt-summary-stop-updatemsgs-id: printed 0x0011; encoded 0x0012.
  */
@@ -963,6 +972,8 @@ static inline apt_status apt_mod_get_chanenablestate_decode(
  * MOD_IDENTIFY (0x0223), to the controller, header only; page 16.
  *
  * The unit flashes its front panel LEDs so that it can be found.
+ *
+ * The example addresses a bay; that a motherboard takes it, too, is not said.
  *
  * Erratum apt-identify-table-bytes: printed 23 02 22 02 00 00; encoded 23 02 00 00 d s.
  *

@@ -3418,6 +3418,10 @@ static inline apt_status apt_mot_move_stopped_stepper_decode(
  * Completes with MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by
  * MOT_SUSPEND_ENDOFMOVEMSGS.
  *
+ * The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
+ * nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but says
+ * any type of motor move.
+ *
  * Erratum apt-header-parameters-as-word: printed word; encoded one byte of the header each.
  *
  * Erratum apt-move-completed-scope: printed after relative or absolute moves; encoded after

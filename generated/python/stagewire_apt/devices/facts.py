@@ -1881,8 +1881,8 @@ UNITS: dict[str, Unit] = {
         usb_prefix=63,
         pause_ms=50,
         pause_source=(
-            "public drivers, which leave 3 to 200 ms; a T-Cube that is enabled and homed at once "
-            "has locked up"
+            "as for the T-Cubes, for which public drivers leave 3 to 200 ms; of the Opto cubes "
+            "themselves nothing is known"
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -1921,8 +1921,8 @@ UNITS: dict[str, Unit] = {
         stages=("APT_STEPPER",),
         pause_ms=50,
         pause_source=(
-            "public drivers, which leave 3 to 200 ms; a T-Cube that is enabled and homed at once "
-            "has locked up"
+            "as for the T-Cubes, for which public drivers leave 3 to 200 ms; of the Opto cubes "
+            "themselves nothing is known"
         ),
         moving={
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
@@ -1957,8 +1957,8 @@ UNITS: dict[str, Unit] = {
         stages=("Z8",),
         pause_ms=50,
         pause_source=(
-            "public drivers, which leave 3 to 200 ms; a T-Cube that is enabled and homed at once "
-            "has locked up"
+            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
+            "and homed at once has locked up"
         ),
         also_at=(0x11, 0x21),
         moving={
@@ -1992,8 +1992,8 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         pause_ms=50,
         pause_source=(
-            "public drivers, which leave 3 to 200 ms; a T-Cube that is enabled and homed at once "
-            "has locked up"
+            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
+            "and homed at once has locked up"
         ),
         also_at=(0x11, 0x21),
         quantities=(
@@ -2019,8 +2019,8 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         pause_ms=50,
         pause_source=(
-            "public drivers, which leave 3 to 200 ms; a T-Cube that is enabled and homed at once "
-            "has locked up"
+            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
+            "and homed at once has locked up"
         ),
         also_at=(0x11, 0x21),
         moving={
@@ -2050,8 +2050,8 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         pause_ms=50,
         pause_source=(
-            "public drivers, which leave 3 to 200 ms; a T-Cube that is enabled and homed at once "
-            "has locked up"
+            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
+            "and homed at once has locked up"
         ),
         also_at=(0x11, 0x21),
         quantities=(
@@ -2084,8 +2084,8 @@ UNITS: dict[str, Unit] = {
         stages=("APT_STEPPER",),
         pause_ms=50,
         pause_source=(
-            "public drivers, which leave 3 to 200 ms; a T-Cube that is enabled and homed at once "
-            "has locked up"
+            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
+            "and homed at once has locked up"
         ),
         also_at=(0x11, 0x21),
         moving={

@@ -52,6 +52,8 @@ class HwDisconnect(FramedMessage):
 
     Either side says that it is about to leave the USB or Ethernet bus.
 
+    The example addresses a motherboard; that a bay takes it, too, is not said.
+
     Erratum ``apt-disconnect-example-source``: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
     """
 
@@ -288,8 +290,10 @@ class HwStartUpdateMsgs(FramedMessage):
 
     Starts ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``.
 
-    :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; 0 to
-        255.
+    Whether a motherboard takes it, a bay or both, is not said.
+
+    :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; in
+        which unit, and a default, are not said; 0 to 255.
     """
 
     __slots__ = ("param2", "update_rate")
@@ -348,6 +352,8 @@ class HwStopUpdateMsgs(FramedMessage):
     host do not overflow.
 
     Stops ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``.
+
+    Whether a motherboard takes it, a bay or both, is not said.
 
     Erratum ``apt-summary-stop-updatemsgs-id``: printed 0x0011; encoded 0x0012.
     """
@@ -911,6 +917,8 @@ class ModIdentify(FramedMessage):
     """``MOD_IDENTIFY`` (0x0223), to the controller, header only; page 16.
 
     The unit flashes its front panel LEDs so that it can be found.
+
+    The example addresses a bay; that a motherboard takes it, too, is not said.
 
     Erratum ``apt-identify-table-bytes``: printed 23 02 22 02 00 00; encoded 23 02 00 00 d s.
     Erratum ``apt-identify-tdc001-bay``: printed bay 0 of the TDC001 controller, destination 0x21;

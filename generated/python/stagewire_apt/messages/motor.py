@@ -3692,6 +3692,10 @@ class MotMoveJog(FramedMessage):
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
     ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
+    The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
+    nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but
+    says any type of motor move.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param direction: :class:`~.MoveDirection`; 0 to 255.
 

@@ -1235,6 +1235,10 @@ class CanJog(Part):
 
         Starts a jog with the settings of MOT_SET_JOGPARAMS. Waits for the end. Page 47.
 
+        The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
+        nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but
+        says any type of motor move.
+
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
 
         :param direction: :class:`~.MoveDirection`; 0 to 255.
@@ -1253,6 +1257,10 @@ class CanJog(Part):
 
         Starts a jog with the settings of MOT_SET_JOGPARAMS. Returns as soon as it is sent, with a
         handle to wait on. Page 47.
+
+        The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
+        nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but
+        says any type of motor move.
 
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
 

@@ -36,6 +36,8 @@ class CanDisconnect(Part):
 
         Either side says that it is about to leave the USB or Ethernet bus. Page 19.
 
+        The example addresses a motherboard; that a bay takes it, too, is not said.
+
         Erratum ``apt-disconnect-example-source``.
 
         :param timeout: in seconds; None for that of the device.
@@ -80,8 +82,10 @@ class CanStartUpdates(Part):
         Starts the periodic status messages; they come, typically every 100 ms (page 11), until
         HW_STOP_UPDATEMSGS. Page 20.
 
-        :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; 0
-            to 255.
+        Whether a motherboard takes it, a bay or both, is not said.
+
+        :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; in
+            which unit, and a default, are not said; 0 to 255.
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -102,6 +106,8 @@ class CanStopUpdates(Part):
 
         Stops the periodic status messages; to be sent before a client ends so that the buffers of
         the host do not overflow. Page 20.
+
+        Whether a motherboard takes it, a bay or both, is not said.
 
         Erratum ``apt-summary-stop-updatemsgs-id``.
 
@@ -237,6 +243,8 @@ class CanIdentify(Part):
         """Send ``MOD_IDENTIFY``.
 
         The unit flashes its front panel LEDs so that it can be found. Page 16.
+
+        The example addresses a bay; that a motherboard takes it, too, is not said.
 
         Errata ``apt-identify-table-bytes``, ``apt-identify-tdc001-bay``.
 
