@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from types import TracebackType
 
+from stagewire.closing import AsyncClosing
 from stagewire_virtual.clock import SECOND, Clock, RealClock
 from stagewire_virtual.serving.link import ServedLink, at_this_instant
 
 __all__ = ["Server"]
 
 
-class Server:
+class Server(AsyncClosing):
     """Serves links whose far ends share one clock, in the event loop that is running.
 
     On a :class:`~stagewire_virtual.clock.RealClock` it sleeps until the next timer is due. A
@@ -50,17 +50,6 @@ class Server:
             await self.close_link(link)
         self.clock.on_earlier = None
         self._cancel_alarm()
-
-    async def __aenter__(self) -> Server:
-        return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        await self.close()
 
     def run(self, callback: Callable[[], None]) -> None:
         """Do something at this instant, after all that is due, and see what is due next."""

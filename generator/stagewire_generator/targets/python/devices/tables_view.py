@@ -48,10 +48,6 @@ class TableWriter:
             for message in call.members.values():
                 self._of.setdefault(message.name, call)
 
-    def call_of(self, message: str) -> Call | None:
-        """Return the call that a message belongs to."""
-        return self._of.get(message)
-
     def tables(self) -> tuple[str, ...]:
         """Return the statements that make the tables, in an order in which none refers to a later one."""
         return tuple(laid_out(self._table(call), 0) for call in self.calls)
