@@ -10,6 +10,7 @@ from typing import TypeAlias
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint import (
     check_devices,
+    check_effects,
     check_errata,
     check_framing,
     check_layouts,
@@ -98,4 +99,5 @@ def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     check_layouts(protocol, diagnostics)
     check_framing(protocol, files["protocol"][0], diagnostics)
     check_devices(protocol, files.get("quantities", ()), diagnostics)
+    check_effects(protocol, diagnostics)
     return protocol

@@ -285,6 +285,26 @@ GROUPS: tuple[Group, ...] = (
         },
     ),
     Group(
+        "Effects",
+        "What may be sent without asking has to be known of every message. So nothing has an effect by "
+        "omission, but for a SET, which sets what stays, and a REQ, which asks.",
+        {
+            "SW070": Code(
+                "a message without an effect, or with one where none can be",
+                "A message to the controller was added and its effect was not; or `effect` stands at one "
+                "that the controller sends, or at a parameter set without a SET.",
+                "decide by the document: `effect: motion` for whatever moves, opens, or is put out "
+                "otherwise; `none` for what only asks; docs/registry.md has all of them",
+            ),
+            "SW071": Code(
+                "an effect that contradicts what halts what",
+                "Of two messages one halts the other by `halted_by`, and the effect of the first is not "
+                "`stop`, or that of the second not `motion`.",
+                "correct the effect, or `halted_by`",
+            ),
+        },
+    ),
+    Group(
         "Changes",
         "`stagewire check --against` compares the spec with an earlier one. What changes bytes must say, "
         "in the same change, how anybody knows; `docs/changes.md` says exactly what counts.",

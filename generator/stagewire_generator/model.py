@@ -31,6 +31,7 @@ __all__ = [
     "ParameterSet",
     "Protocol",
     "Quantity",
+    "Rule",
     "Stage",
 ]
 
@@ -237,6 +238,7 @@ class Message:
     words: tuple[str, ...]
     pages: tuple[int, ...]
     direction: str  # to_controller | to_host | both
+    effect: str  # what sending it does, none | stream | settings ...; empty: no host sends it
     summary: str
     note: str
     set: tuple[str, str] | None  # (name of the set, its role)
@@ -310,6 +312,24 @@ class Erratum:
 
 
 @dataclass(frozen=True, slots=True)
+class Rule:
+    """What the document demands of controllers or hosts beside the layouts of messages."""
+
+    id: str
+    page: int
+    also: tuple[int, ...]  # further pages with the same words
+    strength: str  # must | should
+    subject: str  # controller | host
+    says: str  # in the words of the document
+    means: str  # in plain words; empty where the document's own are plain
+    messages: tuple[str, ...]
+    errata: tuple[str, ...]
+    waiver: str  # why no check can see whether it is kept; empty where one can
+    place: Place
+    overlay: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Overlay:
     """A later issue of the document, as far as the registry has it: what it adds and replaces."""
 
@@ -347,6 +367,7 @@ class Protocol:
     stages: tuple[Stage, ...]
     units: Json
     errata: tuple[Erratum, ...]
+    rules: tuple[Rule, ...]  # sorted by id
     examples: Json
     captures: Json
     overlays: tuple[Overlay, ...] = ()  # in the order in which they were laid over

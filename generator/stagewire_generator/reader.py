@@ -38,6 +38,7 @@ _KINDS = {
     "units": "units.yaml",
     "messages": "messages/*.yaml",
     "errata": "errata/*.yaml",
+    "rules": "rules.yaml",
     "printed": "printed/*.yaml",
 }
 # The same below the folder of an overlay

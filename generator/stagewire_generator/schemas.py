@@ -14,6 +14,7 @@ KINDS = (
     "units",
     "messages",
     "errata",
+    "rules",
     "printed",
     "examples",
     "captures",

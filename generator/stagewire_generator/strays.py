@@ -20,6 +20,7 @@ _PLACES = {  # first key of a file, or second of worked examples -> where files 
     b"families": "units.yaml",
     b"chapter": "messages/",
     b"errata": "errata/",
+    b"rules": "rules.yaml",
 }
 _OF_PROTOCOL = {
     **_PLACES,

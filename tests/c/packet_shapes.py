@@ -97,14 +97,15 @@ title: Shapes
 page: 1
 order: 1
 messages:
-  STOP: {id: 0x01, page: 1, direction: both, summary: x, header: {}}
-  SET_ANGLE: {id: 0x02, page: 1, direction: to_controller, summary: x, data: {length: 6, fields: {
-    angle: {format: s24, minimum: -180000, maximum: 180000}, speed: {format: u16},
+  STOP: {id: 0x01, page: 1, direction: both, effect: none, summary: x, header: {}}
+  SET_ANGLE: {id: 0x02, page: 1, direction: to_controller, effect: none, summary: x,
+    data: {length: 6, fields: {angle: {format: s24, minimum: -180000, maximum: 180000}, speed: {format: u16},
     spare: {format: u8, role: reserved}}}}
   STATE:
     id: 0x03
     page: 1
     direction: both
+    effect: none
     summary: x
     layouts:
       header: {}
@@ -112,11 +113,12 @@ messages:
       data_full: {length: 8, fields: {bits: {format: u16}, label: {format: "char[6]"}}}
   PAGE: {id: 0x0D, page: 1, direction: to_host, summary: x, data: {
     length: 32, fields: {page: {format: "u8[32]"}}}}
-  NUMBERS: {id: 0x10, page: 1, direction: both, summary: x, data: {length: 24, fields: {
+  NUMBERS: {id: 0x10, page: 1, direction: both, effect: none, summary: x, data: {length: 24, fields: {
     deep: {format: s64, maximum: 5}, wide: {format: u64, minimum: 9}, middle: {format: u32, maximum: 1000},
     three: {format: u24}, small: {format: u8, minimum: 3}}}}
-  STATUS: {id: 0xFE, page: 1, direction: both, summary: x, data: {length: 1, fields: {end: {format: u8}}}}
-  NAME: {id: 0xFF, page: 1, direction: both, summary: x, header: {}}
+  STATUS: {id: 0xFE, page: 1, direction: both, effect: none, summary: x,
+    data: {length: 1, fields: {end: {format: u8}}}}
+  NAME: {id: 0xFF, page: 1, direction: both, effect: none, summary: x, header: {}}
 """
 
 

@@ -156,13 +156,13 @@ def test_evidence(good: dict[str, Spec], folders: Iterator[Path], case: Case) ->
             "to_controller -> both; no erratum, page, witness or example of it is new or altered",
         ]),
         ("wider format", "good_spec", [
-            "tiny/messages/extra.yaml:13:5: SW050 LAMP data length: layout-length, 4 -> 6; "
+            "tiny/messages/extra.yaml:14:5: SW050 LAMP data length: layout-length, 4 -> 6; "
             "no erratum, page, witness or example of it is new or altered",
-            "tiny/messages/extra.yaml:13:83: SW050 LAMP data force: field-format, word -> dword; "
+            "tiny/messages/extra.yaml:14:83: SW050 LAMP data force: field-format, word -> dword; "
             "no erratum, page, witness or example of it is new or altered",
         ]),
         ("layout removed", "good_spec", [
-            "tiny/messages/core.yaml:63:3: SW050 POS_MOVE header: layout-removed, header -> nothing; "
+            "tiny/messages/core.yaml:64:3: SW050 POS_MOVE header: layout-removed, header -> nothing; "
             "no erratum, page, witness or example of it is new or altered",
         ]),
         ("bit", "good_spec", [

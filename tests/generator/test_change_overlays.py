@@ -313,7 +313,7 @@ def test_what_is_said_and_where(old: Spec, spec: Path) -> None:
     removed = without(spec, f"{THIRD}/messages/extra.yaml", "  BELL:")
     nothing = "no erratum, page, witness or example of it in the overlay second is new or altered"
     assert left(old, edited(spec, *edits, removed)) == [
-        "tiny/overlays/second/messages/core.yaml:43:14: SW050 LAMP_TEST header seconds: field-range, "
+        "tiny/overlays/second/messages/core.yaml:45:14: SW050 LAMP_TEST header seconds: field-range, "
         f"0 to 255 -> 0 to 9; {nothing}",
         f"tiny/overlays/second/units.yaml:6:55: SW050 unit TP9 channels: unit-channels, 2 -> 1; {nothing}",
         "tiny/overlays/third/overlay.yaml:2:1: SW051 BELL: message-removed, BELL -> nothing; "

@@ -39,6 +39,7 @@ def test_progress(good_spec: Path) -> None:
         "tiny/messages/core.yaml",
         "tiny/messages/extra.yaml",
         "tiny/errata/core.yaml",
+        "tiny/rules.yaml",
         "tiny/printed/core.yaml",
         "tiny/printed/extra.yaml",
         "conformance/examples/tiny.yaml",

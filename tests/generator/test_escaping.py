@@ -115,6 +115,7 @@ def many_fields(spec: Path) -> None:
             entry: dict[str, Any] = {
                 "id": 0x1000 + len(messages), "page": 8, "spelling": name.lower(),
                 "direction": "both" if count < 20 else "to_host", "summary": "Has fields.",
+                **({"effect": "none"} if count < 20 else {}),
             }  # fmt: skip
             if count % 2:
                 entry["data"] = data
@@ -170,7 +171,7 @@ def test_formatting_of_little(
     """No stages, no tables, a chapter without a message, one without a message that has an id."""
     spec = Path(shutil.copytree(good_spec, tmp_path / "spec"))
     tiny = spec / "tiny"
-    for name in ("quantities", "stages", "units", "messages/core", "printed/core"):
+    for name in ("quantities", "stages", "units", "messages/core", "printed/core", "rules"):
         (tiny / f"{name}.yaml").unlink()
     shutil.rmtree(spec / "conformance" / "captures")
     head = load(tiny / "protocol.yaml")
@@ -245,6 +246,7 @@ def many_commands(spec: Path, words: str) -> None:
             commands[f"M{'X' * (number % 36)}_{number}"] = {
                 "byte": 0x80 + number, "page": 3, "title": "Listing", "summary": text(5 * number + 1),
                 "note": text(200 - number), "size": size, "dummy": True,
+                "effect": "settings",
                 "firmware": [{"version": "9." * (count % 9) + "1", "note": text(2 * number + 1)}],
                 **({"request": part} if number % 3 < 2 else {}),
                 **({"reply": part} if number % 3 > 0 else {}),
@@ -252,6 +254,7 @@ def many_commands(spec: Path, words: str) -> None:
     setup = {
         f"S_{'Y' * n}": {
             "byte": 0x60 + n, "page": 1, "title": "Setup", "summary": text(n), "note": text(7 * n),
+            "effect": "settings",
             **({"switches_to": SWITCHES[n % 4]} if n % 4 else {}),
         }
         for n in range(1, 40)

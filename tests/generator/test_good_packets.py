@@ -118,9 +118,9 @@ title: Sparks
 page: 1
 order: 1
 messages:
-  FLASH: {id: 0x07, page: 1, spelling: flash, direction: to_controller, summary: x,
+  FLASH: {id: 0x07, page: 1, spelling: flash, direction: to_controller, effect: none, summary: x,
           data: {length: 3, fields: {colour: {format: u8}, length: {format: u16}}}}
-  DARK: {id: 0x08, page: 1, spelling: dark, direction: both, summary: x, header: {}}
+  DARK: {id: 0x08, page: 1, spelling: dark, direction: both, effect: none, summary: x, header: {}}
 """
 SHAPES = {
     "everything counted, exclusive or": (

@@ -203,7 +203,7 @@ def test_no_field_of_a_command_takes_a_name_that_its_methods_use(
     fields = ", ".join(f'"{name}": {{format: "{format}"}}' for name in names)
     text = (
         "chapter: more\ntitle: More\npage: 3\norder: 9\ncommands:\n"
-        "  LOAD: {byte: 0x4C, page: 3, title: Load, summary: x, "
+        "  LOAD: {byte: 0x4C, page: 3, title: Load, effect: none, summary: x, "
         f"size: {FORMATS[format] * len(names)}, {form}: {{fields: {{{fields}}}}}}}\n"
     )
     (commands_spec / "turtle" / "messages" / "more.yaml").write_text(text, encoding="utf-8")

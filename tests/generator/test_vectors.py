@@ -109,6 +109,8 @@ def wanted_of(field: Json, here: tuple[str, str]) -> Iterator[tuple[Any, ...]]:
     if field["role"] == "reserved":
         yield *here, "decode", name, "kept"
         yield *here, "encode", name, "kept"
+        if here[1] != "header":
+            yield *here, "encode", "out_of_range", name
         return
     if field["kind"] == "integer":
         least, greatest = field["minimum"], field["maximum"]
@@ -120,6 +122,9 @@ def wanted_of(field: Json, here: tuple[str, str]) -> Iterator[tuple[Any, ...]]:
         lowest, highest = (
             (-(1 << bits - 1), (1 << bits - 1) - 1) if field["signed"] else (0, (1 << bits) - 1)
         )
+        if (least, greatest) != (lowest, highest):
+            yield *here, "encode", "out_of_range", name, "beyond the format"
+            yield *here, "decode", name, -1 if field["signed"] else highest
         for value in (least - 1, greatest + 1, *field.get("enum", {}).values()):
             if lowest <= value <= highest:
                 yield *here, "decode", name, value
@@ -205,6 +210,8 @@ def found_in_fields(
         elif field == about and not isinstance(value, bool):
             yield *here, "encode", verdict, field
             yield *here, "encode", verdict, field, value
+            if id.endswith(".beyond") and value.bit_length() > 8:  # its low bytes are in the range
+                yield *here, "encode", verdict, field, "beyond the format"
 
 
 def missing(registry: Json, cases: list[Json]) -> list[tuple[Any, ...]]:

@@ -303,7 +303,7 @@ def test_a_command_without_a_witness(tmp_path: Path) -> None:
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert [str(d).splitlines()[0] for d in caught.value.diagnostics] == [
-        "kite/messages/flight.yaml:57:3: SW043 MOOD is nowhere in printed/"
+        "kite/messages/flight.yaml:60:3: SW043 MOOD is nowhere in printed/"
     ]
 
 

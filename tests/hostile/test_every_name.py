@@ -99,7 +99,8 @@ class Spec:
         self.id += 1
         self.chapter["messages"][name] = {
             "id": self.id, "page": PAGE, "spelling": name.lower().replace("_", " "),
-            "direction": "both", "summary": "Has a name.", **entry,
+            "direction": "both", "effect": "none", "summary": "Has a name.",
+            **entry,
         }  # fmt: skip
         self.printed["messages"][name] = heading(self.id)
 
@@ -288,7 +289,8 @@ def commanded(fill: Callable[[Json, list[str]], None]) -> Callable[[Spec, list[s
 def command(number: int, **entry: Any) -> Json:
     """Return a command; there are only so many bytes."""
     byte = [*range(0x60, 0x77), *range(0x78, 0x100)][number]
-    return {"byte": byte, "page": 3, "title": "Listing", "summary": "Has a name.", **entry}
+    base = {"byte": byte, "page": 3, "title": "Listing", "effect": "none", "summary": "Has a name."}
+    return {**base, **entry}
 
 
 def data_of(form: str, field: Json, size: int) -> Callable[[Spec, list[str]], None]:
@@ -329,7 +331,8 @@ def packeted(entries: Callable[[list[str]], Iterator[tuple[str, Json]]]) -> Any:
         messages = {
             name: {
                 "id": number, "page": 3, "spelling": name.lower().replace("_", " "),
-                "direction": "both", "summary": "Has a name.", **entry,
+                "direction": "both", "effect": "none", "summary": "Has a name.",
+            **entry,
             }
             for number, (name, entry) in enumerate(entries(names), 0x41)
         }  # fmt: skip
@@ -359,7 +362,7 @@ def chapters(spec: Spec, names: list[str]) -> None:
     for number, name in enumerate(names):
         message = {
             "id": 0x3000 + number, "page": PAGE, "spelling": f"w{number}", "direction": "both",
-            "summary": "Has a name.", "header": {},
+            "effect": "none", "summary": "Has a name.", "header": {},
         }  # fmt: skip
         spec.files[f"tiny/messages/c{number}.yaml"] = {
             "chapter": name, "title": "x", "page": PAGE, "order": 9, "messages": {f"W{number}": message},

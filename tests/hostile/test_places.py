@@ -13,8 +13,10 @@ from places import Files, Place, changed, complete_spec, kind_of, locations, rep
 SPEC_SCHEMAS = {kind_of(name) for name in complete_spec()}
 MADE = {
     "changes",
+    "conformance-report",
     "diagnostics",
     "manifest",
+    "pics",
     "registry",
     "vectors",
     "testee",

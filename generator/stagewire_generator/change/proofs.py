@@ -1,27 +1,22 @@
-"""Errata, worked examples and captures: what the registry is borne out by."""
+"""Errata, rules, worked examples and captures: what the document says, and what bears the registry out."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from stagewire_generator.change.comparison import Comparison
-from stagewire_generator.change.pairing import pair
-from stagewire_generator.model import Erratum, Json, Protocol
+from stagewire_generator.change.pairing import Pairs, pair
+from stagewire_generator.model import Erratum, Json, Protocol, Rule
 
 __all__ = ["compare_proofs"]
 
 
 def compare_proofs(comparison: Comparison, old: Protocol, new: Protocol) -> None:
-    """Compare the errata, the worked examples and the captures."""
-    pairs = pair({e.id: e for e in old.errata}, {e.id: e for e in new.errata}, _erratum)
-    for erratum in pairs.removed:
-        comparison.add("erratum-removed", {"erratum": erratum.id}, erratum.id, None)
-    for erratum in pairs.added:
-        comparison.add("erratum-added", {"erratum": erratum.id}, None, erratum.id)
-    for before, after in pairs.kept:
-        if before.id != after.id:
-            comparison.add("erratum-renamed", {"erratum": after.id}, before.id, after.id)
-        comparison.attributes({"erratum": after.id}, before, after)
+    """Compare the errata, the rules, the worked examples and the captures."""
+    errata = pair({e.id: e for e in old.errata}, {e.id: e for e in new.errata}, _erratum)
+    _slugs(comparison, "erratum", errata)
+    rules = pair({r.id: r for r in old.rules}, {r.id: r for r in new.rules}, _rule)
+    _slugs(comparison, "rule", rules)
     _vectors(
         comparison,
         "example",
@@ -38,6 +33,22 @@ def compare_proofs(comparison: Comparison, old: Protocol, new: Protocol) -> None
 
 def _erratum(erratum: Erratum) -> tuple[object, ...]:
     return erratum.pages, erratum.subject, erratum.printed, erratum.encoded
+
+
+def _rule(rule: Rule) -> tuple[object, ...]:
+    return rule.page, rule.says
+
+
+def _slugs(comparison: Comparison, noun: str, pairs: Pairs[Erratum] | Pairs[Rule]) -> None:
+    """Note what was added, removed, renamed and changed among things with slugs."""
+    for thing in pairs.removed:
+        comparison.add(f"{noun}-removed", {noun: thing.id}, thing.id, None)
+    for thing in pairs.added:
+        comparison.add(f"{noun}-added", {noun: thing.id}, None, thing.id)
+    for before, after in pairs.kept:
+        if before.id != after.id:
+            comparison.add(f"{noun}-renamed", {noun: after.id}, before.id, after.id)
+        comparison.attributes({noun: after.id}, before, after)
 
 
 def _entries(data: Json, section: str) -> Json:

@@ -11,7 +11,7 @@ from stagewire_generator.strict_yaml import Document, KeyPath
 
 __all__ = ["check_pages"]
 
-_KINDS = ("protocol", "overlay", "quantities", "stages", "units", "messages", "errata")
+_KINDS = ("protocol", "overlay", "quantities", "stages", "units", "messages", "errata", "rules")
 _ROLES = {"set", "req", "get"}
 
 
@@ -37,7 +37,7 @@ def _pages(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, int]]:
         at = (*path, key)
         if key == "page" and isinstance(part, int):
             yield at, part
-        elif key in ("pages", "more_pages") and isinstance(part, list):
+        elif key in ("pages", "more_pages", "also") and isinstance(part, list):
             yield from ((at, page) for page in part)
         elif key == "pages" and isinstance(part, dict) and part.keys() <= _ROLES:
             yield from ((at, page) for page in part.values())

@@ -33,13 +33,14 @@ SECTIONS: dict[str, tuple[str, ...]] = {
         "messages",
     ),
     "errata": ("errata",),
+    "rules": ("rules",),
     "examples": ("examples",),
     "captures": ("captures",),
 }
 """Kind of a file of an overlay -> its sections of entries by name; each name of a section occurs once."""
 
 _HEADS = {"overlay": "protocol"}  # what an overlay has in its head stands in that of the protocol
-_LISTED = ("quantities", "stages", "messages", "errata")  # kinds whose files stay apart
+_LISTED = ("quantities", "stages", "messages", "errata", "rules")  # kinds whose files stay apart
 _ONE = ("units", "examples", "captures")  # kinds of which a protocol has one file
 
 Key: TypeAlias = tuple[str, str]  # section and name

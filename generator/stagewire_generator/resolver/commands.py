@@ -47,6 +47,7 @@ def _define_command(
         words=tuple(name.lower().split("_")),
         pages=(entry["page"],),
         direction="to_controller",
+        effect=entry.get("effect", ""),
         summary=entry["summary"],
         note=entry.get("note", ""),
         set=None,

@@ -40,6 +40,7 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         words=spelled_words(tables, group, spelling_of(entry, rest), name, place),
         pages=tuple(sorted({entry["page"], *entry.get("more_pages", ())})),
         direction=entry["direction"],
+        effect=entry.get("effect", ""),
         summary=entry["summary"],
         note=entry.get("note", ""),
         set=None,

@@ -12,6 +12,7 @@ from stagewire_generator.strict_yaml import Document
 __all__ = ["define_parameter_sets"]
 
 _ROLES = ("set", "req", "get")
+_EFFECTS = {"set": "settings", "req": "none", "get": ""}  # where a set does not say otherwise
 
 
 def define_parameter_sets(tables: Tables, document: Document) -> None:
@@ -30,6 +31,9 @@ def define_parameter_sets(tables: Tables, document: Document) -> None:
         }
         found = ParameterSet(name, words, members, place)
         tables.sets[name] = found
+        if "effect" in entry and "set" not in members:
+            what = f"{name} has an effect, which is that of a SET, and no SET"
+            tables.diagnostics.add(place, "SW070", what, "remove it")
         for role in members:
             _define_member(tables, document, entry, found, group, role)
 
@@ -57,6 +61,7 @@ def _define_member(
         words=joined(group, role, spelling),
         pages=tuple(sorted({page, entry.get("pages", {}).get(role, page)})),
         direction="to_host" if role == "get" else "to_controller",
+        effect=entry.get("effect", _EFFECTS["set"]) if role == "set" else _EFFECTS[role],
         summary=entry["summary"],
         note=entry.get("note", ""),
         set=(owner.name, role),

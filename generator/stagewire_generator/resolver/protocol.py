@@ -19,6 +19,7 @@ from stagewire_generator.resolver.errata import define_errata
 from stagewire_generator.resolver.framing import resolve_framing
 from stagewire_generator.resolver.messages import define_messages
 from stagewire_generator.resolver.parameter_sets import define_parameter_sets
+from stagewire_generator.resolver.rules import define_rules
 from stagewire_generator.resolver.scales import define_quantities, resolve_settings, resolve_stages
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document
@@ -40,6 +41,7 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         define_parameter_sets(tables, document)
         define_messages(tables, document)
         define_commands(tables, document)
+    define_rules(tables)
     controllers, stages = resolve_stages(tables)
     head = tables.head.data
     messages = sorted(tables.messages.values(), key=lambda m: (m.id is None, m.id or 0, m.name))
@@ -67,6 +69,7 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         stages=stages,
         units=_data(files, "units"),
         errata=tuple(tables.errata[id] for id in sorted(tables.errata)),
+        rules=tuple(tables.rules[id] for id in sorted(tables.rules)),
         examples=_data(files, "examples"),
         captures=_data(files, "captures"),
         overlays=tuple(_overlay(document) for document in files.get("overlay", ())),

@@ -18,6 +18,7 @@ from stagewire_generator.model import (
     Message,
     ParameterSet,
     Quantity,
+    Rule,
 )
 from stagewire_generator.strict_yaml import Document, KeyPath
 
@@ -48,6 +49,7 @@ class Tables:
         self.sets: dict[str, ParameterSet] = {}
         self.chapters: dict[str, Chapter] = {}
         self.errata: dict[str, Erratum] = {}
+        self.rules: dict[str, Rule] = {}
         self.errata_of: dict[str, set[str]] = {}  # MESSAGE or MESSAGE.field -> slugs
 
     def entries(

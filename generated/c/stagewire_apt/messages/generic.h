@@ -769,6 +769,8 @@ static inline apt_status apt_hw_response_decode(
  * MOD_SET_CHANENABLESTATE (0x0210), to the controller, header only; page 17.
  *
  * Set: enables or disables a drive channel.
+ *
+ * To disable lets a load go that the motor holds; to enable powers the motor.
  */
 typedef struct apt_mod_set_chanenablestate {
     /** See enum apt_channel; 0 to 255. */
@@ -838,6 +840,8 @@ static inline apt_status apt_mod_set_chanenablestate_decode(
  * Request: enables or disables a drive channel.
  *
  * Answered by MOD_GET_CHANENABLESTATE.
+ *
+ * To disable lets a load go that the motor holds; to enable powers the motor.
  */
 typedef struct apt_mod_req_chanenablestate {
     /** See enum apt_channel; 0 to 255. */
@@ -905,6 +909,8 @@ static inline apt_status apt_mod_req_chanenablestate_decode(
  * MOD_GET_CHANENABLESTATE (0x0212), to the host, header only; pages 17, 18.
  *
  * Report: enables or disables a drive channel.
+ *
+ * To disable lets a load go that the motor holds; to enable powers the motor.
  */
 typedef struct apt_mod_get_chanenablestate {
     /** See enum apt_channel; 0 to 255. */
@@ -1201,6 +1207,8 @@ static inline apt_status apt_rack_get_statusbits_decode(
  * Set: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
  * for card slot controllers with two or three channels such as the BSC103 and BPC202.
  *
+ * What the outputs switch is not known to the controller.
+ *
  * Erratum apt-digital-inputs-outputs: printed Digital output 1 to 4 on page 25, Digital input 1 to
  * 4 on page 26; encoded inputs on page 25, outputs on page 26.
  *
@@ -1279,6 +1287,8 @@ static inline apt_status apt_rack_set_digoutputs_decode(
  *
  * Answered by RACK_GET_DIGOUTPUTS.
  *
+ * What the outputs switch is not known to the controller.
+ *
  * Erratum apt-digoutputs-integer: printed a single 32 bit integer parameter; encoded one byte of
  * the header.
  */
@@ -1349,6 +1359,8 @@ static inline apt_status apt_rack_req_digoutputs_decode(
  *
  * Report: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
  * for card slot controllers with two or three channels such as the BSC103 and BPC202.
+ *
+ * What the outputs switch is not known to the controller.
  *
  * Erratum apt-digoutputs-integer: printed a single 32 bit integer parameter; encoded one byte of
  * the header.

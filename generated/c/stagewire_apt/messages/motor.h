@@ -22,6 +22,8 @@
  * Set: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes the
  * counter show the true position.
  *
+ * A set moves nothing; from then on the encoder counts from another place.
+ *
  * Erratum apt-counter-examples-200000: printed 04 0D 03 00; encoded 40 0D 03 00.
  */
 typedef struct apt_mot_set_enccounter {
@@ -98,6 +100,8 @@ static inline apt_status apt_mot_set_enccounter_decode(
  *
  * Answered by MOT_GET_ENCCOUNTER.
  *
+ * A set moves nothing; from then on the encoder counts from another place.
+ *
  * Erratum apt-req-enccounter-id: printed 11 04; encoded 0A 04.
  */
 typedef struct apt_mot_req_enccounter {
@@ -167,6 +171,8 @@ static inline apt_status apt_mot_req_enccounter_decode(
  *
  * Report: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes
  * the counter show the true position.
+ *
+ * A set moves nothing; from then on the encoder counts from another place.
  */
 typedef struct apt_mot_get_enccounter {
     /** See enum apt_channel; 0 to 65535. */
@@ -239,6 +245,8 @@ static inline apt_status apt_mot_get_enccounter_decode(
  *
  * Set: live position count. Rarely set on brushless DC controllers, where homing after power-up
  * makes the counter show the true position.
+ *
+ * A set moves nothing; from then on every position counts from another place.
  *
  * Erratum apt-counter-examples-200000: printed 04 0D 03 00; encoded 40 0D 03 00.
  */
@@ -315,6 +323,8 @@ static inline apt_status apt_mot_set_poscounter_decode(
  * makes the counter show the true position.
  *
  * Answered by MOT_GET_POSCOUNTER.
+ *
+ * A set moves nothing; from then on every position counts from another place.
  */
 typedef struct apt_mot_req_poscounter {
     /** See enum apt_channel; 0 to 255. */
@@ -383,6 +393,8 @@ static inline apt_status apt_mot_req_poscounter_decode(
  *
  * Report: live position count. Rarely set on brushless DC controllers, where homing after power-up
  * makes the counter show the true position.
+ *
+ * A set moves nothing; from then on every position counts from another place.
  */
 typedef struct apt_mot_get_poscounter {
     /** See enum apt_channel; 0 to 65535. */
@@ -4035,6 +4047,8 @@ static inline apt_status apt_mot_ack_dcstatusupdate_decode(
  * Set: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
  * sheet of that chip has the details.
  *
+ * A set starts no move; a channel that holds its position holds it by the new values at once.
+ *
  * Erratum apt-dcpidparams-example-short: printed 41 00 AF 00 58 02: gains of two bytes, 14 bytes of
  * packet; encoded 41 00 00 00 AF 00 00 00 58 02 00 00: gains of four bytes, 20 bytes of packet.
  */
@@ -4139,6 +4153,8 @@ static inline apt_status apt_mot_set_dcpidparams_decode(
  *
  * Answered by MOT_GET_DCPIDPARAMS.
  *
+ * A set starts no move; a channel that holds its position holds it by the new values at once.
+ *
  * Erratum apt-dcpidparams-table-ids: printed A0 04 in both; encoded A1 04 and A2 04.
  */
 typedef struct apt_mot_req_dcpidparams {
@@ -4208,6 +4224,8 @@ static inline apt_status apt_mot_req_dcpidparams_decode(
  *
  * Report: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
  * sheet of that chip has the details.
+ *
+ * A set starts no move; a channel that holds its position holds it by the new values at once.
  *
  * Erratum apt-dcpidparams-table-ids: printed A0 04 in both; encoded A1 04 and A2 04.
  */
@@ -5175,6 +5193,8 @@ static inline apt_status apt_mot_set_eepromparams_decode(
  * MOT_SET_PMDCURRENTLOOPPARAMS (0x04D4), to the controller, 18 bytes of data; page 71.
  *
  * Set: PI current loop of the phase windings on the BBD controllers.
+ *
+ * A set starts no move; the currents of an enabled channel follow the new values at once.
  */
 typedef struct apt_mot_set_pmdcurrentloopparams {
     /** See enum apt_channel; 0 to 65535. */
@@ -5290,6 +5310,8 @@ static inline apt_status apt_mot_set_pmdcurrentloopparams_decode(
  *
  * Answered by MOT_GET_PMDCURRENTLOOPPARAMS.
  *
+ * A set starts no move; the currents of an enabled channel follow the new values at once.
+ *
  * Erratum apt-req-current-loop-table-id: printed D8 04; encoded D5 04.
  */
 typedef struct apt_mot_req_pmdcurrentloopparams {
@@ -5366,6 +5388,8 @@ static inline apt_status apt_mot_req_pmdcurrentloopparams_decode(
  * MOT_GET_PMDCURRENTLOOPPARAMS (0x04D6), to the host, 18 bytes of data; pages 71, 72.
  *
  * Report: PI current loop of the phase windings on the BBD controllers.
+ *
+ * A set starts no move; the currents of an enabled channel follow the new values at once.
  */
 typedef struct apt_mot_get_pmdcurrentloopparams {
     /** See enum apt_channel; 0 to 65535. */
@@ -5478,6 +5502,8 @@ static inline apt_status apt_mot_get_pmdcurrentloopparams_decode(
  * MOT_SET_PMDPOSITIONLOOPPARAMS (0x04D7), to the controller, 28 bytes of data; page 61.
  *
  * Set: PID position loop of the BBD controllers.
+ *
+ * A set starts no move; a channel that holds its position holds it by the new values at once.
  *
  * Erratum apt-pmdpositionloop-example-short: printed 26 bytes of packet, one unused word; encoded
  * 28 bytes, two unused words.
@@ -5622,6 +5648,8 @@ static inline apt_status apt_mot_set_pmdpositionloopparams_decode(
  * Request: PID position loop of the BBD controllers.
  *
  * Answered by MOT_GET_PMDPOSITIONLOOPPARAMS.
+ *
+ * A set starts no move; a channel that holds its position holds it by the new values at once.
  */
 typedef struct apt_mot_req_pmdpositionloopparams {
     /** See enum apt_channel; 0 to 255. */
@@ -5697,6 +5725,8 @@ static inline apt_status apt_mot_req_pmdpositionloopparams_decode(
  * MOT_GET_PMDPOSITIONLOOPPARAMS (0x04D9), to the host, 28 bytes of data; pages 61, 63.
  *
  * Report: PID position loop of the BBD controllers.
+ *
+ * A set starts no move; a channel that holds its position holds it by the new values at once.
  */
 typedef struct apt_mot_get_pmdpositionloopparams {
     /** See enum apt_channel; 0 to 65535. */
@@ -5835,6 +5865,9 @@ static inline apt_status apt_mot_get_pmdpositionloopparams_decode(
  *
  * Set: limits and bias of the motor drive signal.
  *
+ * A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
+ * may let a load sink.
+ *
  * Erratum apt-motor-bias-range: printed -32767 to 32768, format word; encoded -32767 to 32767, two
  * bytes signed.
  *
@@ -5959,6 +5992,9 @@ static inline apt_status apt_mot_set_pmdmotoroutputparams_decode(
  * Request: limits and bias of the motor drive signal.
  *
  * Answered by MOT_GET_PMDMOTOROUTPUTPARAMS.
+ *
+ * A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
+ * may let a load sink.
  */
 typedef struct apt_mot_req_pmdmotoroutputparams {
     /** See enum apt_channel; 0 to 255. */
@@ -6034,6 +6070,9 @@ static inline apt_status apt_mot_req_pmdmotoroutputparams_decode(
  * MOT_GET_PMDMOTOROUTPUTPARAMS (0x04DC), to the host, 14 bytes of data; pages 64, 65.
  *
  * Report: limits and bias of the motor drive signal.
+ *
+ * A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
+ * may let a load sink.
  */
 typedef struct apt_mot_get_pmdmotoroutputparams {
     /** See enum apt_channel; 0 to 65535. */

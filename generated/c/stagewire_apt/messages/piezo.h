@@ -21,6 +21,8 @@
  * PZ_SET_POSCONTROLMODE (0x0640), to the controller, header only; page 94.
  *
  * Set: open or closed loop. Closed loop needs an actuator with position sensing.
+ *
+ * The actuator moves when the loop is closed or opened.
  */
 typedef struct apt_pz_set_poscontrolmode {
     /** See enum apt_channel; 0 to 255. */
@@ -90,6 +92,8 @@ static inline apt_status apt_pz_set_poscontrolmode_decode(
  * Request: open or closed loop. Closed loop needs an actuator with position sensing.
  *
  * Answered by PZ_GET_POSCONTROLMODE.
+ *
+ * The actuator moves when the loop is closed or opened.
  */
 typedef struct apt_pz_req_poscontrolmode {
     /** See enum apt_channel; 0 to 255. */
@@ -157,6 +161,8 @@ static inline apt_status apt_pz_req_poscontrolmode_decode(
  * PZ_GET_POSCONTROLMODE (0x0642), to the host, header only; pages 94, 95.
  *
  * Report: open or closed loop. Closed loop needs an actuator with position sensing.
+ *
+ * The actuator moves when the loop is closed or opened.
  */
 typedef struct apt_pz_get_poscontrolmode {
     /** See enum apt_channel; 0 to 255. */
@@ -823,6 +829,8 @@ static inline apt_status apt_pz_get_maxtravel_decode(
  * PZ_SET_INPUTVOLTSSRC (0x0652), to the controller, 4 bytes of data; page 98.
  *
  * Set: which inputs drive the high-voltage amplifier besides the voltage set by software.
+ *
+ * A set changes the voltage at once by what the chosen inputs carry.
  */
 typedef struct apt_pz_set_inputvoltssrc {
     /** See enum apt_channel; 0 to 65535. */
@@ -899,6 +907,8 @@ static inline apt_status apt_pz_set_inputvoltssrc_decode(
  * Request: which inputs drive the high-voltage amplifier besides the voltage set by software.
  *
  * Answered by PZ_GET_INPUTVOLTSSRC.
+ *
+ * A set changes the voltage at once by what the chosen inputs carry.
  */
 typedef struct apt_pz_req_inputvoltssrc {
     /** See enum apt_channel; 0 to 255. */
@@ -966,6 +976,8 @@ static inline apt_status apt_pz_req_inputvoltssrc_decode(
  * PZ_GET_INPUTVOLTSSRC (0x0654), to the host, 4 bytes of data; pages 98, 99.
  *
  * Report: which inputs drive the high-voltage amplifier besides the voltage set by software.
+ *
+ * A set changes the voltage at once by what the chosen inputs carry.
  */
 typedef struct apt_pz_get_inputvoltssrc {
     /** See enum apt_channel; 0 to 65535. */
@@ -1040,6 +1052,8 @@ static inline apt_status apt_pz_get_inputvoltssrc_decode(
  * PZ_SET_PICONSTS (0x0655), to the controller, 6 bytes of data; page 100.
  *
  * Set: proportional and integral term of the position loop; they matter in closed loop only.
+ *
+ * A set starts no move; a closed loop works by the new values at once.
  */
 typedef struct apt_pz_set_piconsts {
     /** See enum apt_channel; 0 to 65535. */
@@ -1119,6 +1133,8 @@ static inline apt_status apt_pz_set_piconsts_decode(
  * Request: proportional and integral term of the position loop; they matter in closed loop only.
  *
  * Answered by PZ_GET_PICONSTS.
+ *
+ * A set starts no move; a closed loop works by the new values at once.
  */
 typedef struct apt_pz_req_piconsts {
     /** See enum apt_channel; 0 to 255. */
@@ -1186,6 +1202,8 @@ static inline apt_status apt_pz_req_piconsts_decode(
  * PZ_GET_PICONSTS (0x0657), to the host, 6 bytes of data; page 100.
  *
  * Report: proportional and integral term of the position loop; they matter in closed loop only.
+ *
+ * A set starts no move; a closed loop works by the new values at once.
  */
 typedef struct apt_pz_get_piconsts {
     /** See enum apt_channel; 0 to 65535. */
@@ -1669,6 +1687,8 @@ static inline apt_status apt_pz_ack_pzstatusupdate_decode(
  *
  * Set: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
  *
+ * A set changes what the amplifier and the BNC connectors put out.
+ *
  * Erratum apt-always-chan1: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2; the
  * notes say what the page says.
  *
@@ -1764,6 +1784,8 @@ static inline apt_status apt_pz_set_iosettings_decode(
  * Request: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
  *
  * Answered by PZ_GET_IOSETTINGS.
+ *
+ * A set changes what the amplifier and the BNC connectors put out.
  */
 typedef struct apt_pz_req_iosettings {
     /** The scan of the table has lost this byte; see enum apt_channel; 0 to 255. */
@@ -1831,6 +1853,8 @@ static inline apt_status apt_pz_req_iosettings_decode(
  * PZ_GET_IOSETTINGS (0x0672), to the host, 10 bytes of data; pages 119, 120.
  *
  * Report: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
+ *
+ * A set changes what the amplifier and the BNC connectors put out.
  *
  * Erratum apt-iosettings-length: printed 0E 00; encoded 0A 00.
  */
@@ -1923,6 +1947,9 @@ static inline apt_status apt_pz_get_iosettings_decode(
  *
  * Announces PZ_GET_OUTPUTMAXVOLTS, PZ_GET_MAXTRAVEL.
  *
+ * Voltages are shares of it, so a set may change what is put out; too high a value may damage the
+ * actuator.
+ *
  * Erratum apt-outputmaxvolts-flag-150v: printed 0x05; 08, 00 in both worked examples, which no row
  * of the table has; encoded 0x08.
  *
@@ -2014,6 +2041,9 @@ static inline apt_status apt_pz_set_outputmaxvolts_decode(
  *
  * Answered by PZ_GET_OUTPUTMAXVOLTS.
  *
+ * Voltages are shares of it, so a set may change what is put out; too high a value may damage the
+ * actuator.
+ *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
 typedef struct apt_pz_req_outputmaxvolts {
@@ -2083,6 +2113,9 @@ static inline apt_status apt_pz_req_outputmaxvolts_decode(
  *
  * Report: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
  * controller report the new maximum voltage and the new maximum travel by itself.
+ *
+ * Voltages are shares of it, so a set may change what is put out; too high a value may damage the
+ * actuator.
  *
  * Erratum apt-outputmaxvolts-flag-150v: printed 0x05; 08, 00 in both worked examples, which no row
  * of the table has; encoded 0x08.
@@ -2421,6 +2454,8 @@ static inline apt_status apt_pz_get_tpz_slewrates_decode(
  *
  * Sets the parameters back to the defaults in the EEPROM, for a system that has become unstable.
  *
+ * Which parameters come back, is not said; those of the output may be among them.
+ *
  * Erratum apt-pzstageparamdefaults-table-id: printed 58 06; encoded 86 06.
  */
 typedef struct apt_mot_set_pzstageparamdefaults {
@@ -2499,6 +2534,8 @@ static inline apt_status apt_mot_set_pzstageparamdefaults_decode(
  * Set: one sample of the waveform table. Only as many samples need to be loaded as one cycle uses.
  * They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it says
  * which before they are loaded. A request names the channel and no index.
+ *
+ * A set puts nothing out by itself; a waveform that is being put out may take the new sample.
  *
  * Erratum apt-lut-bandwidth: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC, 4
  * kHz for TPZ.
@@ -2591,6 +2628,8 @@ static inline apt_status apt_pz_set_outputlut_decode(
  * says which before they are loaded. A request names the channel and no index.
  *
  * Answered by PZ_GET_OUTPUTLUT.
+ *
+ * A set puts nothing out by itself; a waveform that is being put out may take the new sample.
  */
 typedef struct apt_pz_req_outputlut {
     /** See enum apt_channel; 0 to 255. */
@@ -2660,6 +2699,8 @@ static inline apt_status apt_pz_req_outputlut_decode(
  * Report: one sample of the waveform table. Only as many samples need to be loaded as one cycle
  * uses. They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it
  * says which before they are loaded. A request names the channel and no index.
+ *
+ * A set puts nothing out by itself; a waveform that is being put out may take the new sample.
  */
 typedef struct apt_pz_get_outputlut {
     /** See enum apt_channel; 0 to 65535. */
@@ -3581,6 +3622,9 @@ static inline apt_status apt_pz_get_tpz_dispsettings_decode(
  *
  * Set: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
  *
+ * A set changes what is put out: the range that voltages are shares of, and the feedback that a
+ * closed loop follows.
+ *
  * Erratum apt-future-use-rows-missing: printed no rows for Future Use; encoded two reserved fields
  * at the end of each.
  *
@@ -3678,6 +3722,9 @@ static inline apt_status apt_pz_set_tpz_iosettings_decode(
  *
  * Answered by PZ_GET_TPZ_IOSETTINGS.
  *
+ * A set changes what is put out: the range that voltages are shares of, and the feedback that a
+ * closed loop follows.
+ *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
 typedef struct apt_pz_req_tpz_iosettings {
@@ -3746,6 +3793,9 @@ static inline apt_status apt_pz_req_tpz_iosettings_decode(
  * PZ_GET_TPZ_IOSETTINGS (0x07D6), to the host, 10 bytes of data; pages 115, 116.
  *
  * Report: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
+ *
+ * A set changes what is put out: the range that voltages are shares of, and the feedback that a
+ * closed loop follows.
  *
  * Erratum apt-get-tpz-iosettings-table-id: printed D4 07; encoded D6 07.
  *
@@ -3837,6 +3887,8 @@ static inline apt_status apt_pz_get_tpz_iosettings_decode(
  * PZ_SET_TSG_IOSETTINGS (0x07DA), to the controller, 14 bytes of data; page 127.
  *
  * Set: feedback path, display and force calibration of a TSG001.
+ *
+ * A set changes where the feedback goes that the closed loop of a TPZ001 follows.
  *
  * Erratum apt-force-calib-range: printed between 1 and 1000; encoded from 1 on, as far as a word
  * goes (65535).
@@ -3946,6 +3998,8 @@ static inline apt_status apt_pz_set_tsg_iosettings_decode(
  *
  * Answered by PZ_GET_TSG_IOSETTINGS.
  *
+ * A set changes where the feedback goes that the closed loop of a TPZ001 follows.
+ *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
 typedef struct apt_pz_req_tsg_iosettings {
@@ -4014,6 +4068,8 @@ static inline apt_status apt_pz_req_tsg_iosettings_decode(
  * PZ_GET_TSG_IOSETTINGS (0x07DC), to the host, 14 bytes of data; pages 127, 128.
  *
  * Report: feedback path, display and force calibration of a TSG001.
+ *
+ * A set changes where the feedback goes that the closed loop of a TPZ001 follows.
  *
  * Erratum apt-get-tsg-iosettings-size: printed 16 bytes, 10 byte data packet; encoded 20 bytes, 14
  * byte data packet.

@@ -21,6 +21,9 @@
  *
  * Set: operating mode of the solenoid driver.
  *
+ * A set hands the solenoid over to another master, such as the trigger input, which may open it at
+ * once.
+ *
  * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
  */
 typedef struct apt_mot_set_sol_operatingmode {
@@ -91,6 +94,9 @@ static inline apt_status apt_mot_set_sol_operatingmode_decode(
  * Request: operating mode of the solenoid driver.
  *
  * Answered by MOT_GET_SOL_OPERATINGMODE.
+ *
+ * A set hands the solenoid over to another master, such as the trigger input, which may open it at
+ * once.
  */
 typedef struct apt_mot_req_sol_operatingmode {
     /** See enum apt_channel; 0 to 255. */
@@ -158,6 +164,9 @@ static inline apt_status apt_mot_req_sol_operatingmode_decode(
  * MOT_GET_SOL_OPERATINGMODE (0x04C2), to the host, header only; pages 85, 86.
  *
  * Report: operating mode of the solenoid driver.
+ *
+ * A set hands the solenoid over to another master, such as the trigger input, which may open it at
+ * once.
  */
 typedef struct apt_mot_get_sol_operatingmode {
     /** See enum apt_channel; 0 to 255. */
@@ -225,6 +234,8 @@ static inline apt_status apt_mot_get_sol_operatingmode_decode(
  * MOT_SET_SOL_CYCLEPARAMS (0x04C3), to the controller, 14 bytes of data; page 87.
  *
  * Set: times and number of cycles for every operating mode but the manual one.
+ *
+ * A set opens nothing; cycles that run already may take the new times.
  *
  * Erratum apt-sol-numcycles-trigger: printed ignored outside Auto mode (page 87); carried out at a
  * trigger (page 85); encoded sent in every mode; the note names both statements.
@@ -319,6 +330,8 @@ static inline apt_status apt_mot_set_sol_cycleparams_decode(
  * Request: times and number of cycles for every operating mode but the manual one.
  *
  * Answered by MOT_GET_SOL_CYCLEPARAMS.
+ *
+ * A set opens nothing; cycles that run already may take the new times.
  */
 typedef struct apt_mot_req_sol_cycleparams {
     /** See enum apt_channel; 0 to 255. */
@@ -386,6 +399,8 @@ static inline apt_status apt_mot_req_sol_cycleparams_decode(
  * MOT_GET_SOL_CYCLEPARAMS (0x04C5), to the host, 14 bytes of data; pages 87, 88.
  *
  * Report: times and number of cycles for every operating mode but the manual one.
+ *
+ * A set opens nothing; cycles that run already may take the new times.
  */
 typedef struct apt_mot_get_sol_cycleparams {
     /** See enum apt_channel; 0 to 65535. */
@@ -476,6 +491,8 @@ static inline apt_status apt_mot_get_sol_cycleparams_decode(
  *
  * Set: whether the hardware interlock must be fitted before the driver operates.
  *
+ * A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
+ *
  * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
  */
 typedef struct apt_mot_set_sol_interlockmode {
@@ -546,6 +563,8 @@ static inline apt_status apt_mot_set_sol_interlockmode_decode(
  * Request: whether the hardware interlock must be fitted before the driver operates.
  *
  * Answered by MOT_GET_SOL_INTERLOCKMODE.
+ *
+ * A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
  */
 typedef struct apt_mot_req_sol_interlockmode {
     /** See enum apt_channel; 0 to 255. */
@@ -613,6 +632,8 @@ static inline apt_status apt_mot_req_sol_interlockmode_decode(
  * MOT_GET_SOL_INTERLOCKMODE (0x04C8), to the host, header only; pages 89, 90.
  *
  * Report: whether the hardware interlock must be fitted before the driver operates.
+ *
+ * A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
  */
 typedef struct apt_mot_get_sol_interlockmode {
     /** See enum apt_channel; 0 to 255. */

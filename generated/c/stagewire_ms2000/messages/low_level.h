@@ -416,6 +416,8 @@ static inline ms2000_status ms2000_write_increment_value_decode(
  *
  * Enables the motor of the axis, or the function that the identifier stands for.
  *
+ * A motor that is enabled away from its target position may go there.
+ *
  * Section Start / Enable Motor. Typed as G.
  *
  * Erratum ms2000-size-exceptions: printed three commands, ?, G and B; encoded these three are sent
@@ -464,7 +466,8 @@ static inline ms2000_status ms2000_start_motor_decode(const uint8_t *bytes, size
  *
  * Gives joystick or knob back to the operator.
  *
- * The document allows the command with the size slot and without it.
+ * The document allows the command with the size slot and without it. Nothing moves by it unless
+ * somebody moves the control device.
  *
  * Section Joystick / Control Device Enable. Typed as J.
  *

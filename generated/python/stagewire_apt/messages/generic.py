@@ -735,6 +735,8 @@ class ModSetChanEnableState(FramedMessage):
 
     Set: enables or disables a drive channel.
 
+    To disable lets a load go that the motor holds; to enable powers the motor.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param enable_state: :class:`~.EnableState`; 0 to 255.
     """
@@ -799,6 +801,8 @@ class ModReqChanEnableState(FramedMessage):
 
     Answered by ``MOD_GET_CHANENABLESTATE``.
 
+    To disable lets a load go that the motor holds; to enable powers the motor.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -855,6 +859,8 @@ class ModGetChanEnableState(FramedMessage):
     """``MOD_GET_CHANENABLESTATE`` (0x0212), to the host, header only; pages 17, 18.
 
     Report: enables or disables a drive channel.
+
+    To disable lets a load go that the motor holds; to enable powers the motor.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param enable_state: :class:`~.EnableState`; 0 to 255.
@@ -1108,6 +1114,8 @@ class RackSetDigOutputs(FramedMessage):
     Set: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
     for card slot controllers with two or three channels such as the BSC103 and BPC202.
 
+    What the outputs switch is not known to the controller.
+
     :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; 0 to 255.
 
     Erratum ``apt-digital-inputs-outputs``: printed Digital output 1 to 4 on page 25, Digital input
@@ -1179,6 +1187,8 @@ class RackReqDigOutputs(FramedMessage):
 
     Answered by ``RACK_GET_DIGOUTPUTS``.
 
+    What the outputs switch is not known to the controller.
+
     Erratum ``apt-digoutputs-integer``: printed a single 32 bit integer parameter; encoded one byte
         of the header.
     """
@@ -1237,6 +1247,8 @@ class RackGetDigOutputs(FramedMessage):
 
     Report: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules
     and for card slot controllers with two or three channels such as the BSC103 and BPC202.
+
+    What the outputs switch is not known to the controller.
 
     :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; 0 to 255.
 

@@ -120,6 +120,8 @@ class MotSetEncCounter(FramedMessage):
     Set: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes
     the counter show the true position.
 
+    A set moves nothing; from then on the encoder counts from another place.
+
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param encoder_count: raw counts of mm, scale by stage; -2147483648 to 2147483647.
 
@@ -194,6 +196,8 @@ class MotReqEncCounter(FramedMessage):
 
     Answered by ``MOT_GET_ENCCOUNTER``.
 
+    A set moves nothing; from then on the encoder counts from another place.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
 
     Erratum ``apt-req-enccounter-id``: printed 11 04; encoded 0A 04.
@@ -253,6 +257,8 @@ class MotGetEncCounter(FramedMessage):
 
     Report: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes
     the counter show the true position.
+
+    A set moves nothing; from then on the encoder counts from another place.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param encoder_count: raw counts of mm, scale by stage; -2147483648 to 2147483647.
@@ -324,6 +330,8 @@ class MotSetPosCounter(FramedMessage):
     Set: live position count. Rarely set on brushless DC controllers, where homing after power-up
     makes the counter show the true position.
 
+    A set moves nothing; from then on every position counts from another place.
+
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param position: raw counts of mm, scale by stage; -2147483648 to 2147483647.
 
@@ -392,6 +400,8 @@ class MotReqPosCounter(FramedMessage):
 
     Answered by ``MOT_GET_POSCOUNTER``.
 
+    A set moves nothing; from then on every position counts from another place.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -449,6 +459,8 @@ class MotGetPosCounter(FramedMessage):
 
     Report: live position count. Rarely set on brushless DC controllers, where homing after power-up
     makes the counter show the true position.
+
+    A set moves nothing; from then on every position counts from another place.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param position: raw counts of mm, scale by stage; -2147483648 to 2147483647.
@@ -4255,6 +4267,8 @@ class MotSetDcPidParams(FramedMessage):
     Set: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
     sheet of that chip has the details.
 
+    A set starts no move; a channel that holds its position holds it by the new values at once.
+
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param proportional: proportional gain; 0 to 32767.
     :param integral: integral gain; 0 to 32767.
@@ -4379,6 +4393,8 @@ class MotReqDcPidParams(FramedMessage):
 
     Answered by ``MOT_GET_DCPIDPARAMS``.
 
+    A set starts no move; a channel that holds its position holds it by the new values at once.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
 
     Erratum ``apt-dcpidparams-table-ids``: printed A0 04 in both; encoded A1 04 and A2 04.
@@ -4438,6 +4454,8 @@ class MotGetDcPidParams(FramedMessage):
 
     Report: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
     sheet of that chip has the details.
+
+    A set starts no move; a channel that holds its position holds it by the new values at once.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param proportional: proportional gain; 0 to 32767.
@@ -5442,6 +5460,8 @@ class MotSetPmdCurrentLoopParams(FramedMessage):
 
     Set: PI current loop of the phase windings on the BBD controllers.
 
+    A set starts no move; the currents of an enabled channel follow the new values at once.
+
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param phase: :class:`~.CurrentPhase`; 0 to 65535.
     :param kp_current: proportional gain; 0 to 32767.
@@ -5592,6 +5612,8 @@ class MotReqPmdCurrentLoopParams(FramedMessage):
 
     Answered by ``MOT_GET_PMDCURRENTLOOPPARAMS``.
 
+    A set starts no move; the currents of an enabled channel follow the new values at once.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
 
     Erratum ``apt-req-current-loop-table-id``: printed D8 04; encoded D5 04.
@@ -5656,6 +5678,8 @@ class MotGetPmdCurrentLoopParams(FramedMessage):
     """``MOT_GET_PMDCURRENTLOOPPARAMS`` (0x04D6), to the host, 18 bytes of data; pages 71, 72.
 
     Report: PI current loop of the phase windings on the BBD controllers.
+
+    A set starts no move; the currents of an enabled channel follow the new values at once.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param phase: :class:`~.CurrentPhase`; 0 to 65535.
@@ -5804,6 +5828,8 @@ class MotSetPmdPositionLoopParams(FramedMessage):
     """``MOT_SET_PMDPOSITIONLOOPPARAMS`` (0x04D7), to the controller, 28 bytes of data; page 61.
 
     Set: PID position loop of the BBD controllers.
+
+    A set starts no move; a channel that holds its position holds it by the new values at once.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param proportional: proportional gain; 0 to 32767.
@@ -5999,6 +6025,8 @@ class MotReqPmdPositionLoopParams(FramedMessage):
 
     Answered by ``MOT_GET_PMDPOSITIONLOOPPARAMS``.
 
+    A set starts no move; a channel that holds its position holds it by the new values at once.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -6061,6 +6089,8 @@ class MotGetPmdPositionLoopParams(FramedMessage):
     """``MOT_GET_PMDPOSITIONLOOPPARAMS`` (0x04D9), to the host, 28 bytes of data; pages 61, 63.
 
     Report: PID position loop of the BBD controllers.
+
+    A set starts no move; a channel that holds its position holds it by the new values at once.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param proportional: proportional gain; 0 to 32767.
@@ -6250,6 +6280,9 @@ class MotSetPmdMotorOutputParams(FramedMessage):
 
     Set: limits and bias of the motor drive signal.
 
+    A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
+    may let a load sink.
+
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param cont_current_lim: Continuous current as a share of the maximum peak current; the maximum
         is set in the factory and cannot be changed; raw counts of percent, counts_per_percent
@@ -6397,6 +6430,9 @@ class MotReqPmdMotorOutputParams(FramedMessage):
 
     Answered by ``MOT_GET_PMDMOTOROUTPUTPARAMS``.
 
+    A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
+    may let a load sink.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -6459,6 +6495,9 @@ class MotGetPmdMotorOutputParams(FramedMessage):
     """``MOT_GET_PMDMOTOROUTPUTPARAMS`` (0x04DC), to the host, 14 bytes of data; pages 64, 65.
 
     Report: limits and bias of the motor drive signal.
+
+    A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
+    may let a load sink.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param cont_current_lim: Continuous current as a share of the maximum peak current; the maximum

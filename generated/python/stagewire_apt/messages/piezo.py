@@ -86,6 +86,8 @@ class PzSetPosControlMode(FramedMessage):
 
     Set: open or closed loop. Closed loop needs an actuator with position sensing.
 
+    The actuator moves when the loop is closed or opened.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param mode: :class:`~.PositionControlMode`; 0 to 255.
     """
@@ -144,6 +146,8 @@ class PzReqPosControlMode(FramedMessage):
 
     Answered by ``PZ_GET_POSCONTROLMODE``.
 
+    The actuator moves when the loop is closed or opened.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -200,6 +204,8 @@ class PzGetPosControlMode(FramedMessage):
     """``PZ_GET_POSCONTROLMODE`` (0x0642), to the host, header only; pages 94, 95.
 
     Report: open or closed loop. Closed loop needs an actuator with position sensing.
+
+    The actuator moves when the loop is closed or opened.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param mode: :class:`~.PositionControlMode`; 0 to 255.
@@ -773,6 +779,8 @@ class PzSetInputVoltsSrc(FramedMessage):
 
     Set: which inputs drive the high-voltage amplifier besides the voltage set by software.
 
+    A set changes the voltage at once by what the chosen inputs carry.
+
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`; 0
         to 65535.
@@ -844,6 +852,8 @@ class PzReqInputVoltsSrc(FramedMessage):
 
     Answered by ``PZ_GET_INPUTVOLTSSRC``.
 
+    A set changes the voltage at once by what the chosen inputs carry.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -900,6 +910,8 @@ class PzGetInputVoltsSrc(FramedMessage):
     """``PZ_GET_INPUTVOLTSSRC`` (0x0654), to the host, 4 bytes of data; pages 98, 99.
 
     Report: which inputs drive the high-voltage amplifier besides the voltage set by software.
+
+    A set changes the voltage at once by what the chosen inputs carry.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`; 0
@@ -969,6 +981,8 @@ class PzSetPiConsts(FramedMessage):
     """``PZ_SET_PICONSTS`` (0x0655), to the controller, 6 bytes of data; page 100.
 
     Set: proportional and integral term of the position loop; they matter in closed loop only.
+
+    A set starts no move; a closed loop works by the new values at once.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param prop_const: proportional term; 0 to 255.
@@ -1041,6 +1055,8 @@ class PzReqPiConsts(FramedMessage):
 
     Answered by ``PZ_GET_PICONSTS``.
 
+    A set starts no move; a closed loop works by the new values at once.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -1097,6 +1113,8 @@ class PzGetPiConsts(FramedMessage):
     """``PZ_GET_PICONSTS`` (0x0657), to the host, 6 bytes of data; page 100.
 
     Report: proportional and integral term of the position loop; they matter in closed loop only.
+
+    A set starts no move; a closed loop works by the new values at once.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param prop_const: proportional term; 0 to 255.
@@ -1525,6 +1543,8 @@ class PzSetIoSettings(FramedMessage):
 
     Set: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
 
+    A set changes what the amplifier and the BNC connectors put out.
+
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param amp_current_lim: :class:`~.AmpCurrentLimit`; 0 to 65535.
     :param amp_lp_filter: for all channels; chan_ident is ignored; :class:`~.AmpLpFilter`; 0 to
@@ -1655,6 +1675,8 @@ class PzReqIoSettings(FramedMessage):
 
     Answered by ``PZ_GET_IOSETTINGS``.
 
+    A set changes what the amplifier and the BNC connectors put out.
+
     :param chan_ident: the scan of the table has lost this byte; :class:`~.Channel`; 0 to 255.
     """
 
@@ -1711,6 +1733,8 @@ class PzGetIoSettings(FramedMessage):
     """``PZ_GET_IOSETTINGS`` (0x0672), to the host, 10 bytes of data; pages 119, 120.
 
     Report: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
+
+    A set changes what the amplifier and the BNC connectors put out.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param amp_current_lim: :class:`~.AmpCurrentLimit`; 0 to 65535.
@@ -1839,6 +1863,9 @@ class PzSetOutputMaxVolts(FramedMessage):
 
     Announces ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_GET_MAXTRAVEL``.
 
+    Voltages are shares of it, so a set may change what is put out; too high a value may damage the
+    actuator.
+
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V,
         v_per_count 1/10; 0 to 1500.
@@ -1923,6 +1950,9 @@ class PzReqOutputMaxVolts(FramedMessage):
 
     Answered by ``PZ_GET_OUTPUTMAXVOLTS``.
 
+    Voltages are shares of it, so a set may change what is put out; too high a value may damage the
+    actuator.
+
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
 
     Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
@@ -1982,6 +2012,9 @@ class PzGetOutputMaxVolts(FramedMessage):
 
     Report: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
     controller report the new maximum voltage and the new maximum travel by itself.
+
+    Voltages are shares of it, so a set may change what is put out; too high a value may damage the
+    actuator.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V,
@@ -2279,6 +2312,8 @@ class MotSetPzStageParamDefaults(FramedMessage):
 
     Sets the parameters back to the defaults in the EEPROM, for a system that has become unstable.
 
+    Which parameters come back, is not said; those of the output may be among them.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
 
     Erratum ``apt-pzstageparamdefaults-table-id``: printed 58 06; encoded 86 06.
@@ -2345,6 +2380,8 @@ class PzSetOutputLut(FramedMessage):
     Set: one sample of the waveform table. Only as many samples need to be loaded as one cycle uses.
     They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it says
     which before they are loaded. A request names the channel and no index.
+
+    A set puts nothing out by itself; a waveform that is being put out may take the new sample.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; 0 to 7999.
@@ -2427,6 +2464,8 @@ class PzReqOutputLut(FramedMessage):
 
     Answered by ``PZ_GET_OUTPUTLUT``.
 
+    A set puts nothing out by itself; a waveform that is being put out may take the new sample.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -2485,6 +2524,8 @@ class PzGetOutputLut(FramedMessage):
     Report: one sample of the waveform table. Only as many samples need to be loaded as one cycle
     uses. They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE,
     it says which before they are loaded. A request names the channel and no index.
+
+    A set puts nothing out by itself; a waveform that is being put out may take the new sample.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; 0 to 7999.
@@ -3442,6 +3483,9 @@ class PzSetTpzIoSettings(FramedMessage):
 
     Set: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
 
+    A set changes what is put out: the range that voltages are shares of, and the feedback that a
+    closed loop follows.
+
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`; 0 to 65535.
     :param hub_analog_input: where the feedback signal of a TSG001 comes from;
@@ -3553,6 +3597,9 @@ class PzReqTpzIoSettings(FramedMessage):
 
     Answered by ``PZ_GET_TPZ_IOSETTINGS``.
 
+    A set changes what is put out: the range that voltages are shares of, and the feedback that a
+    closed loop follows.
+
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
 
     Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
@@ -3611,6 +3658,9 @@ class PzGetTpzIoSettings(FramedMessage):
     """``PZ_GET_TPZ_IOSETTINGS`` (0x07D6), to the host, 10 bytes of data; pages 115, 116.
 
     Report: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
+
+    A set changes what is put out: the range that voltages are shares of, and the feedback that a
+    closed loop follows.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
     :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`; 0 to 65535.
@@ -3717,6 +3767,8 @@ class PzSetTsgIoSettings(FramedMessage):
     """``PZ_SET_TSG_IOSETTINGS`` (0x07DA), to the controller, 14 bytes of data; page 127.
 
     Set: feedback path, display and force calibration of a TSG001.
+
+    A set changes where the feedback goes that the closed loop of a TPZ001 follows.
 
     :param chan_ident: always CHAN1; :class:`~.Channel`; 0 to 65535.
     :param hub_analogue_output: where the feedback signal for a TPZ001 goes;
@@ -3854,6 +3906,8 @@ class PzReqTsgIoSettings(FramedMessage):
 
     Answered by ``PZ_GET_TSG_IOSETTINGS``.
 
+    A set changes where the feedback goes that the closed loop of a TPZ001 follows.
+
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
 
     Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
@@ -3912,6 +3966,8 @@ class PzGetTsgIoSettings(FramedMessage):
     """``PZ_GET_TSG_IOSETTINGS`` (0x07DC), to the host, 14 bytes of data; pages 127, 128.
 
     Report: feedback path, display and force calibration of a TSG001.
+
+    A set changes where the feedback goes that the closed loop of a TPZ001 follows.
 
     :param chan_ident: always CHAN1; :class:`~.Channel`; 0 to 65535.
     :param hub_analogue_output: where the feedback signal for a TPZ001 goes;

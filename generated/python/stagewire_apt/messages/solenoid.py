@@ -43,6 +43,9 @@ class MotSetSolOperatingMode(FramedMessage):
 
     Set: operating mode of the solenoid driver.
 
+    A set hands the solenoid over to another master, such as the trigger input, which may open it at
+    once.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param operating_mode: :class:`~.SolenoidOperatingMode`; 0 to 255.
 
@@ -109,6 +112,9 @@ class MotReqSolOperatingMode(FramedMessage):
 
     Answered by ``MOT_GET_SOL_OPERATINGMODE``.
 
+    A set hands the solenoid over to another master, such as the trigger input, which may open it at
+    once.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -165,6 +171,9 @@ class MotGetSolOperatingMode(FramedMessage):
     """``MOT_GET_SOL_OPERATINGMODE`` (0x04C2), to the host, header only; pages 85, 86.
 
     Report: operating mode of the solenoid driver.
+
+    A set hands the solenoid over to another master, such as the trigger input, which may open it at
+    once.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param operating_mode: :class:`~.SolenoidOperatingMode`; 0 to 255.
@@ -227,6 +236,8 @@ class MotSetSolCycleParams(FramedMessage):
     """``MOT_SET_SOL_CYCLEPARAMS`` (0x04C3), to the controller, 14 bytes of data; page 87.
 
     Set: times and number of cycles for every operating mode but the manual one.
+
+    A set opens nothing; cycles that run already may take the new times.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param on_time: active time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to
@@ -311,6 +322,8 @@ class MotReqSolCycleParams(FramedMessage):
 
     Answered by ``MOT_GET_SOL_CYCLEPARAMS``.
 
+    A set opens nothing; cycles that run already may take the new times.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -367,6 +380,8 @@ class MotGetSolCycleParams(FramedMessage):
     """``MOT_GET_SOL_CYCLEPARAMS`` (0x04C5), to the host, 14 bytes of data; pages 87, 88.
 
     Report: times and number of cycles for every operating mode but the manual one.
+
+    A set opens nothing; cycles that run already may take the new times.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
     :param on_time: active time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to
@@ -446,6 +461,8 @@ class MotSetSolInterlockMode(FramedMessage):
 
     Set: whether the hardware interlock must be fitted before the driver operates.
 
+    A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param interlock_mode: :class:`~.SolenoidInterlockMode`; 0 to 255.
 
@@ -512,6 +529,8 @@ class MotReqSolInterlockMode(FramedMessage):
 
     Answered by ``MOT_GET_SOL_INTERLOCKMODE``.
 
+    A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     """
 
@@ -568,6 +587,8 @@ class MotGetSolInterlockMode(FramedMessage):
     """``MOT_GET_SOL_INTERLOCKMODE`` (0x04C8), to the host, header only; pages 89, 90.
 
     Report: whether the hardware interlock must be fitted before the driver operates.
+
+    A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param interlock_mode: :class:`~.SolenoidInterlockMode`; 0 to 255.

@@ -352,6 +352,8 @@ class StartMotor(Command):
 
     Enables the motor of the axis, or the function that the identifier stands for.
 
+    A motor that is enabled away from its target position may go there.
+
     Section Start / Enable Motor. Typed as ``G``.
 
     Erratum ``ms2000-size-exceptions``: printed three commands, ?, G and B; encoded these three are
@@ -377,7 +379,8 @@ class JoystickEnable(Command):
 
     Gives joystick or knob back to the operator.
 
-    The document allows the command with the size slot and without it.
+    The document allows the command with the size slot and without it. Nothing moves by it unless
+    somebody moves the control device.
 
     Section Joystick / Control Device Enable. Typed as ``J``.
 

@@ -22,6 +22,7 @@ from stagewire_generator.model import (
     Message,
     Protocol,
     Quantity,
+    Rule,
     Stage,
 )
 from stagewire_generator.naming import message_classes
@@ -32,7 +33,16 @@ __all__ = ["registry_text", "render"]
 
 SCHEMA_VERSION = 1
 _Registered: TypeAlias = (
-    Chapter | Controller | Enumeration | Erratum | Field | FlagTable | Message | Quantity | Stage
+    Chapter
+    | Controller
+    | Enumeration
+    | Erratum
+    | Field
+    | FlagTable
+    | Message
+    | Quantity
+    | Rule
+    | Stage
 )
 _TABLES_OF_UNITS = ("families", "lists", "addresses", "hardware_types")
 
@@ -119,6 +129,23 @@ def _registry_json(protocol: Protocol) -> Json:
             }
             for e in protocol.errata
         ],
+        "rules": [_rule(rule) for rule in protocol.rules],
+    }
+
+
+def _rule(rule: Rule) -> Json:
+    return {
+        "id": rule.id,
+        "page": rule.page,
+        "also": list(rule.also),
+        "strength": rule.strength,
+        "subject": rule.subject,
+        "says": rule.says,
+        "means": rule.means,
+        "messages": list(rule.messages),
+        "errata": list(rule.errata),
+        "waiver": rule.waiver,
+        **_from(rule),
     }
 
 
@@ -173,6 +200,7 @@ def _message(message: Message) -> Json:
         "words": list(message.words),
         "pages": list(message.pages),
         "direction": message.direction,
+        "effect": message.effect or None,
         "summary": message.summary,
         "note": message.note,
         "set": {"name": message.set[0], "role": message.set[1]} if message.set else None,

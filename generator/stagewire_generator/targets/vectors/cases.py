@@ -70,7 +70,7 @@ def _refused(of: Subject) -> Iterator[Case]:
     given = of.plain.given
     kinds = set()
     for field in of.fields:
-        if field.role == "reserved":
+        if field.role == "reserved" and of.layout.form == "header":
             continue  # in most headers both parameters are; one is as good as another
         refused = [(*case, "out_of_range") for case in unfit_values(field)]
         if field.format.kind not in kinds:  # what is no number is none in any field

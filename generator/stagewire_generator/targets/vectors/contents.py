@@ -69,7 +69,7 @@ def _together(fields: Sequence[Field], base: Content) -> Iterator[Content]:
     for name, value in (("least", least), ("greatest", greatest)):
         held = {field.name: value(field) for field in fields}
         yield Content(name, held, held, shown(fields, held))
-    spare = {field.name: greatest(field) for field in fields if is_optional(field)}
+    spare = {field.name: plain(field) for field in fields if is_optional(field)}
     held = base.held | spare
     yield Content("reserved", held, held, shown(fields, held))
 

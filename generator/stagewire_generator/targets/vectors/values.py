@@ -65,10 +65,15 @@ def named_values(field: Field) -> Iterator[tuple[str, Value]]:
         yield from _texts(field)
     elif field.format.kind == "integer":
         yield from _integers(field)
-    whole = (field.format.minimum, field.format.maximum) == (field.minimum, field.maximum)
-    if field.format.kind != "integer" or not whole:
+    if field.format.kind != "integer" or _is_narrow(field):
         yield ".least", least(field)
         yield ".greatest", greatest(field)
+
+
+def _is_narrow(field: Field) -> bool:
+    """Whether the bytes of a number can hold more than its range."""
+    format = field.format
+    return (format.minimum, format.maximum) != (field.minimum, field.maximum)
 
 
 def _texts(field: Field) -> Iterator[tuple[str, Value]]:
@@ -93,6 +98,9 @@ def _integers(field: Field) -> Iterator[tuple[str, Value]]:
         yield ".below", field.minimum - 1
     if field.maximum < format.maximum:
         yield ".above", field.maximum + 1
+    every_bit = _number(field, (1 << 8 * format.size) - 1)
+    if _is_narrow(field) and every_bit != field.maximum:
+        yield ".every_bit", every_bit
 
 
 def _flags(field: Field) -> Iterator[tuple[str, Value]]:
@@ -140,6 +148,8 @@ def unfit_values(field: Field) -> Iterator[tuple[str, Value]]:
             yield ".below", field.minimum - 1
         if field.maximum == format.maximum:
             yield ".above", field.maximum + 1
+        if _is_narrow(field):  # good bytes, and more beyond them
+            yield ".beyond", int(plain(field)) + (1 << 8 * format.size)
 
 
 def bad_values(field: Field) -> Iterator[tuple[str, Any]]:

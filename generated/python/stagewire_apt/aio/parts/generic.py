@@ -184,6 +184,8 @@ class WithChanEnableState(Part):
         Enables or disables a drive channel. ``MOD_REQ_CHANENABLESTATE``,
         ``MOD_GET_CHANENABLESTATE``, pages 17, 18.
 
+        To disable lets a load go that the motor holds; to enable powers the motor.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -200,6 +202,8 @@ class WithChanEnableState(Part):
         """Write the chan enable state: every value, in one frame.
 
         Enables or disables a drive channel. ``MOD_SET_CHANENABLESTATE``, page 17.
+
+        To disable lets a load go that the motor holds; to enable powers the motor.
 
         :param enable_state: :class:`~.EnableState`; 0 to 255.
         :param timeout: in seconds; None for that of the device.
@@ -220,6 +224,8 @@ class WithChanEnableState(Part):
 
         Enables or disables a drive channel. ``MOD_REQ_CHANENABLESTATE``,
         ``MOD_GET_CHANENABLESTATE``, ``MOD_SET_CHANENABLESTATE``, pages 17, 18.
+
+        To disable lets a load go that the motor holds; to enable powers the motor.
 
         :param enable_state: :class:`~.EnableState`; 0 to 255.
         :param timeout: in seconds; None for that of the device.
@@ -292,6 +298,8 @@ class WithDigOutputs(Part):
         for card slot controllers with two or three channels such as the BSC103 and BPC202.
         ``RACK_REQ_DIGOUTPUTS``, ``RACK_GET_DIGOUTPUTS``, page 26.
 
+        What the outputs switch is not known to the controller.
+
         Errata ``apt-digoutputs-integer``, ``apt-rack-get-digoutputs-parameter``.
 
         :param timeout: in seconds; None for that of the device.
@@ -312,6 +320,8 @@ class WithDigOutputs(Part):
         Digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
         for card slot controllers with two or three channels such as the BSC103 and BPC202.
         ``RACK_SET_DIGOUTPUTS``, page 26.
+
+        What the outputs switch is not known to the controller.
 
         Errata ``apt-digital-inputs-outputs``, ``apt-digoutputs-integer``,
         ``apt-rack-digoutputs-example-bay``.
@@ -337,6 +347,8 @@ class WithDigOutputs(Part):
         Digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
         for card slot controllers with two or three channels such as the BSC103 and BPC202.
         ``RACK_REQ_DIGOUTPUTS``, ``RACK_GET_DIGOUTPUTS``, ``RACK_SET_DIGOUTPUTS``, page 26.
+
+        What the outputs switch is not known to the controller.
 
         Errata ``apt-digital-inputs-outputs``, ``apt-digoutputs-integer``,
         ``apt-rack-digoutputs-example-bay``, ``apt-rack-get-digoutputs-parameter``.

@@ -62,6 +62,8 @@ class WithEncCounter(Part):
         Encoder count. Rarely set on brushless DC controllers, where homing after power-up makes the
         counter show the true position. ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``, page 29.
 
+        A set moves nothing; from then on the encoder counts from another place.
+
         Erratum ``apt-req-enccounter-id``.
 
         :param timeout: in seconds; None for that of the device.
@@ -82,6 +84,8 @@ class WithEncCounter(Part):
 
         Encoder count. Rarely set on brushless DC controllers, where homing after power-up makes the
         counter show the true position. ``MOT_SET_ENCCOUNTER``, page 29.
+
+        A set moves nothing; from then on the encoder counts from another place.
 
         Erratum ``apt-counter-examples-200000``.
 
@@ -107,6 +111,8 @@ class WithEncCounter(Part):
         Encoder count. Rarely set on brushless DC controllers, where homing after power-up makes the
         counter show the true position. ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``,
         ``MOT_SET_ENCCOUNTER``, page 29.
+
+        A set moves nothing; from then on the encoder counts from another place.
 
         Errata ``apt-counter-examples-200000``, ``apt-req-enccounter-id``.
 
@@ -136,6 +142,8 @@ class WithPosCounter(Part):
         makes the counter show the true position. ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``,
         page 28.
 
+        A set moves nothing; from then on every position counts from another place.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -154,6 +162,8 @@ class WithPosCounter(Part):
 
         Live position count. Rarely set on brushless DC controllers, where homing after power-up
         makes the counter show the true position. ``MOT_SET_POSCOUNTER``, page 28.
+
+        A set moves nothing; from then on every position counts from another place.
 
         Erratum ``apt-counter-examples-200000``.
 
@@ -179,6 +189,8 @@ class WithPosCounter(Part):
         Live position count. Rarely set on brushless DC controllers, where homing after power-up
         makes the counter show the true position. ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``,
         ``MOT_SET_POSCOUNTER``, page 28.
+
+        A set moves nothing; from then on every position counts from another place.
 
         Erratum ``apt-counter-examples-200000``.
 
@@ -1390,6 +1402,8 @@ class WithDcPidParams(Part):
         sheet of that chip has the details. ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``, pages
         51, 52.
 
+        A set starts no move; a channel that holds its position holds it by the new values at once.
+
         Erratum ``apt-dcpidparams-table-ids``.
 
         :param timeout: in seconds; None for that of the device.
@@ -1413,6 +1427,8 @@ class WithDcPidParams(Part):
 
         Position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
         sheet of that chip has the details. ``MOT_SET_DCPIDPARAMS``, page 51.
+
+        A set starts no move; a channel that holds its position holds it by the new values at once.
 
         Erratum ``apt-dcpidparams-example-short``.
 
@@ -1454,6 +1470,8 @@ class WithDcPidParams(Part):
         Position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
         sheet of that chip has the details. ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``,
         ``MOT_SET_DCPIDPARAMS``, pages 51, 52.
+
+        A set starts no move; a channel that holds its position holds it by the new values at once.
 
         Errata ``apt-dcpidparams-example-short``, ``apt-dcpidparams-table-ids``.
 
@@ -1868,6 +1886,8 @@ class WithPmdCurrentLoopParams(Part):
         PI current loop of the phase windings on the BBD controllers.
         ``MOT_REQ_PMDCURRENTLOOPPARAMS``, ``MOT_GET_PMDCURRENTLOOPPARAMS``, pages 71, 72.
 
+        A set starts no move; the currents of an enabled channel follow the new values at once.
+
         Erratum ``apt-req-current-loop-table-id``.
 
         :param timeout: in seconds; None for that of the device.
@@ -1892,6 +1912,8 @@ class WithPmdCurrentLoopParams(Part):
 
         PI current loop of the phase windings on the BBD controllers.
         ``MOT_SET_PMDCURRENTLOOPPARAMS``, page 71.
+
+        A set starts no move; the currents of an enabled channel follow the new values at once.
 
         :param phase: :class:`~.CurrentPhase`; 0 to 65535.
         :param kp_current: proportional gain; 0 to 32767.
@@ -1932,6 +1954,8 @@ class WithPmdCurrentLoopParams(Part):
         PI current loop of the phase windings on the BBD controllers.
         ``MOT_REQ_PMDCURRENTLOOPPARAMS``, ``MOT_GET_PMDCURRENTLOOPPARAMS``,
         ``MOT_SET_PMDCURRENTLOOPPARAMS``, pages 71, 72.
+
+        A set starts no move; the currents of an enabled channel follow the new values at once.
 
         Erratum ``apt-req-current-loop-table-id``.
 
@@ -1978,6 +2002,8 @@ class WithPmdPositionLoopParams(Part):
         PID position loop of the BBD controllers. ``MOT_REQ_PMDPOSITIONLOOPPARAMS``,
         ``MOT_GET_PMDPOSITIONLOOPPARAMS``, pages 61, 63.
 
+        A set starts no move; a channel that holds its position holds it by the new values at once.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -2005,6 +2031,8 @@ class WithPmdPositionLoopParams(Part):
         """Write the pmd position loop params: every value, in one frame.
 
         PID position loop of the BBD controllers. ``MOT_SET_PMDPOSITIONLOOPPARAMS``, page 61.
+
+        A set starts no move; a channel that holds its position holds it by the new values at once.
 
         Errata ``apt-pmdpositionloop-example-short``, ``apt-pos-err-lim-range``.
 
@@ -2070,6 +2098,8 @@ class WithPmdPositionLoopParams(Part):
         PID position loop of the BBD controllers. ``MOT_REQ_PMDPOSITIONLOOPPARAMS``,
         ``MOT_GET_PMDPOSITIONLOOPPARAMS``, ``MOT_SET_PMDPOSITIONLOOPPARAMS``, pages 61, 63.
 
+        A set starts no move; a channel that holds its position holds it by the new values at once.
+
         Errata ``apt-pmdpositionloop-example-short``, ``apt-pos-err-lim-range``.
 
         :param proportional: proportional gain; 0 to 32767.
@@ -2132,6 +2162,9 @@ class WithPmdMotorOutputParams(Part):
         Limits and bias of the motor drive signal. ``MOT_REQ_PMDMOTOROUTPUTPARAMS``,
         ``MOT_GET_PMDMOTOROUTPUTPARAMS``, pages 64, 65.
 
+        A set changes what the motor gets: the bias is put out as soon as it is set, and a lower
+        limit may let a load sink.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -2154,6 +2187,9 @@ class WithPmdMotorOutputParams(Part):
         """Write the pmd motor output params: every value, in one frame.
 
         Limits and bias of the motor drive signal. ``MOT_SET_PMDMOTOROUTPUTPARAMS``, page 64.
+
+        A set changes what the motor gets: the bias is put out as soon as it is set, and a lower
+        limit may let a load sink.
 
         Errata ``apt-motor-bias-range``, ``apt-motoroutput-example-energy``,
         ``apt-motoroutput-example-motor-limit``.
@@ -2205,6 +2241,9 @@ class WithPmdMotorOutputParams(Part):
 
         Limits and bias of the motor drive signal. ``MOT_REQ_PMDMOTOROUTPUTPARAMS``,
         ``MOT_GET_PMDMOTOROUTPUTPARAMS``, ``MOT_SET_PMDMOTOROUTPUTPARAMS``, pages 64, 65.
+
+        A set changes what the motor gets: the bias is put out as soon as it is set, and a lower
+        limit may let a load sink.
 
         Errata ``apt-motor-bias-range``, ``apt-motoroutput-example-energy``,
         ``apt-motoroutput-example-motor-limit``.

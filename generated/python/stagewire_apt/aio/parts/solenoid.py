@@ -27,6 +27,9 @@ class WithSolOperatingMode(Part):
         Operating mode of the solenoid driver. ``MOT_REQ_SOL_OPERATINGMODE``,
         ``MOT_GET_SOL_OPERATINGMODE``, pages 85, 86.
 
+        A set hands the solenoid over to another master, such as the trigger input, which may open
+        it at once.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -43,6 +46,9 @@ class WithSolOperatingMode(Part):
         """Write the sol operating mode: every value, in one frame.
 
         Operating mode of the solenoid driver. ``MOT_SET_SOL_OPERATINGMODE``, page 85.
+
+        A set hands the solenoid over to another master, such as the trigger input, which may open
+        it at once.
 
         Erratum ``apt-four-bit-integer``.
 
@@ -65,6 +71,9 @@ class WithSolOperatingMode(Part):
 
         Operating mode of the solenoid driver. ``MOT_REQ_SOL_OPERATINGMODE``,
         ``MOT_GET_SOL_OPERATINGMODE``, ``MOT_SET_SOL_OPERATINGMODE``, pages 85, 86.
+
+        A set hands the solenoid over to another master, such as the trigger input, which may open
+        it at once.
 
         Erratum ``apt-four-bit-integer``.
 
@@ -93,6 +102,8 @@ class WithSolCycleParams(Part):
         Times and number of cycles for every operating mode but the manual one.
         ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, pages 87, 88.
 
+        A set opens nothing; cycles that run already may take the new times.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -114,6 +125,8 @@ class WithSolCycleParams(Part):
 
         Times and number of cycles for every operating mode but the manual one.
         ``MOT_SET_SOL_CYCLEPARAMS``, page 87.
+
+        A set opens nothing; cycles that run already may take the new times.
 
         Erratum ``apt-sol-numcycles-trigger``.
 
@@ -157,6 +170,8 @@ class WithSolCycleParams(Part):
         ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, ``MOT_SET_SOL_CYCLEPARAMS``, pages
         87, 88.
 
+        A set opens nothing; cycles that run already may take the new times.
+
         Erratum ``apt-sol-numcycles-trigger``.
 
         :param on_time: active time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to
@@ -199,6 +214,8 @@ class WithSolInterlockMode(Part):
         Whether the hardware interlock must be fitted before the driver operates.
         ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``, pages 89, 90.
 
+        A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -216,6 +233,8 @@ class WithSolInterlockMode(Part):
 
         Whether the hardware interlock must be fitted before the driver operates.
         ``MOT_SET_SOL_INTERLOCKMODE``, page 89.
+
+        A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
 
         Erratum ``apt-four-bit-integer``.
 
@@ -239,6 +258,8 @@ class WithSolInterlockMode(Part):
         Whether the hardware interlock must be fitted before the driver operates.
         ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``, ``MOT_SET_SOL_INTERLOCKMODE``,
         pages 89, 90.
+
+        A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
 
         Erratum ``apt-four-bit-integer``.
 

@@ -52,6 +52,8 @@ class WithPosControlMode(Part):
         Open or closed loop. Closed loop needs an actuator with position sensing.
         ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``, pages 94, 95.
 
+        The actuator moves when the loop is closed or opened.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -69,6 +71,8 @@ class WithPosControlMode(Part):
 
         Open or closed loop. Closed loop needs an actuator with position sensing.
         ``PZ_SET_POSCONTROLMODE``, page 94.
+
+        The actuator moves when the loop is closed or opened.
 
         :param mode: :class:`~.PositionControlMode`; 0 to 255.
         :param timeout: in seconds; None for that of the device.
@@ -90,6 +94,8 @@ class WithPosControlMode(Part):
         Open or closed loop. Closed loop needs an actuator with position sensing.
         ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``, ``PZ_SET_POSCONTROLMODE``, pages 94,
         95.
+
+        The actuator moves when the loop is closed or opened.
 
         :param mode: :class:`~.PositionControlMode`; 0 to 255.
         :param timeout: in seconds; None for that of the device.
@@ -283,6 +289,8 @@ class WithInputVoltsSrc(Part):
         Which inputs drive the high-voltage amplifier besides the voltage set by software.
         ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``, pages 98, 99.
 
+        A set changes the voltage at once by what the chosen inputs carry.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -300,6 +308,8 @@ class WithInputVoltsSrc(Part):
 
         Which inputs drive the high-voltage amplifier besides the voltage set by software.
         ``PZ_SET_INPUTVOLTSSRC``, page 98.
+
+        A set changes the voltage at once by what the chosen inputs carry.
 
         :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`;
             0 to 65535.
@@ -321,6 +331,8 @@ class WithInputVoltsSrc(Part):
 
         Which inputs drive the high-voltage amplifier besides the voltage set by software.
         ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``, ``PZ_SET_INPUTVOLTSSRC``, pages 98, 99.
+
+        A set changes the voltage at once by what the chosen inputs carry.
 
         :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`;
             0 to 65535.
@@ -347,6 +359,8 @@ class WithPiConsts(Part):
         Proportional and integral term of the position loop; they matter in closed loop only.
         ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, page 100.
 
+        A set starts no move; a closed loop works by the new values at once.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -365,6 +379,8 @@ class WithPiConsts(Part):
 
         Proportional and integral term of the position loop; they matter in closed loop only.
         ``PZ_SET_PICONSTS``, page 100.
+
+        A set starts no move; a closed loop works by the new values at once.
 
         :param prop_const: proportional term; 0 to 255.
         :param int_const: integral term; 0 to 255.
@@ -387,6 +403,8 @@ class WithPiConsts(Part):
 
         Proportional and integral term of the position loop; they matter in closed loop only.
         ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, ``PZ_SET_PICONSTS``, page 100.
+
+        A set starts no move; a closed loop works by the new values at once.
 
         :param prop_const: proportional term; 0 to 255.
         :param int_const: integral term; 0 to 255.
@@ -476,6 +494,8 @@ class WithIoSettings(Part):
         Current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
         ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``, pages 119, 120.
 
+        A set changes what the amplifier and the BNC connectors put out.
+
         Erratum ``apt-iosettings-length``.
 
         :param timeout: in seconds; None for that of the device.
@@ -497,6 +517,8 @@ class WithIoSettings(Part):
 
         Current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
         ``PZ_SET_IOSETTINGS``, page 119.
+
+        A set changes what the amplifier and the BNC connectors put out.
 
         Errata ``apt-always-chan1``, ``apt-iosettings-formats-missing``, ``apt-iosettings-length``.
 
@@ -530,6 +552,8 @@ class WithIoSettings(Part):
 
         Current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
         ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``, ``PZ_SET_IOSETTINGS``, pages 119, 120.
+
+        A set changes what the amplifier and the BNC connectors put out.
 
         Errata ``apt-always-chan1``, ``apt-iosettings-formats-missing``, ``apt-iosettings-length``.
 
@@ -567,6 +591,9 @@ class WithOutputMaxVolts(Part):
         controller report the new maximum voltage and the new maximum travel by itself.
         ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``, pages 121, 122.
 
+        Voltages are shares of it, so a set may change what is put out; too high a value may damage
+        the actuator.
+
         Errata ``apt-outputmaxvolts-flag-150v``, ``apt-outputmaxvolts-get-addresses``,
         ``apt-outputmaxvolts-values``, ``apt-request-channel-fixed``, ``apt-voltage-limit-values``.
 
@@ -590,6 +617,9 @@ class WithOutputMaxVolts(Part):
         Maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
         controller report the new maximum voltage and the new maximum travel by itself.
         ``PZ_SET_OUTPUTMAXVOLTS``, page 121.
+
+        Voltages are shares of it, so a set may change what is put out; too high a value may damage
+        the actuator.
 
         Errata ``apt-outputmaxvolts-flag-150v``, ``apt-outputmaxvolts-length``,
         ``apt-outputmaxvolts-values``.
@@ -621,6 +651,9 @@ class WithOutputMaxVolts(Part):
         controller report the new maximum voltage and the new maximum travel by itself.
         ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_SET_OUTPUTMAXVOLTS``, pages 121,
         122.
+
+        Voltages are shares of it, so a set may change what is put out; too high a value may damage
+        the actuator.
 
         Errata ``apt-outputmaxvolts-flag-150v``, ``apt-outputmaxvolts-get-addresses``,
         ``apt-outputmaxvolts-length``, ``apt-outputmaxvolts-values``, ``apt-request-channel-fixed``,
@@ -756,6 +789,8 @@ class CanSetPzStageParamDefaults(Part):
         Sets the parameters back to the defaults in the EEPROM, for a system that has become
         unstable. Page 125.
 
+        Which parameters come back, is not said; those of the output may be among them.
+
         Erratum ``apt-pzstageparamdefaults-table-id``.
 
         :param timeout: in seconds; None for that of the device.
@@ -779,6 +814,8 @@ class WithOutputLut(Part):
         says which before they are loaded. A request names the channel and no index.
         ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``, pages 106, 107.
 
+        A set puts nothing out by itself; a waveform that is being put out may take the new sample.
+
         :param timeout: in seconds; None for that of the device.
 
         Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
@@ -801,6 +838,8 @@ class WithOutputLut(Part):
         They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it
         says which before they are loaded. A request names the channel and no index.
         ``PZ_SET_OUTPUTLUT``, page 106.
+
+        A set puts nothing out by itself; a waveform that is being put out may take the new sample.
 
         Errata ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``, ``apt-lut-meaning``.
 
@@ -835,6 +874,8 @@ class WithOutputLut(Part):
         They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it
         says which before they are loaded. A request names the channel and no index.
         ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``, ``PZ_SET_OUTPUTLUT``, pages 106, 107.
+
+        A set puts nothing out by itself; a waveform that is being put out may take the new sample.
 
         Errata ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``, ``apt-lut-meaning``.
 
@@ -1212,6 +1253,9 @@ class WithTpzIoSettings(Part):
         Voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
         ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``, pages 115, 116.
 
+        A set changes what is put out: the range that voltages are shares of, and the feedback that
+        a closed loop follows.
+
         Errata ``apt-get-tpz-iosettings-table-id``, ``apt-request-channel-fixed``,
         ``apt-tpz-iosettings-length``.
 
@@ -1233,6 +1277,9 @@ class WithTpzIoSettings(Part):
 
         Voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
         ``PZ_SET_TPZ_IOSETTINGS``, page 115.
+
+        A set changes what is put out: the range that voltages are shares of, and the feedback that
+        a closed loop follows.
 
         Errata ``apt-future-use-rows-missing``, ``apt-tpz-iosettings-length``,
         ``apt-voltage-limit-values``.
@@ -1265,6 +1312,9 @@ class WithTpzIoSettings(Part):
         Voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
         ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``, ``PZ_SET_TPZ_IOSETTINGS``, pages 115,
         116.
+
+        A set changes what is put out: the range that voltages are shares of, and the feedback that
+        a closed loop follows.
 
         Errata ``apt-future-use-rows-missing``, ``apt-get-tpz-iosettings-table-id``,
         ``apt-request-channel-fixed``, ``apt-tpz-iosettings-length``, ``apt-voltage-limit-values``.
@@ -1300,6 +1350,8 @@ class WithTsgIoSettings(Part):
         Feedback path, display and force calibration of a TSG001. ``PZ_REQ_TSG_IOSETTINGS``,
         ``PZ_GET_TSG_IOSETTINGS``, pages 127, 128.
 
+        A set changes where the feedback goes that the closed loop of a TPZ001 follows.
+
         Errata ``apt-get-tsg-iosettings-size``, ``apt-request-channel-fixed``.
 
         :param timeout: in seconds; None for that of the device.
@@ -1322,6 +1374,8 @@ class WithTsgIoSettings(Part):
 
         Feedback path, display and force calibration of a TSG001. ``PZ_SET_TSG_IOSETTINGS``, page
         127.
+
+        A set changes where the feedback goes that the closed loop of a TPZ001 follows.
 
         Errata ``apt-force-calib-range``, ``apt-future-use-rows-missing``,
         ``apt-tsg-iosettings-example-short``.
@@ -1361,6 +1415,8 @@ class WithTsgIoSettings(Part):
 
         Feedback path, display and force calibration of a TSG001. ``PZ_REQ_TSG_IOSETTINGS``,
         ``PZ_GET_TSG_IOSETTINGS``, ``PZ_SET_TSG_IOSETTINGS``, pages 127, 128.
+
+        A set changes where the feedback goes that the closed loop of a TPZ001 follows.
 
         Errata ``apt-force-calib-range``, ``apt-future-use-rows-missing``,
         ``apt-get-tsg-iosettings-size``, ``apt-request-channel-fixed``,

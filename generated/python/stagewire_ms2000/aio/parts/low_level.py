@@ -238,6 +238,8 @@ class CanStartMotor(Part):
         Enables the motor of the axis, or the function that the identifier stands for. Section Start
         / Enable Motor.
 
+        A motor that is enabled away from its target position may go there.
+
         Errata ``ms2000-size-exceptions``, ``ms2000-start-stop-data-size``.
 
         :param timeout: in seconds; None for that of the device.
@@ -258,7 +260,8 @@ class CanJoystickEnable(Part):
 
         Gives joystick or knob back to the operator. Section Joystick / Control Device Enable.
 
-        The document allows the command with the size slot and without it.
+        The document allows the command with the size slot and without it. Nothing moves by it
+        unless somebody moves the control device.
 
         Errata ``ms2000-no-reply-unsaid``, ``ms2000-size-exceptions``.
 
