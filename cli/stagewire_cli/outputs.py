@@ -15,22 +15,26 @@ from stagewire_cli.errors import CalledWronglyError
 __all__ = ["check_output", "output"]
 
 
-def check_output(path: Path, source: Path | None) -> None:
+def check_output(path: Path, source: Path | None, option: str = "--output") -> None:
     """Raise :class:`CalledWronglyError` where no file can be made or the input would be lost.
+
+    :param option: by which the file was named.
 
     A file that is there already is replaced, as by ``cp``; but never the capture itself, and nothing
     that is no regular file.
     """
     if not path.name:
-        raise CalledWronglyError("--output: give the name of a file")
+        raise CalledWronglyError(f"{option}: give the name of a file")
     if source is not None and path.exists() and path.samefile(source):
-        raise CalledWronglyError(f"--output: {path} is the capture that is read")
+        raise CalledWronglyError(f"{option}: {path} is the capture that is read")
     if path.exists() and not path.is_file():
-        raise CalledWronglyError(
-            f"--output: {path} is no regular file; without --output text goes to standard output"
-        )
-    if not path.absolute().parent.is_dir():
-        raise CalledWronglyError(f"--output: there is no folder {path.absolute().parent}")
+        instead = "; without --output text goes to standard output" if option == "--output" else ""
+        raise CalledWronglyError(f"{option}: {path} is no regular file{instead}")
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise CalledWronglyError(f"{option}: there is no folder {folder}")
+    if not os.access(folder, os.W_OK):
+        raise CalledWronglyError(f"{option}: no file can be made in {folder}, which is not yours")
 
 
 @contextmanager

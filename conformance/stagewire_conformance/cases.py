@@ -13,6 +13,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from stagewire_conformance.comparison import Outcome, canonical, compare
+
 __all__ = ["Answering", "Mismatch", "mismatches"]
 
 Json = Mapping[str, Any]
@@ -42,7 +44,7 @@ class Mismatch:
     came: Json
 
     def __str__(self) -> str:
-        asked, wanted, came = map(_text, (self.request, self.wanted, self.came))
+        asked, wanted, came = map(canonical, (self.request, self.wanted, self.came))
         return f"{self.id}: {asked} is answered with {came}; it should be {wanted}"
 
 
@@ -57,13 +59,5 @@ def mismatches(testee: Answering, protocol: str, cases: Iterable[Json]) -> Itera
     for number, case in enumerate(cases):
         request = {"id": number, "protocol": protocol, **case["request"]}
         came = dict(testee.answer(json.dumps(request).encode("utf-8")))
-        compared = dict(came)
-        echoed = compared.pop("id", None)
-        detailed = isinstance(compared.pop("detail", None), str) != came.get("ok", False)
-        if _text(compared) != _text(case["answer"]) or echoed != number or not detailed:
+        if compare(case["answer"], came, (number,)) is not Outcome.PASSED:
             yield Mismatch(case["id"], request, case["answer"], came)
-
-
-def _text(data: Json) -> str:
-    """Return data as text that is the same for the same JSON; in Python true is equal to 1."""
-    return json.dumps(data, sort_keys=True, ensure_ascii=False)

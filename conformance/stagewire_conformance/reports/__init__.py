@@ -1,0 +1,43 @@
+"""Reports of conformance runs: one model, and a module for each format that turns it into a text.
+
+What was run makes a :class:`Sheet`; ``as_json``, ``as_junit`` and ``as_html`` write it. JUnit and HTML
+need the extra ``conformance``, and import it when they are called.
+"""
+
+from __future__ import annotations
+
+from stagewire_conformance.reports.html import as_html
+from stagewire_conformance.reports.jsons import as_json
+from stagewire_conformance.reports.junit import as_junit
+from stagewire_conformance.reports.model import (
+    Case,
+    Erratum,
+    Fact,
+    Finding,
+    Grade,
+    Group,
+    Line,
+    Message,
+    Place,
+    Rule,
+    Sheet,
+    Verdict,
+)
+
+__all__ = [
+    "Case",
+    "Erratum",
+    "Fact",
+    "Finding",
+    "Grade",
+    "Group",
+    "Line",
+    "Message",
+    "Place",
+    "Rule",
+    "Sheet",
+    "Verdict",
+    "as_html",
+    "as_json",
+    "as_junit",
+]

@@ -1,0 +1,109 @@
+"""What a run has covered: message by message, and page by page of the document with the rules there."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from stagewire_conformance.reports.model import Case, Grade, Message, Place, Rule, Sheet
+
+__all__ = ["MessageRow", "PageRow", "RuleRow", "messages", "pages", "worst"]
+
+_GRAVITY = tuple(Grade)
+
+
+def worst(grades: Iterable[Grade]) -> Grade | None:
+    """Return the gravest grade; None of none."""
+    return min(grades, key=_GRAVITY.index, default=None)
+
+
+@dataclass(frozen=True, slots=True)
+class MessageRow:
+    """How far a message is covered.
+
+    :param counts: cases that are about it, by grade.
+    """
+
+    message: Message
+    counts: Mapping[Grade, int]
+
+    @property
+    def grade(self) -> Grade | None:
+        """The gravest grade of its cases; None where there is no case."""
+        return worst(grade for grade, number in self.counts.items() if number)
+
+
+@dataclass(frozen=True, slots=True)
+class RuleRow:
+    """How far a rule is covered.
+
+    :param counts: cases that hold to it, by grade.
+    """
+
+    rule: Rule
+    counts: Mapping[Grade, int]
+
+    @property
+    def grade(self) -> Grade | None:
+        """The gravest grade of its cases; None where there is no case."""
+        return worst(grade for grade, number in self.counts.items() if number)
+
+
+@dataclass(frozen=True, slots=True)
+class PageRow:
+    """How far a page of a document is covered.
+
+    :param rules: the rules that stand there.
+    :param messages: the messages that are described there.
+    :param counts: cases that are about either, by grade.
+    """
+
+    place: Place
+    rules: tuple[RuleRow, ...]
+    messages: tuple[str, ...]
+    counts: Mapping[Grade, int]
+
+
+def messages(sheet: Sheet) -> list[MessageRow]:
+    """Return a row for each message, in the order of the sheet."""
+    counts: dict[str, Counter[Grade]] = {}
+    for case in sheet.cases():
+        for name in case.messages:
+            counts.setdefault(name, Counter())[case.grade] += 1
+    return [MessageRow(one, counts.get(one.name, Counter())) for one in sheet.messages]
+
+
+def pages(sheet: Sheet) -> list[PageRow]:
+    """Return a row for each page on which a rule stands or a message is described, in order."""
+    by_rule: dict[str, list[Case]] = {}
+    by_message: dict[str, list[Case]] = {}
+    for case in sheet.cases():
+        for rule in case.rules:
+            by_rule.setdefault(rule, []).append(case)
+        for message in case.messages:
+            by_message.setdefault(message, []).append(case)
+    rules: dict[Place, list[Rule]] = {}
+    described: dict[Place, list[str]] = {}
+    for one in sheet.rules.values():
+        rules.setdefault(one.place, []).append(one)
+    for message_facts in sheet.messages:
+        for place in message_facts.places:
+            described.setdefault(place, []).append(message_facts.name)
+    found = []
+    for place in sorted({*rules, *described}):
+        here = rules.get(place, [])
+        names = described.get(place, [])
+        touching = {
+            case.id: case.grade
+            for cases in (
+                *(by_rule.get(rule.id, []) for rule in here),
+                *(by_message.get(name, []) for name in names),
+            )
+            for case in cases
+        }
+        rows = tuple(
+            RuleRow(rule, Counter(case.grade for case in by_rule.get(rule.id, []))) for rule in here
+        )
+        found.append(PageRow(place, rows, tuple(names), Counter(touching.values())))
+    return found

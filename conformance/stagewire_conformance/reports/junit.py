@@ -1,0 +1,98 @@
+"""For the test viewers of CI servers: a suite for each group, a test case for each case.
+
+What the strictest readers of this format want is there: the attributes of Ant's own reports, and one result
+a case. A departure from advice is a failure of the type ``NON-STRICT``: the run ends with a code above 0.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stagewire_conformance.reports.model import Case, Grade, Sheet
+from stagewire_conformance.reports.texts import case_text
+from stagewire_conformance.reports.wording import safe, sentence
+
+if TYPE_CHECKING:
+    from junitparser import TestCase, TestSuite
+
+__all__ = ["as_junit"]
+
+
+def as_junit(sheet: Sheet) -> str:
+    """Return XML in ASCII; what XML cannot hold, such as control characters, is written as an escape.
+
+    Raises :class:`ModuleNotFoundError` without the extra ``conformance``.
+    """
+    from junitparser import JUnitXml
+
+    xml = JUnitXml()
+    suites = {
+        group.name: [_case(sheet, case, _package(sheet, group.name)) for case in group.cases]
+        for group in sheet.groups
+    }
+    suites["run"] = [_end(sheet, _package(sheet, "run"))]
+    for number, (name, cases) in enumerate(suites.items()):
+        xml.add_testsuite(_suite(sheet, number, name, cases))
+    text: bytes = xml.tostring()  # type: ignore[no-untyped-call]
+    ascii = text.decode("utf-8").encode("ascii", "xmlcharrefreplace").decode("ascii")
+    return f'<?xml version="1.0" encoding="US-ASCII"?>\n{ascii}\n'
+
+
+def _package(sheet: Sheet, *names: str) -> str:
+    return ".".join(["stagewire", sheet.kind, *map(safe, names)])
+
+
+def _case(sheet: Sheet, case: Case, name: str) -> TestCase:
+    from junitparser import Failure, Skipped, TestCase
+
+    made = TestCase(safe(case.id), name, round(case.seconds, 3))
+    if case.grade in (Grade.FAILED, Grade.DEVIATES):
+        failure = Failure(safe(_first(case)), safe(case.word))
+        failure.text = "\n".join([safe(case.title), *case_text(sheet, case)])
+        made.result = [failure]
+    elif not case.ran:
+        made.result = [Skipped(safe(f"{case.word}: {case.why}"), safe(case.word))]
+    return made
+
+
+def _first(case: Case) -> str:
+    """Return the gravest finding in words, and how many more there are."""
+    grave = [finding for finding in case.findings if finding.grade is case.grade]
+    if not grave:
+        return case.title
+    more = f" (and {len(grave) - 1} more)" if len(grave) > 1 else ""
+    return f"{grave[0].text}{more}"
+
+
+def _end(sheet: Sheet, name: str) -> TestCase:
+    """Return a case that says whether the run came to its end; else half a run would look whole."""
+    from junitparser import Error, TestCase
+
+    made = TestCase("came to its end", name, round(sheet.seconds, 3))
+    if sheet.unfinished:
+        made.result = [Error(safe(sheet.unfinished), str(sheet.verdict))]
+    return made
+
+
+def _suite(sheet: Sheet, number: int, name: str, cases: list[TestCase]) -> TestSuite:
+    """Return a suite with what the run and the format ask for, in the order of the format."""
+    from junitparser import SystemErr, SystemOut, TestSuite
+
+    suite = TestSuite(safe(name))
+    for key, value in _properties(sheet).items():
+        suite.add_property(safe(key), safe(value))
+    suite.add_testcases(cases)
+    suite.append(SystemOut(""))  # type: ignore[no-untyped-call]
+    suite.append(SystemErr(""))  # type: ignore[no-untyped-call]
+    suite.timestamp = sheet.started.strftime("%Y-%m-%dT%H:%M:%S")
+    suite.hostname = "localhost"  # whose machine it was is nobody's business who reads the report
+    suite._elem.set("id", str(number))
+    suite._elem.set("package", _package(sheet))
+    return suite
+
+
+def _properties(sheet: Sheet) -> dict[str, str]:
+    facts = {fact.key: fact.value for fact in sheet.facts}
+    facts |= {"verdict": str(sheet.verdict), "summary": sentence(sheet), "seed": sheet.seed}
+    facts |= {f"sha256_{name}": digest for name, digest in sheet.digests.items()}
+    return {key: "" if value is None else str(value) for key, value in facts.items()}

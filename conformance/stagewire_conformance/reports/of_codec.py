@@ -1,0 +1,169 @@
+"""The sheet of a run of cases against a testee."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Sequence
+from importlib import resources
+
+from stagewire.protocol import Protocol
+from stagewire_conformance.comparison import Outcome
+from stagewire_conformance.registry import registry_of
+from stagewire_conformance.reports.model import (
+    Case,
+    Fact,
+    Finding,
+    Grade,
+    Group,
+    Message,
+    Place,
+    Sheet,
+)
+from stagewire_conformance.testees import Case as Asked
+from stagewire_conformance.testees import Report, Result
+from stagewire_conformance.testees.plan import GROUPS
+
+__all__ = ["sheet_of"]
+
+_NOT_RUN = "not run"
+_LONGEST = 4_000
+"""Characters of a line that are shown; only large and hostile ones have more."""
+
+
+def sheet_of(report: Report, protocols: Sequence[Protocol], again: Callable[[str], str]) -> Sheet:
+    """Return what a run says, ready to be written.
+
+    :param protocols: those that were asked for.
+    :param again: gives the command that asks a case again, by its id; the whole run for an empty one.
+    """
+    hello = report.hello
+    return Sheet(
+        kind="codec",
+        title=f"Conformance of {hello.implementation} {hello.version}".rstrip(),
+        protocols={one.name: _document(one) for one in protocols},
+        started=report.started,
+        seconds=report.seconds,
+        seed=report.seed,
+        facts=(
+            Fact(key="testee", label="Testee", value=hello.implementation),
+            Fact(key="testee_version", label="Its version", value=hello.version),
+            Fact(key="testee_command", label="Its command", value=" ".join(report.command)),
+            Fact(key="speaks", label="Protocols that it speaks", value=", ".join(hello.protocols)),
+            Fact(
+                key="operations", label="Operations that it has", value=", ".join(hello.operations)
+            ),
+            Fact(key="timeout_s", label="Seconds that an answer may take", value=report.timeout),
+            Fact(key="starts", label="Times that it was started", value=report.starts),
+        ),
+        digests={f"vectors_{one.name}": _digest(one) for one in protocols},
+        command=again(""),
+        groups=tuple(_groups(report, again)),
+        unfinished=report.unfinished,
+        messages=tuple(_messages(protocols)),
+    )
+
+
+def _document(protocol: Protocol) -> str:
+    document = registry_of(protocol).document()
+    return f"{document['title']}, issue {document['issue']}"
+
+
+def _digest(protocol: Protocol) -> str:
+    vectors = resources.files(protocol.package) / "vectors.json"
+    return hashlib.sha256(vectors.read_bytes()).hexdigest()
+
+
+def _messages(protocols: Sequence[Protocol]) -> Iterator[Message]:
+    for protocol in protocols:
+        registry = registry_of(protocol)
+        for name, entry in registry.messages.items():
+            yield Message(
+                name=name,
+                places=tuple(
+                    Place(protocol.name, page, registry.where((page,))) for page in entry["pages"]
+                ),
+                errata=tuple(entry["errata"]),
+            )
+
+
+def _groups(report: Report, again: Callable[[str], str]) -> Iterator[Group]:
+    groups: dict[str, list[Case]] = {}
+    for result in report.results:
+        groups.setdefault(result.case.group, []).append(_case(result, again))
+    for asked in report.not_run:
+        groups.setdefault(asked.group, []).append(
+            Case(
+                id=asked.id,
+                title=_title(asked),
+                grade=Grade.NOT_RUN,
+                word=_NOT_RUN,
+                why=f"the run ended before it came to this case: {report.unfinished}",
+                messages=_about(asked),
+            )
+        )
+    for name, cases in groups.items():
+        yield Group(name=name, title=GROUPS[name.rpartition("/")[2]], cases=tuple(cases))
+
+
+def _case(result: Result, again: Callable[[str], str]) -> Case:
+    asked = result.case
+    skipped = result.outcome is Outcome.SKIPPED
+    return Case(
+        id=asked.id,
+        title=_title(asked),
+        grade=_grade(result),
+        word=result.word,
+        why=result.text if skipped else "",
+        findings=() if skipped else tuple(_findings(result)),
+        messages=_about(asked),
+        repeat=again(asked.id) if result.outcome not in (Outcome.PASSED, Outcome.SKIPPED) else "",
+        seconds=result.seconds,
+    )
+
+
+def _grade(result: Result) -> Grade:
+    if result.failed:
+        return Grade.FAILED
+    if result.outcome is Outcome.SKIPPED:
+        return Grade.SKIPPED
+    return Grade.PASSED if result.outcome is Outcome.PASSED else Grade.NOTED
+
+
+def _title(asked: Asked) -> str:
+    """Return what is expected, in one sentence."""
+    return asked.about or f"Answered as the vectors of {asked.protocol} say"
+
+
+def _about(asked: Asked) -> tuple[str, ...]:
+    return (asked.message,) if asked.message else ()
+
+
+def _findings(result: Result) -> Iterator[Finding]:
+    grade = _grade(result)
+    if result.outcome is not Outcome.PASSED:
+        wanted, came = _bytes_or_texts(result)
+        yield Finding(grade=grade, text=result.text, wanted=wanted, came=came)
+        yield Finding(grade=grade, text=f"asked: {_line(result.line)}")
+    if result.said:
+        yield Finding(grade=grade, text=f"on standard error, last: {result.said}")
+    if result.expected and result.failed:
+        yield Finding(grade=grade, text=f"it was expected to fail: {result.expected}")
+    elif result.expected:
+        yield Finding(grade=grade, text=f"expected: {result.expected}")
+
+
+def _bytes_or_texts(result: Result) -> tuple[bytes | str | None, bytes | str | None]:
+    """Return what was wanted and what came; as bytes where bytes were encoded."""
+    wanted = result.wanted or {}
+    try:
+        came = json.loads(result.came)
+        return bytes.fromhex(wanted["hex"]), bytes.fromhex(came["hex"])
+    except (ValueError, LookupError, TypeError):
+        text = _line(json.dumps(wanted).encode("ascii")) if wanted else None
+        return text, _line(result.came) if result.came else None
+
+
+def _line(line: bytes) -> str:
+    text = line.decode("utf-8", errors="backslashreplace")
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}… ({len(text):,} characters)"

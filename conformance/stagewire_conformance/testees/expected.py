@@ -1,0 +1,119 @@
+"""The file of expected failures: which cases a testee is known to fail, and why.
+
+```toml
+schema_version = 1
+
+[[expected]]
+id = "thorlabs_apt/HW_RICHRESPONSE/*"
+reason = "our firmware never sends it"
+```
+
+``id`` is the id of a case, or a pattern with ``*``, ``?`` and ``[…]``. What passes all the same is a failure,
+and so is an entry that is about no case.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import tomllib
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stagewire_conformance.testees.case import Case
+from stagewire_conformance.testees.errors import ExpectedFileError
+
+__all__ = ["SCHEMA_VERSION", "Expected", "Failure", "read_expected"]
+
+SCHEMA_VERSION = 1
+_KEYS = {"schema_version", "expected"}
+_OF_A_FAILURE = {"id", "reason"}
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """An entry of the file.
+
+    :param id: of a case, or a pattern of ids.
+    :param reason: why it fails.
+    """
+
+    id: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """The failures that are expected.
+
+    :param path: the file, for people.
+    """
+
+    path: Path
+    failures: tuple[Failure, ...]
+
+    def reasons(self, cases: Iterable[Case], elsewhere: Collection[str] = ()) -> dict[str, str]:
+        """Return why cases fail, by id; the first entry that matches has the word.
+
+        :param elsewhere: protocols whose cases are not among them, and that an entry may be about, too.
+
+        Raises :class:`ExpectedFileError` for an entry that is about no case.
+        """
+        found: dict[str, str] = {}
+        ids = [case.id for case in cases]
+        idle = []
+        for failure in self.failures:
+            matching = fnmatch.filter(ids, failure.id)
+            for id in matching:
+                found.setdefault(id, failure.reason)
+            if not matching and failure.id.partition("/")[0] not in elsewhere:
+                idle.append(
+                    f"no case has the id {failure.id!r}; stagewire conformance codec --list shows all"
+                )
+        _raise_for(self.path, idle)
+        return found
+
+
+def read_expected(path: Path) -> Expected:
+    """Return what a file says.
+
+    Raises :class:`ExpectedFileError` with all that is wrong with it.
+    """
+    try:
+        data = tomllib.loads(path.read_bytes().decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ExpectedFileError(f"{path}: no TOML: {error}") from None
+    problems = [
+        f"there is no key {key!r} ({', '.join(sorted(_KEYS))})" for key in data.keys() - _KEYS
+    ]
+    version = data.get("schema_version")
+    if version != SCHEMA_VERSION or isinstance(version, bool):
+        problems.append(f"schema_version is {SCHEMA_VERSION}, not {version!r}")
+    entries = data.get("expected", [])
+    if not isinstance(entries, list):
+        entries = []
+        problems.append("expected is a list of tables: write [[expected]]")
+    failures = [_failure(f"expected {n}", entry, problems) for n, entry in enumerate(entries, 1)]
+    _raise_for(path, problems)
+    return Expected(path, tuple(failures))
+
+
+def _failure(place: str, entry: Any, problems: list[str]) -> Failure:
+    if not isinstance(entry, dict):
+        problems.append(f"{place} is no table")
+        return Failure("", "")
+    problems += [
+        f"{place}: there is no key {key!r} ({', '.join(sorted(_OF_A_FAILURE))})"
+        for key in sorted(entry.keys() - _OF_A_FAILURE)
+    ]
+    for key in sorted(_OF_A_FAILURE):
+        if not isinstance(entry.get(key), str) or not entry[key].strip():
+            problems.append(f"{place}: {key} is a text, and not empty")
+    return Failure(str(entry.get("id")), str(entry.get("reason")))
+
+
+def _raise_for(path: Path, problems: list[str]) -> None:
+    """Raise :class:`ExpectedFileError` for problems of a file, if there are any."""
+    if problems:
+        raise ExpectedFileError("\n".join(f"{path}: {problem}" for problem in problems))

@@ -1,0 +1,131 @@
+"""In words: in which way an answer is not the one that a case wants, by message and field."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from stagewire.protocol import load_protocol
+from stagewire_conformance.comparison import canonical, shape
+from stagewire_conformance.testees.case import Case, Step
+from stagewire_conformance.testees.places import name_at
+
+__all__ = ["explain", "shortened"]
+
+Json = Mapping[str, Any]
+
+_ROOM = 200
+_MOST = 6
+
+
+def explain(case: Case, step: Step, came: Json, number: int) -> str:
+    """Return one sentence on an answer that is not the wanted one.
+
+    :param number: the id that the request had.
+    """
+    subject = f"{case.message}, {case.field}: " if case.field else f"{case.message}: "
+    return (subject if case.message else "") + _problem(case, step, came, number)
+
+
+def shortened(text: str) -> str:
+    """Return a text of which enough is left to see what it is."""
+    return text if len(text) <= _ROOM else f"{text[:_ROOM]}… ({len(text):,} characters)"
+
+
+def _problem(case: Case, step: Step, came: Json, number: int) -> str:
+    wanted = step.wanted
+    wrong = shape(came)
+    if wrong:
+        return f"the answer has a wrong shape: {wrong}"
+    ids = [_value(id) for id in step.echoes(number)]
+    if _value(came.get("id")) not in ids:
+        return f"the answer has the id {_value(came.get('id'))}, it should be {' or '.join(ids)}"
+    if not came["ok"]:
+        refused = f"refused with {came['error']} ({shortened(came['detail'])})"
+        if wanted["ok"]:
+            return f"{refused}, it should be granted with {_granted(wanted)}"
+        return f"{refused}, it should be refused with {wanted['error']}"
+    if not wanted["ok"]:
+        return f"granted with {_granted(came)}, it should be refused with {wanted['error']}"
+    found = list(_Differences(case, step).of(wanted, came))
+    more = f"; and {len(found) - _MOST} more" if len(found) > _MOST else ""
+    return "; ".join(found[:_MOST]) + more
+
+
+def _granted(answer: Json) -> str:
+    said = {key: value for key, value in answer.items() if key not in ("id", "ok", "detail")}
+    return shortened(canonical(said))
+
+
+def _value(value: object) -> str:
+    return shortened(json.dumps(value, sort_keys=True, ensure_ascii=False))
+
+
+class _Differences:
+    """What differs between two answers that grant the request of a step."""
+
+    def __init__(self, case: Case, step: Step) -> None:
+        self._case = case
+        self._request = step.request
+
+    def of(self, wanted: Json, came: Json) -> Iterator[str]:
+        """Yield a sentence for each key in which the answers differ."""
+        for key in [*wanted, *(key for key in came if key not in wanted)]:
+            if key in ("id", "ok"):
+                continue
+            one, other = wanted.get(key), came.get(key)
+            if key == "fields" and isinstance(one, dict) and isinstance(other, dict):
+                yield from self.of(one, other)
+            elif key == "events" and isinstance(one, list) and isinstance(other, list):
+                yield from self._events(one, other)
+            elif key == "hex" and isinstance(one, str) and isinstance(other, str):
+                yield from self._bytes(one, other)
+            elif key not in came:
+                yield f"{key} is missing, it should be {_value(one)}"
+            elif key not in wanted:
+                yield f"{key} is {_value(other)}, it should not be there"
+            elif canonical({"": one}) != canonical({"": other}):
+                yield f"{key} is {_value(other)}, it should be {_value(one)}"
+
+    def _events(self, wanted: list[Json], came: list[Any]) -> Iterator[str]:
+        if len(wanted) != len(came):
+            yield f"{len(came)} events come, it should be {len(wanted)}"
+        for number, (one, other) in enumerate(zip(wanted, came, strict=False), 1):
+            name = f"event {number} ({one.get('message', one['event'])})"
+            if not isinstance(other, dict):
+                yield f"{name} is {_value(other)}, it should be an object"
+                continue
+            for difference in self.of(one, other):
+                yield f"{name}: {difference}"
+
+    def _bytes(self, wanted: str, came: str) -> Iterator[str]:
+        """Yield what differs between bytes, by the fields that stand there."""
+        try:
+            one, other = bytes.fromhex(wanted), bytes.fromhex(came)
+        except ValueError:
+            other = b""
+        if other.hex() != came:
+            yield f"hex is {_value(came)}, it should be {_value(wanted)}"
+            return
+        pairs = list(zip(one, other, strict=False))
+        wrong = [at for at, (a, b) in enumerate(pairs) if a != b]
+        if len(one) != len(other):
+            at = wrong[0] if wrong else min(len(other), len(one) - 1)
+            more = f"; the first that differs is byte {at}" if wrong else ""
+            yield f"{len(other)} bytes come, it should be {len(one)}{more} ({self._name(one, at)})"
+            return
+        places: dict[str, list[int]] = {}
+        for at in wrong:
+            places.setdefault(self._name(one, at), []).append(at)
+        for name, found in places.items():
+            first, last = found[0], found[-1]
+            where = f"byte {first}" if first == last else f"bytes {first} to {last}"
+            is_, should = other[first : last + 1].hex(" "), one[first : last + 1].hex(" ")
+            yield f"{name} ({where}) is {is_}, it should be {should}"
+
+    def _name(self, raw: bytes, at: int) -> str:
+        """Return what stands at a place of the right bytes of an encoded message; "" of anything else."""
+        if self._request is None or self._request.get("op") != "encode":
+            return "bytes"
+        return name_at(load_protocol(self._case.protocol), self._request, raw, at)
