@@ -154,6 +154,8 @@ def test_what_it_needs(metadata: Message) -> None:
             if need.lower().startswith(("py" + package, package))
         ]
         assert any(need.endswith("extra == 'generator'") for need in extras), extras
+    reports = {need.partition("<")[0] for need in needs if "extra == 'conformance'" in need}
+    assert reports == {"jinja2", "junitparser"}
     assert metadata["License-File"] == "LICENSE"
     assert metadata["Requires-Python"] == ">=3.11"
 
@@ -193,6 +195,8 @@ print(json.dumps([inside, available_protocols(), repr(frame.message), len(events
         (["encode", "MOT_MOVE_ABSOLUTE", "--form", "data", "chan_ident=1", "absolute_distance=200000"], MOVE),
         (["testee"], '"protocols":["asi_ms2000","thorlabs_apt"]'),
         (["conformance", "examples"], " 0 failed, "),
+        (["conformance", "device", "--unit", "TDC001", "--list"], "identification/0x50"),
+        (["conformance", "rules", "--protocol", "asi_ms2000"], "position-reply"),
         (["virtual", "--list"], "TDC001"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
@@ -225,6 +229,41 @@ def test_a_missing_extra_is_named(unpacked: Path, words: tuple[object, ...], nam
     assert done.stderr == (
         f"stagewire: this command needs {name}; it comes with pip install 'stagewire[generator]'\n"
     )
+
+
+@pytest.mark.parametrize(("option", "name"), [("--html", "jinja2"), ("--junit", "junitparser")])
+def test_the_missing_extra_of_reports_is_named(
+    unpacked: Path, tmp_path: Path, option: str, name: str
+) -> None:
+    words = ("conformance", "device", "virtual://TDC001", "--unit", "TDC001")
+    done = python(unpacked, COMMAND, *words, option, tmp_path / "report", hidden=(name,))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        f"stagewire: {option} needs {name}; it comes with pip install 'stagewire[conformance]'\n"
+    )
+
+
+def test_a_run_of_the_suite_from_the_wheel_writes_every_report(
+    unpacked: Path, tmp_path: Path
+) -> None:
+    """The templates of the page come with it; what the generator needs is not needed."""
+    files = {name: tmp_path / f"report.{name}" for name in ("json", "junit", "html")}
+    options = [word for name, path in files.items() for word in (f"--{name}", path)]
+    words = (
+        "conformance",
+        "device",
+        "virtual://TDC001",
+        "--unit",
+        "TDC001",
+        "--only",
+        "identification",
+    )
+    hidden = ("yaml", "jsonschema", "jsonschema_rs", "ruamel")
+    done = python(unpacked, COMMAND, *words, *options, hidden=hidden)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(files["json"].read_bytes())["verdict"] == "PASSED"
+    assert files["html"].read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert b"<testsuites>" in files["junit"].read_bytes()
 
 
 def test_what_explains_an_error_is_named_where_it_is_missing(

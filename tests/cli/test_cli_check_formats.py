@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[2]
 GOOD = ROOT / "tests" / "generator" / "good_spec"
 SCHEMA = json.loads((ROOT / "spec/schema/diagnostics.schema.json").read_text(encoding="utf-8"))
 MACHINE = ("json", "github", "junit")
-FILES = 11  # of the good spec
+FILES = 12  # of the good spec
 SUMMARY = "tiny: ok; 12 messages, 13 layouts, 32 fields, 2 errata, 47 witness places, 1 examples\n"
 # What could end a line, a command, a property or a section, or steer a terminal.
 HOSTILE = "a\n::error file=x::b%0A,c]]>&<d>\"'\x1b[2J\u202e.yaml"

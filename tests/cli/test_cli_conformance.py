@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from stagewire.protocol import Protocol, available_protocols, load_protocol
-from stagewire_cli import conformance
+from stagewire_cli.conformance import examples
 from stagewire_conformance import Verdict
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def test_exit_code(
     def run(_: Protocol) -> list[Verdict]:
         return [verdict(outcome) for outcome in found]
 
-    monkeypatch.setattr(conformance, "run", run)
+    monkeypatch.setattr(examples, "run", run)
     result = stagewire("conformance", "examples")
     assert result.code == code
     assert "\x1b" not in result.out

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 GOOD = ROOT / "tests" / "generator" / "good_spec"
-KINDS = "captures errata examples messages overlay printed protocol quantities stages units"
+KINDS = "captures errata examples messages overlay printed protocol quantities rules stages units"
 
 
 @pytest.fixture
@@ -133,8 +133,8 @@ def test_schemas(stagewire: Stagewire, tmp_path: Path) -> None:
     assert written == {f"{kind}.schema.json" for kind in KINDS.split()}
     for name in written:
         assert (out / name).read_bytes() == (ROOT / "spec" / "schema" / name).read_bytes()
-    assert stagewire("schemas", out, "--check").out.endswith("10 schemas, all as they should be\n")
-    assert stagewire("schemas", out).out == f"{out}: 10 schemas, 0 files written\n"
+    assert stagewire("schemas", out, "--check").out.endswith("11 schemas, all as they should be\n")
+    assert stagewire("schemas", out).out == f"{out}: 11 schemas, 0 files written\n"
 
 
 def test_schemas_are_refreshed_and_nothing_else_is_touched(

@@ -27,6 +27,10 @@ NOT_RUN = {
     "pip install '.[generator]'": "needs the network",
     "pip install '.[numpy,parquet]'": "needs the network",
     "pip install '.[plot]'": "needs the network",
+    "pip install '.[conformance]'": "needs the network",
+    "stagewire conformance device socket://127.0.0.1:4001 --pics pics.toml --html report.html": (
+        "a minute; benchmarks/conformance_time.py has whole runs, and the lines below it parts of them"
+    ),
     "stagewire generate --spec-dir . --package acme_turntable --out build/acme": (
         "a spec of the reader's own; tests/walkthrough/test_your_own_protocol.py has one"
     ),

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import re
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,10 +14,16 @@ from typing import Any
 import jsonschema
 import pytest
 import yaml
+from shell import lines
 
 import stagewire_virtual as virtual
 from fenced import ROOT, blocks
 from stagewire.capture import read_capture
+from stagewire.protocol import load_protocol
+from stagewire_cli.main import main
+from stagewire_conformance.device.pics_file import parse_pics
+from stagewire_conformance.testee import Testee
+from stagewire_conformance.testees import plan, read_expected
 from stagewire_generator.codes import CODES
 from stagewire_virtual.serving.bench import load_bench
 
@@ -88,6 +97,43 @@ def message(text: str, folder: Path) -> None:
     assert CODES[told[2]].hint == told[3]
 
 
+def pics(text: str, folder: Path) -> None:
+    """What a vendor declares; everything in it is taken."""
+    found = parse_pics(text.encode())
+    assert found.unit == "TDC001"
+    assert found.timing.reply_p99_ms == 50
+    assert len(found.unsupported) == 2
+
+
+def talk(text: str, folder: Path) -> None:
+    """Requests, each with its answer; the words of a refusal are for people."""
+    said = [json.loads(line) for line in text.splitlines()]
+    for request, answer in zip(said[::2], said[1::2], strict=True):
+        came = Testee().answer(json.dumps(request).encode())
+        assert not {"detail"} & (came.keys() ^ answer.keys())
+        assert {**came, "detail": ""} == {**answer, "detail": ""}
+
+
+def expected(text: str, folder: Path) -> None:
+    """Failures of a codec, each of which is about a case."""
+    (folder / "expected.toml").write_text(text, encoding="utf-8")
+    read = read_expected(folder / "expected.toml")
+    assert len(read.failures) == text.count("[[expected]]") == 2
+    read.reasons(plan([load_protocol("thorlabs_apt")], seed=1))
+
+
+def failure(text: str, folder: Path) -> None:
+    """What the command above it prints."""
+    blocks_before = [b.text for b in blocks(ROOT / "docs/conformance.md") if "flip frame" in b.text]
+    [(command, status)] = lines(blocks_before[0])
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()):
+        assert main(shlex.split(command)[1:]) == status == 1
+    wanted = [line for line in text.splitlines() if line.strip() != LEFT_OUT]
+    assert len(wanted) == 4
+    assert [line for line in printed.getvalue().splitlines() if line in wanted] == wanted
+
+
 READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     (
         "docs/diagnostics.md",
@@ -98,6 +144,14 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
         "docs/editors.md",
         "# yaml-language-server: $schema=../../schema/messages.schema.json",
     ): first_line,
+    ("docs/codec-conformance.md", '{"id":1,"op":"hello"}'): talk,
+    ("docs/codec-conformance.md", "schema_version = 1"): expected,
+    ("docs/conformance.md", "schema_version = 1"): pics,
+    (
+        "docs/conformance.md",
+        "FAIL answers/0x50/MOT_REQ_VELPARAMS/1: MOT_REQ_VELPARAMS for channel 1 to 0x50 is answered by one "
+        "MOT_GET_VELPARAMS",
+    ): failure,
     ("docs/editors.md", '"yaml.schemaStore.enable": false,'): settings,
     ("docs/overlays.md", "overlay: later_issues"): schema("overlay"),
     ("docs/registry.md", "parameter_sets:"): schema("messages"),
@@ -105,6 +159,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/registry.md", "framing:"): schema("protocol"),
     ("docs/registry.md", "settings:"): schema("quantities"),
     ("docs/registry.md", "errata:"): schema("errata"),
+    ("docs/registry.md", "rules:"): schema("rules"),
     ("docs/virtual.md", "[[unit]]"): bench,
     ("docs/virtual.md", "to_controller flip byte p=0.001 seed=3"): faults,
     ("docs/virtual.md", "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001"): capture,

@@ -12,10 +12,19 @@ from typing import Any
 import pytest
 from ledger import BY_MACHINE, NOT_RUN, here
 from shell import Shell, lines
+from test_pages_data import block_of
 
 from fenced import ROOT, Block
 
-PARTS = ("spec", "conformance/examples", "conformance/captures", "generated", "examples/python")
+PARTS = (
+    "spec",
+    "conformance/examples",
+    "conformance/captures",
+    "generated",
+    "examples/python",
+    "examples/javascript",
+)
+EXPECTED = ("docs/codec-conformance.md", "schema_version = 1")
 STATUS = b"\x91\x04\x0e\x00\x81\x50" + bytes(14)
 GIT = [
     "git", "-c", "user.name=Reader", "-c", "user.email=reader@example.org",
@@ -30,6 +39,7 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for part in PARTS:
         shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
     (folder / "capture.bin").write_bytes(STATUS)
+    (folder / "expected.toml").write_text(block_of(*EXPECTED), encoding="utf-8")
     for words in (
         ["init", "--quiet"],
         ["add", "."],

@@ -1,4 +1,4 @@
-"""``stagewire conformance``: whether an implementation does what the documents say."""
+"""``stagewire conformance examples``: whether the Python codec does what the documents print."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stagewire_conformance.coverage import coverage
 from stagewire_conformance.examples import run
 from stagewire_conformance.verdict import FAILED, NOTED, PASSED, Verdict
 
-__all__ = ["EXAMPLE", "app", "examples"]
+__all__ = ["EXAMPLE", "examples"]
 
 EXAMPLE = """\b
 Examples:
@@ -28,17 +28,7 @@ Examples:
 
 _ROOM_FOR_DETAIL = 150
 
-app = typer.Typer(
-    help="Check codecs against the documents.", no_args_is_help=True, rich_markup_mode=None
-)
 
-
-@app.callback(epilog=EXAMPLE)
-def _group() -> None:
-    """Check codecs against the documents."""
-
-
-@app.command("examples", epilog=EXAMPLE)
 def examples(
     protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
     with_coverage: Annotated[

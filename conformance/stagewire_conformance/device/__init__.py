@@ -1,0 +1,37 @@
+"""The suite for controllers on a wire: whether one does what the document of its protocol says.
+
+::
+
+    declared = declare("TDC001")                       # or of a PICS: what is claimed, place by place
+    allowed = Permissions(motion=Range.parse("0..5mm"))
+    checks = plan(declared, allowed, only=["answers"])
+    report = run(link, checks, declared, allowed, seed=1)
+
+A **check** looks at one thing that a controller has to do. It is a function that gets a :class:`.Trial`,
+and a :class:`.Check` that says of it what it covers, what it needs and what it does. Checks are made, for
+whatever is declared, by a **kind** (:class:`.Kind`): one module below ``checks/`` each, one row of the report
+and the rules of the document that it holds a controller to. ``docs/conformance-checks.md`` shows how one is
+written.
+
+What a check can rely on:
+
+- **Nothing is sent that was not allowed.** The line refuses it by the message's effect in the registry
+  (:mod:`.guard`, :mod:`.command_guard`), whatever a check tries.
+- **Whatever ends it, what moves is stopped first**, and then what it noted by :meth:`.Trial.undo` is put back
+  (:mod:`.run`, :mod:`.restoring`): at its end, on an error in it, on Ctrl-C and SIGTERM.
+- **Time is that of the line.** Nothing sleeps; waiting is listening. So a run in memory takes no time, and is
+  the same every time.
+- **It begins in quiet.** What came behind the check before it was read away, and is noted there.
+- **Chance is seeded** by the run and the id of the check, so that ``--only`` repeats it byte for byte.
+
+==============================  =========================================================================
+what                            where
+==============================  =========================================================================
+declared of a controller        :mod:`.pics` (data), :mod:`.pics_file` (reading), :mod:`.asking` (a first
+                                one), :mod:`.declared`, :mod:`.places`
+may be done to it               :mod:`.permissions`
+the line to it                  :mod:`.line`; :mod:`.apt_line` (frames), :mod:`.command_line` (commands)
+checks, and their run           :mod:`.planning`, :mod:`.run`, :mod:`.trial`
+was found                       :mod:`.report`, :mod:`.results`
+==============================  =========================================================================
+"""

@@ -1,0 +1,22 @@
+"""The checks of the suite, by protocol; each kind is a module of its own."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Final
+
+from stagewire.protocol import Protocol
+from stagewire_conformance.device.check import Kind
+
+__all__ = ["kinds_of"]
+
+_PACKAGES: Final = {"thorlabs_apt": "apt", "asi_ms2000": "ms2000"}
+
+
+def kinds_of(protocol: Protocol) -> tuple[Kind, ...]:
+    """Return the kinds of checks of a protocol, in the order in which they run; of others none."""
+    package = _PACKAGES.get(protocol.name)
+    if package is None:
+        return ()
+    kinds: tuple[Kind, ...] = import_module(f"{__name__}.{package}").KINDS
+    return kinds

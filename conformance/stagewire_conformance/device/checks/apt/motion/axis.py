@@ -1,0 +1,264 @@
+"""A motor channel during a check: where it is, where it may go, and how it is kept there.
+
+Nothing moves before the position has been read and lies within what was allowed, and no target or stopping
+place lies outside. At the end of the check the motor goes back to where it was, and is disabled again if it
+was.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from stagewire_apt import flags
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import EnableState, StopMode
+from stagewire_conformance.device.checks.apt.enabling import switch
+from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
+from stagewire_conformance.device.checks.apt.motion.parameters import change
+from stagewire_conformance.device.trial import EnoughError
+
+if TYPE_CHECKING:
+    from stagewire import FramedMessage
+    from stagewire_conformance.device.declared import Place
+    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["HELD", "JITTER", "POLL", "Axis", "Status"]
+
+POLL: Final = 0.05
+"""Seconds between two looks at a motor in motion."""
+
+_STILL: Final = 0.3
+"""Seconds without motion after which a motor stands."""
+
+_LEAVING: Final = 10.0
+"""Seconds in which a stop has to have happened."""
+
+_SHORTEST: Final = 16
+"""Counts of the shortest move that shows anything."""
+JITTER: Final = 4
+"""Counts by which a servo at rest is seen to move."""
+HELD: Final = 64
+"""Counts within which a servo holds its stage."""
+
+_BITS: Final = {"dc": flags.DcStatusBits, "stepper": flags.StepperStatusBits}
+
+
+@dataclass(frozen=True)
+class Status:
+    """What a status message said.
+
+    :param time: when it came.
+    :param bits: with a name for each.
+    :param velocity: as it is told; None: it is not.
+    """
+
+    time: float
+    position: int
+    bits: Any
+    velocity: int | None
+    heard: Heard
+
+    @property
+    def directions(self) -> tuple[bool, bool]:
+        """Whether it says that the motor moves or jogs forward, and in reverse."""
+        bits = self.bits
+        return (
+            bits.moving_forward or bits.jogging_forward,
+            bits.moving_reverse or bits.jogging_reverse,
+        )
+
+    @property
+    def moving(self) -> bool:
+        """Whether it says that the motor is in motion."""
+        return any(self.directions) or self.bits.homing
+
+
+class Axis:
+    """A motor channel.
+
+    :param trial: of the check.
+    :param place: where it is.
+    :param channel: its number.
+    """
+
+    def __init__(self, trial: Trial, place: Place, channel: int) -> None:
+        self.trial = trial
+        self.place = place
+        self.channel = channel
+        self.text = f"{place.name} channel {channel}"
+        assert trial.allowed.motion is not None  # who moves needs it
+        self.low, self.high = trial.declared.reach(place, channel, trial.allowed.motion)
+        query = place.unit.status_query
+        assert query is not None
+        assert query.req is not None  # whoever has a motor has a status that can be asked for
+        self._request = trial.declared.make(query.req.layout.message, channel)
+        self.start = 0
+        """Where it goes back to at the end."""
+        self.backlash = 0
+        self.pace = Pace(1.0, 1.0, known=False)
+
+    def inside(self) -> Status:
+        """Return the status of a motor at rest within the range; the check ends for any other."""
+        status = self.status()
+        self.start = status.position
+        self.trial.need(
+            self.low <= self.start <= self.high,
+            f"{self.text} is at {self.start} counts, outside of what was allowed ({self.low}..{self.high} "
+            f"counts), so nothing was moved; bring it there, or allow a range that includes its position",
+        )
+        self.trial.need(
+            not status.moving,
+            f"{self.text} says that it is moving before it was told to: {status.heard.text}",
+            came=status.heard.raw,
+        )
+        return status
+
+    def begin(self) -> None:
+        """Make ready for moving; the check ends where that may not be.
+
+        End messages are let through, which is the default (page 83); who suspended them cannot be told.
+        """
+        status = self.inside()
+        self.send_if_claimed(m.MotResumeEndOfMoveMsgs())
+        switch(self.trial, self.place, self.channel, EnableState.ENABLE)
+        self.pace = pace_of(self.trial, self.place, self.channel)
+        if status.bits.homed and "MOT_REQ_PMDSTAGEAXISPARAMS" in self.place.messages:
+            told = self.ask(m.MotReqPmdStageAxisParams(self.channel)).message  # page 76
+            self.low = min(max(self.low, told.min_pos), self.start)
+            self.high = max(min(self.high, told.max_pos), self.start)
+        if "MOT_REQ_GENMOVEPARAMS" in self.place.messages:
+            reply = self.ask(m.MotReqGenMoveParams(self.channel))
+            self.backlash = reply.message.backlash_distance
+            if not self.can_return_to(self.start):
+                self._do_without_backlash()
+
+    def can_return_to(self, position: int) -> bool:
+        """Return whether a move to a position keeps within the range, from wherever it comes.
+
+        Against the backlash a motor goes beyond its target, and comes back (page 34).
+        """
+        return self.low <= min(position, position - self.backlash) and (
+            max(position, position - self.backlash) <= self.high
+        )
+
+    def _do_without_backlash(self) -> None:
+        """Switch the correction of the backlash off until the end of the check, or end it."""
+        setting = "MOT_SET_GENMOVEPARAMS"
+        if not self.trial.allowed.settings or setting not in self.place.messages:
+            self.trial.inconclusive(
+                f"{self.text} is at {self.start} counts, where it would leave {self.low}..{self.high} for "
+                f"its backlash of {self.backlash} counts; allow a wider range, or settings, so that it can "
+                "be switched off"
+            )
+            raise EnoughError
+        change(self, setting, backlash_distance=0)
+        self.backlash = 0
+
+    # Asking and telling
+
+    def send(self, message: FramedMessage) -> None:
+        """Send a message to the place."""
+        self.trial.line.send(message, self.place.address)
+
+    def send_if_claimed(self, message: FramedMessage) -> None:
+        """Send a message if the place claims to take it."""
+        if message.layout.message in self.place.messages:
+            self.send(message)
+
+    def ask(self, request: FramedMessage) -> Heard:
+        """Ask the place; the check ends where nothing answers."""
+        return self.trial.reply(request, self.place.address)
+
+    def status(self) -> Status:
+        """Ask for the status; the check ends where nothing answers."""
+        return self.status_of(self.ask(self._request))
+
+    def status_of(self, heard: Heard) -> Status:
+        """Return what a message with a status says."""
+        message = heard.message
+        bits = _BITS[self.place.status or ""](message.status_bits)
+        velocity: int | None = getattr(message, "velocity", None)
+        return Status(heard.time, message.position, bits, velocity, heard)
+
+    # Where it may go
+
+    def room(self, position: int, direction: int, *, margin: int | None = None) -> int:
+        """Return how many counts it may go in a direction (1 forward, -1 reverse) from a position.
+
+        Against the backlash it goes beyond the target and comes back (page 34), so that much is kept free,
+        and a margin on top of it.
+        """
+        margin = (self.high - self.low) // 50 if margin is None else margin
+        beyond = margin + (abs(self.backlash) if direction * self.backlash < 0 else 0)
+        end = self.high if direction > 0 else self.low
+        return max(0, (end - position) * direction - beyond)
+
+    def wider(self, position: int) -> int:
+        """Return the direction in which there is more room."""
+        return 1 if self.room(position, 1) >= self.room(position, -1) else -1
+
+    def distance(self, position: int, seconds: float, pace: Pace | None = None) -> int:
+        """Return a distance, with its direction, that takes about so many seconds.
+
+        Without room for one the check is INFO, and ends.
+        """
+        direction = self.wider(position)
+        room = self.room(position, direction)
+        pace = pace or self.pace
+        wanted = pace.distance(seconds)
+        if room < _SHORTEST:
+            self.trial.inconclusive(
+                f"{self.text} is at {position} counts, and has no more than {room} counts to go to in "
+                f"{self.low}..{self.high} (the backlash is {self.backlash} counts); allow a wider range"
+            )
+            raise EnoughError
+        if not pace.known:  # a share of the range, so that something is to be seen
+            wanted = max(wanted, (self.high - self.low) // 200)
+        return direction * max(_SHORTEST, min(wanted, room))
+
+    # Standing
+
+    def standing(self, wait: float = _LEAVING) -> Status:
+        """Wait until it stands, and return its status; what comes meanwhile stays to be heard."""
+        end = self.trial.line.now + wait
+        last = self.status()
+        since = last.time
+        while self.trial.line.now < end:
+            self._pause(POLL)
+            now = self.status()
+            if abs(now.position - last.position) > JITTER or now.moving:
+                since = now.time
+            last = now
+            if now.time - since >= _STILL:
+                break
+        return last
+
+    def _pause(self, seconds: float) -> None:
+        line = self.trial.line
+        kept = line.listen(seconds)
+        line.heard[:0] = kept
+
+    def halt(self) -> Status:
+        """Stop it now, whatever it does, and wait until it stands."""
+        self.send(m.MotMoveStop(self.channel, StopMode.IMMEDIATE))
+        return self.standing()
+
+    def call_back(self) -> Status:
+        """Stop it where it must not be; one that does not heed that is told to go back to where it began."""
+        self.send(m.MotMoveStop(self.channel, StopMode.IMMEDIATE))
+        first = self.status()
+        self._pause(2 * POLL)
+        second = self.status()
+        if abs(second.position - first.position) > JITTER:
+            self.send(m.MotMoveAbsolute(self.channel, self.start))
+        return self.standing()
+
+    def tolerance(self, distance: int) -> int:
+        """Return by how many counts it may miss the target of a move over some distance.
+
+        The document gives no figure: half a percent, or what a servo holds; never more than a quarter of the
+        way.
+        """
+        return max(JITTER, min(max(HELD, abs(distance) // 200), abs(distance) // 4))

@@ -1,0 +1,76 @@
+"""``move-jog``: one jog is one step of the size that is set, forward and in reverse (pages 32 and 47)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import JogMode, MoveDirection
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.motion.axis import Axis
+from stagewire_conformance.device.checks.apt.motion.making import motor_checks
+from stagewire_conformance.device.checks.apt.motion.moving import COMPLETED, Move, move
+from stagewire_conformance.device.checks.apt.motion.pace import Pace, jog_pace_of
+from stagewire_conformance.device.checks.apt.motion.parameters import change
+from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["KIND"]
+
+_SECONDS: Final = 0.3
+"""About how long a step takes."""
+_LESS: Final = 0.75
+"""The steps of each motor are smaller than those of the one before it."""
+
+
+def _run(axes: Sequence[Axis]) -> None:
+    steps: dict[Axis, tuple[int, Pace]] = {}
+    for index, axis in enumerate(axes):
+        told = axis.ask(m.MotReqJogParams(axis.channel)).message
+        pace = jog_pace_of(axis.place, axis.channel, told)
+        step = axis.distance(axis.start, _SECONDS * _LESS**index, pace)
+        steps[axis] = step, pace
+        mode = int(JogMode.SINGLE_STEP)
+        change(axis, "MOT_SET_JOGPARAMS", jog_mode=mode, jog_step_size=abs(step))
+    if move([_jog(axis, step, pace) for axis, (step, pace) in steps.items()]):
+        move([_jog(axis, -step, pace) for axis, (step, pace) in steps.items()])
+
+
+def _jog(axis: Axis, step: int, pace: Pace) -> Move:
+    way = MoveDirection.FORWARD if step > 0 else MoveDirection.REVERSE
+    told = f"MOT_MOVE_JOG {way.name.lower()} by a step of {abs(step)}"
+    target = axis.status().position + step
+    return Move(axis, m.MotMoveJog(axis.channel, way), target, told, jog=pace)
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return motor_checks(
+        declared,
+        allowed,
+        "move-jog",
+        title="MOT_MOVE_JOG moves {} by one step, and the end is told once",
+        messages=("MOT_MOVE_JOG", "MOT_SET_JOGPARAMS", "MOT_REQ_JOGPARAMS", COMPLETED),
+        run=_run,
+        does="sets single steps of a small size with MOT_SET_JOGPARAMS, jogs all motors at once forward and "
+        "in reverse within {}, and puts the parameters back",
+        settings=True,
+    )
+
+
+KIND = Kind(
+    name="move-jog",
+    title="A jog is one step in the direction that is named, and its end is told once",
+    rules=(
+        "jog-move",
+        "jog-direction-values",
+        "jog-move-completed",
+        "jog-single-step",
+        "move-completed-status",
+        *MOTION_BITS,
+    ),
+    make=_make,
+)

@@ -1,0 +1,203 @@
+"""``limits``: a motor that runs into a limit switch stops there, tells its end and which switch it is.
+
+It goes to the nearer end of its travel that lies within the range, slowly for the last part. The PICS has to
+declare the travel and that there are switches; the motor has to be homed, or its positions say nothing of
+where the ends are. Brushless controllers have no parameters of limit switches (page 39), and are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import HardLimit, MoveDirection, StopMode
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.motion.axis import Axis, Status
+from stagewire_conformance.device.checks.apt.motion.judging import judge_end, judge_rest
+from stagewire_conformance.device.checks.apt.motion.making import motor_checks
+from stagewire_conformance.device.checks.apt.motion.moving import COMPLETED, absolute, move
+from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
+from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place, Travel
+    from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["KIND"]
+
+_PARAMETERS: Final = "MOT_SET_LIMSWITCHPARAMS"
+_APPROACH: Final = 0.3
+"""Seconds that the last part takes, about."""
+_BEYOND: Final = 100
+"""A switch may lie beyond the declared end by this part of the travel."""
+_SWITCHES: Final = (HardLimit.MAKES, HardLimit.BREAKS)
+"""What a switch has to be set to so that it stops any motion (page 39)."""
+_VALUE: Final = 0x7F
+"""Without the bit that swaps the switches."""
+
+
+@dataclass(frozen=True)
+class _End:
+    """The end of the travel that a motor runs to.
+
+    :param way: 1 forward, -1 reverse.
+    :param place: in counts.
+    :param beyond: counts by which the switch may lie beyond it.
+    """
+
+    axis: Axis
+    way: int
+    place: int
+    beyond: int
+
+    @property
+    def direction(self) -> MoveDirection:
+        """The way by its name."""
+        return MoveDirection.FORWARD if self.way > 0 else MoveDirection.REVERSE
+
+    @property
+    def told(self) -> str:
+        """What is sent, for sentences."""
+        return f"MOT_MOVE_VELOCITY {self.direction.name.lower()} to the end of the travel at {self.place}"
+
+    @property
+    def last(self) -> int:
+        """Counts of the last part, which is gone slowly."""
+        backlash = abs(self.axis.backlash) + 1
+        return max(1, backlash, self.axis.pace.distance(_APPROACH))
+
+    def passed(self, status: Status, times: int = 1) -> bool:
+        """Return whether a motor has gone further beyond the end than a switch may lie."""
+        return (status.position - self.place) * self.way > times * self.beyond
+
+
+def _ways(declared: Declared, allowed: Permissions, place: Place, channel: int) -> list[int]:
+    """Return the directions in which an end of the travel lies within the range."""
+    travel = place.travel_of(channel)
+    if travel is None or allowed.motion is None:
+        return []
+    low, high = declared.reach(place, channel, allowed.motion)
+    return [way for way, lies in ((-1, low == travel.low), (1, high == travel.high)) if lies]
+
+
+def _run(axes: Sequence[Axis]) -> None:
+    ends = {axis: end for axis in axes if (end := _end_of(axis)) is not None}
+    far = [
+        absolute(axis, end.place - end.way * end.last)
+        for axis, end in ends.items()
+        if abs(axis.start - end.place) > end.last
+    ]
+    if not ends or (far and not move(far)):
+        return
+
+    def passed(axis: Axis, status: Status) -> bool:
+        return ends[axis].passed(status)
+
+    limits = {}
+    for axis, end in ends.items():
+        velocity = slow_down(axis, 4 * end.last)
+        limits[axis] = 2 * (end.last + end.beyond) / velocity + 5
+    for axis, end in ends.items():
+        axis.send(m.MotMoveVelocity(axis.channel, end.direction))
+
+    def strays(axis: Axis, status: Status) -> bool:
+        return ends[axis].passed(status, times=3)
+
+    seen = watch(list(ends), limits, stop=passed, mode=StopMode.IMMEDIATE, strays=strays)
+    for axis, end in ends.items():
+        _judge(axis, end, seen[axis])
+
+
+def _end_of(axis: Axis) -> _End | None:
+    """Return the end that a motor runs to; None: there is none that it may run to."""
+    trial, place = axis.trial, axis.place
+    travel: Travel | None = place.travel_of(axis.channel)
+    assert travel is not None  # else it is not run
+    if not axis.status().bits.homed:
+        trial.inconclusive(f"{axis.text} is not homed, so nobody knows where its ends are")
+        return None
+    told = axis.ask(m.MotReqLimSwitchParams(axis.channel)).message
+    switches = {1: told.cw_hard_limit, -1: told.ccw_hard_limit}
+    ways = [
+        way
+        for way in _ways(trial.declared, trial.allowed, place, axis.channel)
+        if switches[way] & _VALUE in _SWITCHES
+    ]
+    if not ways:
+        trial.inconclusive(f"{axis.text}: no limit switch in reach is set to stop a motion")
+        return None
+    places = {1: travel.high, -1: travel.low}
+    way = min(ways, key=lambda each: abs(places[each] - axis.start))
+    return _End(axis, way, places[way], max(1, (travel.high - travel.low) // _BEYOND))
+
+
+def _judge(axis: Axis, end: _End, seen: Watched) -> None:
+    if beyond := seen.strayed or seen.stopped:
+        axis.trial.must(
+            False,
+            f"{axis.text}: after {end.told} it ran on to {beyond.position} and was stopped; its limit "
+            "switch should have stopped it",
+            came=beyond.heard.raw,
+        )
+        return
+    if judge_end(axis, end.told, seen, COMPLETED) is None:
+        return
+    status = judge_rest(axis, end.told)
+    axis.trial.must(
+        abs(status.position - end.place) <= end.beyond,
+        f"{axis.text}: after {end.told} it is at {status.position}, where no limit is",
+        came=status.heard.raw,
+    )
+    name = end.direction.name.lower()
+    bits = status.bits
+    hard = getattr(bits, f"{name}_hardware_limit")
+    axis.trial.must(
+        hard or getattr(bits, f"{name}_software_limit", False),
+        f"{axis.text}: after {end.told} it is at {status.position}, and {status.heard.name} does not "
+        "say that "
+        f"its {name} limit switch is active",
+        came=status.heard.raw,
+    )
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    def lacks(place: Place, channel: int) -> str:
+        what = f"channel {channel} of {place.name}"
+        travel = place.travel_of(channel)
+        if not place.connected_to(channel).limit_switches:
+            return f"the PICS says that {what} has no limit switches"
+        if travel is None:
+            return f"the PICS declares no travel of {what}, so nobody knows where its ends are"
+        if allowed.motion and not _ways(declared, allowed, place, channel):
+            return f"no end of the travel of {what} ({travel} counts) lies within {allowed.motion}"
+        return ""
+
+    return motor_checks(
+        declared,
+        allowed,
+        "limits",
+        title="A limit switch of {} stops a motion and is told",
+        messages=("MOT_MOVE_VELOCITY", "MOT_REQ_LIMSWITCHPARAMS", COMPLETED, "MOT_SET_VELPARAMS"),
+        run=_run,
+        does="runs all motors at once slowly into the limit switch at an end of the travel that lies within "
+        "{}, and goes back",
+        settings=True,
+        seconds=8.0,
+        lacks=lacks,
+        only=_PARAMETERS,
+    )
+
+
+KIND = Kind(
+    name="limits",
+    title="A limit switch stops a motion, and is told",
+    rules=(
+        "velocity-move-until-limit",
+        "velocity-move-completed",
+        "status-bits-limits",
+        "dc-status-bits-limits",
+    ),
+    make=_make,
+)

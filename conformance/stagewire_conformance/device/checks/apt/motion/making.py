@@ -1,0 +1,150 @@
+"""Checks of motors: one for all of a kind, which move at once, where what is allowed and claimed suffices.
+
+A controller with several bays, or channels, has to keep them apart all the time; so all its motors move at
+once, each to a place of its own. Those that are declared alike make one check.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from stagewire_conformance.device.check import Check, Need
+from stagewire_conformance.device.checks.apt.motion.axis import Axis
+from stagewire_conformance.device.checks.apt.motion.moving import returning
+from stagewire_conformance.device.permissions import RangeError
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["Motor", "Moving", "lacks_range", "motor_checks", "motors"]
+
+Motor = tuple["Place", int]
+"""A channel of a place."""
+
+Moving = Callable[[Sequence[Axis]], None]
+"""Looks at motors that are ready to move."""
+
+_MOTOR: Final = "MOT_MOVE_HOME"
+"""A unit that has it in its list moves something: a solenoid driver has other messages of motors."""
+
+
+def motors(declared: Declared) -> Iterator[Motor]:
+    """Give the channels that move something."""
+    for place in declared.places:
+        if _MOTOR in place.listed:
+            for channel in place.channels:
+                yield place, channel
+
+
+def lacks_range(declared: Declared, allowed: Permissions, motor: Motor) -> str:
+    """Return why the range that is allowed says nothing of a motor; empty where it does."""
+    if allowed.motion is None:
+        return ""
+    try:
+        declared.reach(*motor, allowed.motion)
+    except RangeError as error:
+        return str(error)
+    return ""
+
+
+def motor_checks(
+    declared: Declared,
+    allowed: Permissions,
+    kind: str,
+    *,
+    title: str,
+    messages: tuple[str, ...],
+    run: Moving,
+    does: str,
+    settings: bool = False,
+    seconds: float = 1.5,
+    lacks: Callable[[Place, int], str] = lambda place, channel: "",
+    name: str = "",
+    at_least: int = 1,
+    also: tuple[str, ...] = (),
+    only: str = _MOTOR,
+) -> Iterator[Check]:
+    """Make a check for all motors that are declared alike.
+
+    :param title: with ``{}`` for the motors.
+    :param run: what is done with them.
+    :param does: with ``{}`` for the range.
+    :param settings: whether it changes settings, too.
+    :param lacks: says what else is missing of what was allowed.
+    :param name: of the check within its kind, if the kind has several.
+    :param at_least: how many motors it takes.
+    :param also: messages that it uses where they are claimed; those of the status are always among them.
+    :param only: a message that units with such motors have in their lists.
+    """
+    needs = {Need.MOTION} | ({Need.SETTINGS} if settings else set())
+    for group in _alike(declared):
+        place, channel = group[0]
+        if len(group) < at_least or only not in place.listed:
+            continue
+        yield Check(
+            id="/".join(filter(None, (kind, _name(group), name))),
+            title=title.format(
+                " and ".join(f"channel {each[1]} of {each[0].name}" for each in group)
+            ),
+            messages=(*messages, *_used(declared, place, also)),
+            run=partial(_run, group=group, moving=run),
+            needs=frozenset(needs),
+            does=does.format(allowed.motion or "the range that is allowed"),
+            seconds=seconds,
+            skip=_skip(place, messages),
+            lacks=lacks_range(declared, allowed, group[0]) or lacks(place, channel),
+        )
+
+
+def _used(declared: Declared, place: Place, also: tuple[str, ...]) -> list[str]:
+    """Return what else is used of what a place claims: the status, and what is named."""
+    query = place.unit.status_query
+    names = [query.req.layout.message] if query and query.req else []
+    for name in list(names):
+        names += declared.registry.messages[name]["exchange"]["answered_by"]
+    return [name for name in (*names, *also) if name in place.messages]
+
+
+def _alike(declared: Declared) -> list[list[Motor]]:
+    """Return the motors in groups of those of which the same is declared."""
+    groups: dict[tuple[object, ...], list[Motor]] = {}
+    for place, channel in motors(declared):
+        connected = place.connected_to(channel)
+        key = (
+            frozenset(place.messages),
+            connected.position_scale,
+            connected.travel,
+            connected.homes,
+            connected.limit_switches,
+        )
+        groups.setdefault(key, []).append((place, channel))
+    return list(groups.values())
+
+
+def _name(group: Sequence[Motor]) -> str:
+    """Return what names the motors in an id: ``0x21/1+0x22/1``."""
+    return "+".join(f"{place.name}/{channel}" for place, channel in group)
+
+
+def _skip(place: Place, messages: tuple[str, ...]) -> str:
+    """Return why a motor cannot be looked at, which only the PICS can say; empty where it can.
+
+    Whoever moves something has to be told of it and must be able to stop it.
+    """
+    query = place.unit.status_query
+    asked = (query.req.layout.message,) if query and query.req else ()
+    return next(filter(None, map(place.why_not, (*messages, *asked, "MOT_MOVE_STOP"))), "")
+
+
+def _run(trial: Trial, group: Sequence[Motor], moving: Moving) -> None:
+    axes = [Axis(trial, place, channel) for place, channel in group]
+    for axis in axes:
+        axis.inside()
+    for axis in axes:
+        axis.begin()
+    returning(axes)
+    moving(axes)

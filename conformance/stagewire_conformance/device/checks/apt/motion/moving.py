@@ -1,0 +1,128 @@
+"""Moves: told, watched to their ends, and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from stagewire.errors import StagewireError
+from stagewire_apt import messages as m
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.judging import (
+    judge_course,
+    judge_end,
+    judge_place,
+    judge_rest,
+)
+from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
+
+if TYPE_CHECKING:
+    from stagewire import FramedMessage
+    from stagewire_conformance.device.checks.apt.motion.pace import Pace
+
+__all__ = ["COMPLETED", "Move", "absolute", "distances", "go_back", "move", "returning"]
+
+COMPLETED: Final = "MOT_MOVE_COMPLETED"
+
+_LESS: Final = 0.75
+"""Each motor goes less far than the one before it, so that none can be taken for another."""
+
+
+@dataclass(frozen=True)
+class Move:
+    """A move of one motor.
+
+    :param message: what is sent.
+    :param target: where it brings the motor, in counts.
+    :param told: what is sent, for sentences.
+    :param jog: the pace of a jog; None: it is a move.
+    """
+
+    axis: Axis
+    message: FramedMessage
+    target: int
+    told: str
+    jog: Pace | None = None
+
+
+def absolute(axis: Axis, target: int, about: str = "") -> Move:
+    """Return the move to a position."""
+    return Move(
+        axis,
+        m.MotMoveAbsolute(axis.channel, target),
+        target,
+        f"MOT_MOVE_ABSOLUTE to {target}{about}",
+    )
+
+
+def distances(axes: Sequence[Axis], seconds: float) -> dict[Axis, int]:
+    """Return how far motors are to go from where they are: some time's way, and none like another."""
+    return {
+        axis: axis.distance(axis.start, seconds * _LESS**index) for index, axis in enumerate(axes)
+    }
+
+
+def move(moves: Sequence[Move]) -> bool:
+    """Send messages that move motors, all at once, and judge what comes; return whether all got there.
+
+    A target that is outside of the range, because the motor is not where it should be, is left out.
+    """
+    moves = [each for each in moves if each.axis.low <= each.target <= each.axis.high]
+    if not moves:
+        return False
+    starts = {each.axis: each.axis.status().position for each in moves}
+    for each in moves:
+        each.axis.send(each.message)
+    limits = {
+        each.axis: (each.jog or each.axis.pace).limit(each.target - starts[each.axis])
+        for each in moves
+    }
+    seen = watch([each.axis for each in moves], limits)
+    arrived = [_judge(each, starts[each.axis], seen[each.axis]) for each in moves]
+    return all(arrived)
+
+
+def _judge(one: Move, start: int, seen: Watched) -> bool:
+    axis = one.axis
+    judge_course(axis, one.told, seen.statuses, start, one.target, jogging=one.jog is not None)
+    end = judge_end(axis, one.told, seen, COMPLETED)
+    if end is None:
+        return False
+    return judge_place(axis, one.told, judge_rest(axis, one.told, end), start, one.target)
+
+
+def returning(axes: Sequence[Axis]) -> None:
+    """See to it that motors go back, all at once, at the end of the check."""
+    where = " and ".join(axis.text for axis in axes)
+    axes[0].trial.undo(f"position of {where}", lambda: go_back(axes), moves=True)
+
+
+def go_back(axes: Sequence[Axis]) -> None:
+    """Move those that are elsewhere to where they were at the beginning.
+
+    Raises :class:`~stagewire.errors.StagewireError` for one that does not get there; it is stopped.
+    """
+    away = {}
+    for axis in axes:
+        status = axis.status()
+        if status.moving:
+            status = axis.halt()
+        if abs(status.position - axis.start) > JITTER:
+            away[axis] = axis.start - status.position
+    if not away:
+        return
+
+    def goes_away(axis: Axis, status: Status) -> bool:
+        distance = abs(away[axis]) + abs(axis.backlash)
+        return abs(status.position - axis.start) > distance + HELD
+
+    for axis in away:
+        axis.send(m.MotMoveAbsolute(axis.channel, axis.start))
+    limits = {axis: axis.pace.limit(distance) for axis, distance in away.items()}
+    watch(list(away), limits, strays=goes_away)
+    for axis, distance in away.items():
+        status = axis.status()
+        if status.moving or abs(status.position - axis.start) > axis.tolerance(distance):
+            status = axis.halt()
+            raise StagewireError(f"{axis.text} is at {status.position}; move it to {axis.start}")

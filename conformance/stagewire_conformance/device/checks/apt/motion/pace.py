@@ -1,0 +1,95 @@
+"""How fast a motor moves, in counts: from what the controller says of its velocity and acceleration."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Final
+
+from stagewire.errors import UnknownScaleError
+from stagewire_apt import messages as m
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Place
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["Pace", "jog_pace_of", "pace_of", "status_velocity"]
+
+_PATIENCE: Final = 5.0
+"""Seconds that a move may take beyond twice of what it should."""
+_UNKNOWN: Final = 60.0
+"""Seconds that a move may take where nobody knows how long it should."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """A velocity in counts/s and an acceleration in counts/s².
+
+    :param known: whether there are scales for both. Else the raw values stand for them, as page 30 has it;
+        controllers are known that multiply them, so that a motor is slower then, and none where it is faster.
+    """
+
+    velocity: float
+    acceleration: float
+    known: bool
+
+    def distance(self, seconds: float) -> int:
+        """Return how far a move from rest to rest goes in some time."""
+        ramp = self.velocity / self.acceleration
+        if seconds >= 2 * ramp:
+            return int(self.velocity * (seconds - ramp))
+        return int(self.acceleration * seconds * seconds / 4)
+
+    def seconds(self, distance: int) -> float:
+        """Return how long a move from rest to rest over a distance takes."""
+        ramp = self.velocity / self.acceleration
+        if abs(distance) >= self.velocity * ramp:
+            return abs(distance) / self.velocity + ramp
+        return 2 * math.sqrt(abs(distance) / self.acceleration)
+
+    def limit(self, distance: int) -> float:
+        """Return after how many seconds a move over a distance is given up."""
+        return 2 * self.seconds(distance) + _PATIENCE if self.known else _UNKNOWN
+
+
+def pace_of(trial: Trial, place: Place, channel: int) -> Pace:
+    """Return the pace of moves (page 30); where it is not told, one that makes them short."""
+    if "MOT_REQ_VELPARAMS" not in place.messages:
+        return Pace(1000.0, 1000.0, known=False)
+    told = trial.reply(m.MotReqVelParams(channel), place.address).message
+    return _pace(place, channel, told.max_velocity, told.acceleration)
+
+
+def jog_pace_of(place: Place, channel: int, told: m.MotGetJogParams) -> Pace:
+    """Return the pace of jogs (page 32)."""
+    return _pace(place, channel, told.jog_max_velocity, told.jog_acceleration)
+
+
+def status_velocity(place: Place, channel: int) -> float | None:
+    """Return how many counts/s one of velocity is in a status (page 79); None: nobody knows."""
+    ratio = _ratio(place, channel, "status_velocity")
+    return None if ratio is None else float(ratio)
+
+
+def _pace(place: Place, channel: int, velocity: int, acceleration: int) -> Pace:
+    speed = _ratio(place, channel, "velocity")
+    gain = _ratio(place, channel, "acceleration")
+    return Pace(
+        velocity=max(1.0, velocity * float(speed or 1)),
+        acceleration=max(1.0, acceleration * float(gain or 1)),
+        known=speed is not None and gain is not None,
+    )
+
+
+def _ratio(place: Place, channel: int, quantity: str) -> Fraction | None:
+    """Return how many counts (of position, per second) one on the wire is; None: nobody knows."""
+    position = place.position_scale(channel)
+    scales = place.connected_to(channel).scales
+    if position is None or quantity not in scales.rules:
+        return None
+    try:
+        scale = scales.of(quantity, scales.unit_of(quantity))
+    except UnknownScaleError:
+        return None
+    return position.counts_per_unit / scale.counts_per_unit

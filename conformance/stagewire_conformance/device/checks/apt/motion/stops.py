@@ -1,0 +1,165 @@
+"""``move-stop``: a move that is stopped ends before its target, says so once, and stays (pages 49 and 50)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt.enumerations import StopMode
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.motion.axis import JITTER, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.judging import judge_end, judge_rest
+from stagewire_conformance.device.checks.apt.motion.making import motor_checks
+from stagewire_conformance.device.checks.apt.motion.moving import (
+    COMPLETED,
+    absolute,
+    distances,
+    move,
+)
+from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
+from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
+from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["KIND"]
+
+_STOPPED: Final = "MOT_MOVE_STOPPED"
+_SECONDS: Final = 1.0
+"""About how long the move would take."""
+_LEAST: Final = 0.4
+"""Seconds that it has to take at least, so that it can be stopped before it slows down by itself."""
+_SHARE: Final = 0.1
+"""Part of its way after which it is stopped."""
+_TELLING: Final = 50
+"""Counts of a way after which it shows how a motor stops."""
+_AFTER: Final = 0.15
+"""Seconds after which a motor that was stopped is looked at again."""
+
+
+def _run(axes: Sequence[Axis]) -> None:
+    ways = distances(axes, _SECONDS)
+    for axis, way in ways.items():
+        if axis.pace.seconds(way) < _LEAST and not _slow_down(axis, abs(way)):
+            axis.trial.inconclusive(
+                f"a move of {abs(way)} counts is over before it could be stopped; allow a wider range, or "
+                "settings, so that it can be made slower"
+            )
+            return
+    at_once = _stop(ways, StopMode.IMMEDIATE)
+    if not move([absolute(axis, axis.start, " after a stop") for axis in axes]):
+        return
+    slowly = _stop(ways, StopMode.PROFILED)
+    for axis in at_once.keys() & slowly.keys():
+        (_, short), (gone, long) = at_once[axis], slowly[axis]
+        axis.trial.should(
+            gone < _TELLING or long > short + JITTER,
+            f"{axis.text}: MOT_MOVE_STOP with a profile ran out {long} counts, and at once {short}; a "
+            "profiled "
+            "stop should slow down",
+        )
+
+
+def _stop(ways: Mapping[Axis, int], mode: StopMode) -> dict[Axis, tuple[int, int]]:
+    """Begin moves, stop them, and judge what comes; return how far each had gone, and how far it ran out."""
+    axes = list(ways)
+    words = f"MOT_MOVE_STOP {mode.name.lower()}"
+
+    def on_its_way(axis: Axis, status: Status) -> bool:
+        return abs(status.position - axis.start) >= max(JITTER + 1, abs(ways[axis]) * _SHARE)
+
+    for axis, way in ways.items():
+        axis.send(absolute(axis, axis.start + way).message)
+    limits = {axis: axis.pace.limit(way) for axis, way in ways.items()}
+    seen = watch(axes, limits, stop=on_its_way, mode=mode)
+    stood: dict[Axis, int] = {}
+    for axis, way in ways.items():
+        place = _judge(axis, axis.start + way, seen[axis], words)
+        if place is not None:
+            stood[axis] = place
+    behind = axes[0].trial.line.listen(_AFTER)
+    for axis, place in stood.items():
+        now = axis.status().position
+        axis.trial.must(
+            abs(now - place) <= JITTER,
+            f"{axis.text}: after {words} and {_STOPPED} it went on from {place} to {now}; it should stay "
+            "where it stopped",
+        )
+    for heard in behind:
+        axes[0].trial.must(
+            False,
+            f"after {_STOPPED} there came {heard.text}; nothing should come any more",
+            came=heard.raw,
+        )
+    return {
+        axis: (abs(stopped.position - axis.start), abs(place - stopped.position))
+        for axis, place in stood.items()
+        if (stopped := seen[axis].stopped) is not None
+    }
+
+
+def _slow_down(axis: Axis, distance: int) -> bool:
+    """Let moves of a distance take long enough, and return whether that was allowed."""
+    claimed = {"MOT_SET_VELPARAMS", "MOT_REQ_VELPARAMS", "MOT_GET_VELPARAMS"} <= axis.place.messages
+    if not axis.trial.allowed.settings or not claimed:
+        return False
+    slow_down(axis, 2 * distance)
+    return True
+
+
+def _judge(axis: Axis, target: int, seen: Watched, stop: str) -> int | None:
+    """Say how a move that was stopped ended, and return where; None: not to be told."""
+    told = f"{stop} in a move to {target}"
+    if seen.stopped is None:
+        if seen.ends and seen.strayed is None:
+            axis.trial.inconclusive(
+                f"{axis.text}: the move to {target} was over before it could be stopped"
+            )
+        else:
+            judge_end(axis, f"MOT_MOVE_ABSOLUTE to {target}", seen, COMPLETED)
+        return None
+    end = judge_end(axis, told, seen, _STOPPED)
+    if end is None:
+        return None
+    place = judge_rest(axis, told, end).position
+    if abs(place - target) <= axis.tolerance(target - axis.start):
+        axis.trial.inconclusive(f"{axis.text}: after {told} it had all but arrived, at {place}")
+        return place
+    low, high = sorted((axis.start, target))
+    axis.trial.must(
+        low < place < high,
+        f"{axis.text}: after {told} it is at {place}; it should have stopped between {axis.start} and "
+        f"{target}",
+    )
+    return place
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return motor_checks(
+        declared,
+        allowed,
+        "move-stop",
+        title="MOT_MOVE_STOP ends moves of {}, at once and with a profile, which is told once",
+        messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE"),
+        run=_run,
+        does="begins moves of all motors within {} and stops them on their way, once at once and once with a "
+        "profile",
+        seconds=3.0,
+    )
+
+
+KIND = Kind(
+    name="move-stop",
+    title="A stop ends a move where it is, and is told once",
+    rules=(
+        "stop-any-move",
+        "stop-mode-values",
+        "stop-completed",
+        "stop-no-response",
+        "move-stopped-status",
+        *MOTION_BITS,
+    ),
+    make=_make,
+)

@@ -1,0 +1,147 @@
+"""``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.motion.axis import Axis
+from stagewire_conformance.device.checks.apt.motion.making import motor_checks
+from stagewire_conformance.device.checks.apt.motion.moving import (
+    COMPLETED,
+    Move,
+    absolute,
+    distances,
+    move,
+)
+from stagewire_conformance.device.checks.apt.motion.parameters import change
+from stagewire_conformance.device.checks.apt.motion.rules import APART, COMPLETION
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["ABSOLUTE", "RELATIVE", "STORED"]
+
+_SECONDS: Final = 0.3
+"""About how long a move takes."""
+
+
+def _absolute(axes: Sequence[Axis]) -> None:
+    ways = distances(axes, _SECONDS)
+    if move([absolute(axis, axis.start + way) for axis, way in ways.items()]):
+        move([absolute(axis, axis.start) for axis in axes])
+
+
+def _relative(axes: Sequence[Axis]) -> None:
+    ways = distances(axes, _SECONDS)
+    if move([_by(axis, way) for axis, way in ways.items()]):
+        move([_by(axis, -way) for axis, way in ways.items()])
+
+
+def _by(axis: Axis, way: int) -> Move:
+    target = axis.status().position + way
+    message = m.MotMoveRelative(axis.channel, way)
+    return Move(axis, message, target, f"MOT_MOVE_RELATIVE by {way}")
+
+
+def _stored_absolute(axes: Sequence[Axis]) -> None:
+    moves = []
+    for axis, way in distances(axes, _SECONDS).items():
+        target = axis.start + way
+        change(axis, "MOT_SET_MOVEABSPARAMS", absolute_position=target)
+        told = f"MOT_MOVE_ABSOLUTE without a position, {target} being stored"
+        moves.append(Move(axis, m.MotMoveAbsoluteHeader(axis.channel), target, told))
+    move(moves)
+
+
+def _stored_relative(axes: Sequence[Axis]) -> None:
+    moves = []
+    for axis, way in distances(axes, _SECONDS).items():
+        change(axis, "MOT_SET_MOVERELPARAMS", relative_distance=way)
+        told = f"MOT_MOVE_RELATIVE without a distance, {way} being stored"
+        moves.append(Move(axis, m.MotMoveRelativeHeader(axis.channel), axis.start + way, told))
+    move(moves)
+
+
+def _make_absolute(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return motor_checks(
+        declared,
+        allowed,
+        "move-absolute",
+        title="MOT_MOVE_ABSOLUTE moves {} to a position, and the end is told once",
+        messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
+        run=_absolute,
+        does="moves all motors at once to positions within {}, and back",
+    )
+
+
+def _make_relative(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return motor_checks(
+        declared,
+        allowed,
+        "move-relative",
+        title="MOT_MOVE_RELATIVE moves {} by a distance, and the end is told once",
+        messages=("MOT_MOVE_RELATIVE", COMPLETED),
+        run=_relative,
+        does="moves all motors at once by distances within {}, and back",
+    )
+
+
+def _make_stored(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for message, parameter, run in (
+        ("MOT_MOVE_ABSOLUTE", "MOVEABSPARAMS", _stored_absolute),
+        ("MOT_MOVE_RELATIVE", "MOVERELPARAMS", _stored_relative),
+    ):
+        setting, asking = f"MOT_SET_{parameter}", f"MOT_REQ_{parameter}"
+        yield from motor_checks(
+            declared,
+            allowed,
+            "move-stored",
+            title=f"{message} without data moves {{}} by what {setting} stored",
+            messages=(message, setting, asking, COMPLETED),
+            run=run,
+            does=f"stores targets with {setting}, moves all motors at once to them within {{}}, and back",
+            settings=True,
+            name=message,
+        )
+
+
+ABSOLUTE = Kind(
+    name="move-absolute",
+    title="An absolute move ends where it was told to, and says so once",
+    rules=(
+        "absolute-move",
+        "absolute-move-long",
+        "absolute-move-completed",
+        *COMPLETION,
+        *APART,
+    ),
+    make=_make_absolute,
+)
+RELATIVE = Kind(
+    name="move-relative",
+    title="A relative move goes as far as it was told to, and says so once",
+    rules=(
+        "relative-move",
+        "relative-move-long",
+        "relative-move-completed",
+        *COMPLETION,
+        *APART,
+    ),
+    make=_make_relative,
+)
+STORED = Kind(
+    name="move-stored",
+    title="A move without data takes what was stored for it",
+    rules=(
+        "absolute-position-stored",
+        "absolute-move-short",
+        "relative-distance-stored",
+        "relative-move-short",
+        *COMPLETION,
+    ),
+    make=_make_stored,
+)

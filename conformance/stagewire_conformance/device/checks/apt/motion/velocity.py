@@ -1,0 +1,217 @@
+"""``move-velocity``: a motor runs in the direction that is named until it is stopped (page 48).
+
+Before anything is sent it is seen to that it can be stopped in time: it runs so slowly that it would need
+more than two seconds to the end of the range, and stops within a quarter of what is left. It is stopped as
+soon as it has been seen to run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import MoveDirection
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.judging import (
+    judge_course,
+    judge_end,
+    judge_rest,
+)
+from stagewire_conformance.device.checks.apt.motion.making import motor_checks
+from stagewire_conformance.device.checks.apt.motion.parameters import change, present
+from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
+from stagewire_conformance.device.checks.apt.motion.watching import Watched, is_outside, watch
+from stagewire_conformance.device.trial import EnoughError
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["KIND", "slow_down"]
+
+_STOPPED: Final = "MOT_MOVE_STOPPED"
+_RUNNING: Final = 0.25
+"""Seconds that a motor runs, about."""
+_LATE: Final = 0.25
+"""Seconds by which a stop may be late; what the motor does meanwhile is left free."""
+_LEAST_ROOM: Final = 64
+"""Counts that are needed in a direction."""
+
+
+def slow_down(axis: Axis, room: int) -> float:
+    """Let it move so slowly that it needs two seconds and more for some counts.
+
+    Returns the velocity in counts/s that it does not exceed then.
+    """
+    now = axis.pace.velocity
+    slow = min(now, room / 2, math.sqrt(room * axis.pace.acceleration / 2))
+    told: int = present(axis, "MOT_SET_VELPARAMS")["max_velocity"]
+    lower = max(1, int(told * slow / now))
+    if lower < told:
+        change(axis, "MOT_SET_VELPARAMS", at_most="max_velocity", max_velocity=lower)
+    return slow
+
+
+@dataclass
+class _Run:
+    """A motor that is to run.
+
+    :param direction: 1 forward, -1 reverse.
+    :param velocity: that it does not exceed, in counts/s.
+    """
+
+    axis: Axis
+    direction: int
+    velocity: float
+    start: int = 0
+
+    @property
+    def way(self) -> MoveDirection:
+        """The direction by its name."""
+        return MoveDirection.FORWARD if self.direction > 0 else MoveDirection.REVERSE
+
+    @property
+    def told(self) -> str:
+        """What is sent, for sentences."""
+        return f"MOT_MOVE_VELOCITY {self.way.name.lower()}"
+
+    @property
+    def stopping(self) -> float:
+        """The counts that it may need until it stands."""
+        return self.velocity * (_LATE + self.velocity / self.axis.pace.acceleration / 2)
+
+    @property
+    def free(self) -> float:
+        """The counts after which it has to be stopped."""
+        end = self.axis.high if self.direction > 0 else self.axis.low
+        return (end - self.start) * self.direction - self.stopping
+
+    @property
+    def enough(self) -> float:
+        """The counts after which it is stopped."""
+        return min(self.velocity * _RUNNING, self.free)
+
+    def gone(self, status: Status) -> int:
+        """Return how far it has gone."""
+        return (status.position - self.start) * self.direction
+
+
+def _run(axes: Sequence[Axis]) -> None:
+    runs = [_prepare(axis) for axis in axes]
+    if _run_all(runs):
+        for run in runs:
+            run.direction = -run.direction
+        _run_all(runs)
+
+
+def _prepare(axis: Axis) -> _Run:
+    direction = axis.wider(axis.start)
+    room = axis.room(axis.start, direction)
+    if room < _LEAST_ROOM:
+        axis.trial.inconclusive(
+            f"{axis.text} is at {axis.start} counts, and has no more than {room} counts to run to in "
+            f"{axis.low}..{axis.high}; allow a wider range"
+        )
+        raise EnoughError
+    return _Run(axis, direction, slow_down(axis, room))
+
+
+def _run_all(runs: Sequence[_Run]) -> bool:
+    """Let motors run at once, stop each, and judge what came; return whether all did as they were told."""
+    by_axis = {run.axis: run for run in runs}
+    for run in runs:
+        run.start = run.axis.status().position
+    if any(run.free <= 0 for run in runs):  # the first run ended elsewhere than it should have
+        return False
+
+    def enough(axis: Axis, status: Status) -> bool:
+        run = by_axis[axis]
+        gone = run.gone(status)
+        return gone >= run.enough or -gone > run.stopping
+
+    for run in runs:
+        run.axis.send(m.MotMoveVelocity(run.axis.channel, run.way))
+
+    def strays(axis: Axis, status: Status) -> bool:
+        run = by_axis[axis]
+        too_far = run.enough + 2 * run.stopping + HELD
+        return is_outside(axis, status) or abs(run.gone(status)) > too_far
+
+    limits = {run.axis: 10 * _RUNNING + run.axis.pace.limit(int(run.stopping)) for run in runs}
+    seen = watch(list(by_axis), limits, stop=enough, strays=strays)
+    done = [_judge(run, seen[run.axis]) for run in runs]
+    return all(done)
+
+
+def _judge(run: _Run, seen: Watched) -> bool:
+    """Say what is wrong with a run, and return whether nothing is."""
+    axis = run.axis
+    last = seen.strayed or seen.stopped
+    if last is None:
+        told = f"{run.told} from {run.start}, where no limit is"
+        if seen.ends:
+            axis.trial.must(
+                False,
+                f"{axis.text}: after {told}, there came {seen.ends[0].name}, though nobody stopped it; it "
+                "should run on",
+                came=seen.ends[0].raw,
+            )
+        else:
+            judge_end(axis, told, seen, _STOPPED)
+        return False
+    gone, way = run.gone(last), run.way.name.lower()
+    moved = axis.trial.must(
+        gone > 0,
+        f"{axis.text}: after {run.told} it went from {run.start} to {last.position}; it should have "
+        f"run {way}",
+        came=last.heard.raw,
+    )
+    if moved:
+        target = last.position + run.direction * gone
+        judge_course(axis, run.told, seen.statuses, run.start, target)
+    told = f"MOT_MOVE_STOP in {run.told}"
+    end = judge_end(axis, told, seen, _STOPPED)
+    if end is not None:
+        judge_rest(axis, told, end)
+    return moved and end is not None
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return motor_checks(
+        declared,
+        allowed,
+        "move-velocity",
+        title="MOT_MOVE_VELOCITY runs {} in the direction that is named until they are stopped",
+        messages=(
+            "MOT_MOVE_VELOCITY",
+            "MOT_MOVE_STOP",
+            _STOPPED,
+            "MOT_SET_VELPARAMS",
+            "MOT_REQ_VELPARAMS",
+        ),
+        run=_run,
+        does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {}, runs them at once "
+        "forward and in reverse for less than a second, stops them, and puts the velocity back",
+        settings=True,
+    )
+
+
+KIND = Kind(
+    name="move-velocity",
+    title="A motor that is told to run does so until it is stopped",
+    rules=(
+        "velocity-move",
+        "velocity-move-until-stop",
+        "velocity-direction-values",
+        "velocity-parameters",
+        "stop-any-move",
+        "stop-completed",
+        "move-stopped-status",
+        *MOTION_BITS,
+    ),
+    make=_make,
+)

@@ -1,0 +1,131 @@
+"""Motors in motion are watched until each says that it has ended, or stands without a word."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import StopMode
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, POLL, Axis, Status
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.heard import Heard
+
+__all__ = ["ENDS", "Decision", "Watched", "is_outside", "watch"]
+
+ENDS: Final = frozenset({"MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED", "MOT_MOVE_HOMED"})
+"""The messages that tell that a motion has ended."""
+
+Decision = Callable[[Axis, Status], bool]
+"""Decides something of a motor by its status."""
+
+_BEHIND: Final = 0.05
+"""Seconds in which a second end would come behind the last one."""
+
+_PATIENCE: Final = 2.0
+"""Seconds that a motor may stand without a word."""
+
+
+@dataclass
+class Watched:
+    """What was seen of the motion of one motor.
+
+    :param statuses: what it said of itself until it ended or was stopped, in order.
+    :param ends: the end messages that are its own, or of which nobody knows whose they are.
+    :param others: what else came.
+    :param stopped: its status when it was told to stop; None: it was not.
+    :param strayed: its status where it must not be; None: it was not there.
+    :param seconds: until its end, or until it was given up.
+    :param over: whether it is watched no more.
+    :param moved: when it was last seen to move.
+    :param place: where it was then.
+    """
+
+    statuses: list[Status] = field(default_factory=list)
+    ends: list[Heard] = field(default_factory=list)
+    others: list[Heard] = field(default_factory=list)
+    stopped: Status | None = None
+    strayed: Status | None = None
+    seconds: float = 0.0
+    over: bool = False
+    moved: float = 0.0
+    place: int | None = None
+
+    def look(self, status: Status) -> None:
+        """Note a status; those after a stop are not those of the motion any more."""
+        if self.stopped is None:
+            self.statuses.append(status)
+        if self.place is None or abs(status.position - self.place) > JITTER:
+            self.place, self.moved = status.position, status.time
+
+
+def is_outside(axis: Axis, status: Status) -> bool:
+    """Return whether a motor has left the range that was allowed, further than a servo overshoots."""
+    return not axis.low - HELD <= status.position <= axis.high + HELD
+
+
+def watch(
+    axes: Sequence[Axis],
+    limits: Mapping[Axis, float],
+    *,
+    done: Decision | None = None,
+    stop: Decision | None = None,
+    mode: StopMode = StopMode.PROFILED,
+    strays: Decision | None = is_outside,
+) -> dict[Axis, Watched]:
+    """Watch motors that were told to move, until an end message of each has come.
+
+    :param limits: seconds after which one is given up, if it still moves then.
+    :param done: ends the watching of a motor before.
+    :param stop: has a motor stopped, at once, and its end awaited.
+    :param mode: how it is stopped.
+    :param strays: says that a motor is where it must not be: it is called back, whatever that takes.
+    """
+    line = axes[0].trial.line
+    began = line.now
+    seen = {axis: Watched(moved=began) for axis in axes}
+    while not all(each.over for each in seen.values()):
+        _take(seen, line.listen(POLL, until=lambda heard: heard.name in ENDS), line.now - began)
+        for axis, each in seen.items():
+            if each.over:
+                continue
+            status = axis.status()
+            each.look(status)
+            if strays is not None and strays(axis, status):
+                each.strayed, each.over = status, True
+                axis.call_back()
+            elif each.stopped is None and stop is not None and stop(axis, status):
+                each.stopped = status
+                axis.send(m.MotMoveStop(axis.channel, mode))
+            stands = line.now - each.moved > _PATIENCE
+            if (
+                stands
+                or line.now - began > limits[axis]
+                or (done is not None and done(axis, status))
+            ):
+                each.over = True
+            each.seconds = line.now - began
+    _take(seen, line.listen(_BEHIND), line.now - began)
+    return seen
+
+
+def _take(seen: Mapping[Axis, Watched], heard: Sequence[Heard], seconds: float) -> None:
+    """Sort what came: ends by their source and channel, others by their source."""
+    for each in heard:
+        axis = _whose(seen, each)
+        if each.name not in ENDS:
+            seen[axis].others.append(each)
+            continue
+        seen[axis].ends.append(each)
+        if not seen[axis].over:
+            seen[axis].over, seen[axis].seconds = True, seconds
+
+
+def _whose(seen: Mapping[Axis, Watched], heard: Heard) -> Axis:
+    """Return whose message it is; of one that says nothing known, a motor that still waits for its end."""
+    for axis in seen:
+        if heard.source == axis.place.address and heard.channel in (axis.channel, None):
+            return axis
+    return next((axis for axis in seen if not seen[axis].over), next(iter(seen)))

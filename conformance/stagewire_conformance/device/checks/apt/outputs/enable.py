@@ -1,0 +1,136 @@
+"""``enable``: a channel is disabled and enabled, says so when asked, and in its status (pages 17 and 80)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import EnableState, SolenoidState
+from stagewire_apt.flags import BpcStatusBits, DcStatusBits
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.enabling import ENABLED_SETS, enable_state, put_back
+from stagewire_conformance.device.checks.apt.motion.axis import Axis
+from stagewire_conformance.device.checks.apt.motion.making import lacks_range, motors
+from stagewire_conformance.device.checks.apt.outputs.making import lacks_unit, output_checks
+from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_are_printed
+from stagewire_conformance.device.checks.apt.replies import judge_unasked
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["KIND"]
+
+_WAIT: Final = 1.0
+"""Seconds within which the status says it."""
+
+
+def _run(trial: Trial, place: Place, channel: int) -> None:
+    _see_to_it(trial, place, channel)
+    before = enable_state(trial, place, channel)
+    other = EnableState.DISABLE if before == EnableState.ENABLE else EnableState.ENABLE
+    what = f"{place.name} channel {channel}"
+    trial.undo(f"enable state of {what}", partial(put_back, trial, place, channel, before))
+    for state in (other, EnableState.DISABLE + EnableState.ENABLE - other):
+        name = EnableState(state).name
+        trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
+        reply = trial.reply(m.ModReqChanEnableState(channel), place.address)
+        now = reply.message.enable_state
+        trial.must(
+            now == state,
+            f"{what}: MOD_SET_CHANENABLESTATE wrote {int(state)} ({name}), and MOD_GET_CHANENABLESTATE "
+            "then said "
+            f"{now}",
+            came=reply.raw,
+        )
+        for heard in trial.line.listen(0):
+            judge_unasked(trial, heard, f"after MOD_SET_CHANENABLESTATE to {what}")
+        _judge_bit(trial, place, channel, enabled=state == EnableState.ENABLE)
+
+
+def _see_to_it(trial: Trial, place: Place, channel: int) -> None:
+    """See that disabling does nothing that was not allowed; the check ends where it might."""
+    if (place, channel) in list(motors(trial.declared)):
+        Axis(trial, place, channel).inside()
+    elif "PZ_REQ_OUTPUTVOLTS" in place.messages:
+        piezo = Piezo(trial, place, channel)
+        low, high = piezo.span("output_volts")
+        if not low <= 0 <= high or not low <= piezo.volts <= high:
+            piezo.give_up(
+                f"{piezo.text} may put out anything from 0 V to what is set; allow a range with both in it"
+            )
+    elif "MOT_REQ_SOL_STATE" in place.messages:
+        state = trial.reply(m.MotReqSolState(channel), place.address).message.state
+        if state == SolenoidState.SOLENOID_ON:
+            trial.inconclusive(f"{place.name}: the solenoid is on, and was left so")
+
+
+def _bits_of(place: Place) -> tuple[str, ...]:
+    """Return the request and the message that have the bit of an enabled channel; empty: none is claimed."""
+    if place.status == "dc" and "MOT_REQ_STATUSBITS" in place.messages:
+        return "MOT_REQ_STATUSBITS", "MOT_GET_STATUSBITS"
+    if bits_are_printed(place) and "PZ_REQ_PZSTATUSBITS" in place.messages:
+        return "PZ_REQ_PZSTATUSBITS", "PZ_GET_PZSTATUSBITS"
+    return ()
+
+
+def _judge_bit(trial: Trial, place: Place, channel: int, *, enabled: bool) -> None:
+    """Say whether the status has the bit of an enabled channel, where a message can be asked that has it."""
+    if not _bits_of(place):
+        return
+    request = trial.declared.make(_bits_of(place)[0], channel)
+    bits = DcStatusBits if place.status == "dc" else BpcStatusBits
+    end = trial.line.now + _WAIT
+    while True:
+        heard = trial.reply(request, place.address)
+        says = bits(heard.message.status_bits).channel_enabled
+        if says == enabled or trial.line.now > end:
+            break
+        trial.line.listen(0.1)
+    trial.must(
+        says == enabled,
+        f"{place.name} channel {channel} is {'enabled' if enabled else 'disabled'}, and {heard.name} says "
+        f"channel_enabled = {int(says)}",
+        came=heard.raw,
+    )
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    moving = list(motors(declared))
+
+    def lacks(place: Place) -> str:
+        if (place, 1) in moving:
+            return lacks_range(declared, allowed, (place, 1))
+        is_piezo = "PZ_REQ_OUTPUTVOLTS" in place.messages
+        return lacks_unit(allowed, ("V", "mV"), "voltages") if is_piezo else ""
+
+    return output_checks(
+        declared,
+        "enable",
+        title="MOD_SET_CHANENABLESTATE disables and enables {}, and the channel says so",
+        messages=tuple(sorted(ENABLED_SETS)),
+        run=_run,
+        does="disables each channel for a moment and enables it again: what it holds may give way, "
+        "what it puts out "
+        "may go to 0",
+        lacks=lacks,
+        also=_bits_of,
+    )
+
+
+KIND = Kind(
+    name="enable",
+    title="A channel is disabled and enabled, and says so",
+    rules=(
+        "channel-enable",
+        "channel-idents",
+        "enable-states",
+        "enable-state-read-back",
+        "dc-status-bit-enabled",
+        "piezo-status-bits-meaning",
+    ),
+    make=_make,
+)

@@ -1,0 +1,278 @@
+"""``piezo-volts``, ``piezo-position`` and ``piezo-mode``: what is set is put out (pages 94 to 97).
+
+A voltage is that of an open loop, and ignored in a closed one; a position the other way round. A loop is only
+closed where the status says that there is a feedback, and where the range is one of positions: what happens
+to a piezo in a loop without feedback nobody knows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import PositionControlMode
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.outputs.making import lacks_unit, output_checks
+from stagewire_conformance.device.checks.apt.outputs.piezo import (
+    CLOSED,
+    FULL_SCALE,
+    OPEN,
+    Piezo,
+    bits_are_printed,
+)
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["MODE", "POSITION", "VOLTS"]
+
+_STATUS: Final = ("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "PZ_GET_PZSTATUSUPDATE")
+_VOLTS: Final = ("PZ_SET_OUTPUTVOLTS", "PZ_REQ_OUTPUTVOLTS", "PZ_GET_OUTPUTVOLTS")
+_POSITION: Final = ("PZ_SET_OUTPUTPOS", "PZ_REQ_OUTPUTPOS", "PZ_GET_OUTPUTPOS")
+_MODE: Final = ("PZ_SET_POSCONTROLMODE", "PZ_REQ_POSCONTROLMODE", "PZ_GET_POSCONTROLMODE")
+
+
+# Open loop
+
+
+def _volts(trial: Trial, place: Place, channel: int) -> None:
+    piezo = Piezo(trial, place, channel)
+    if piezo.mode not in OPEN:
+        piezo.give_up(f"{piezo.text} is in closed loop, where an output voltage is ignored")
+    before = piezo.volts
+    low, high = piezo.span("output_volts")
+    step = piezo.step(before, (low, high))
+    piezo.begin()
+    trial.undo(
+        f"output voltage of {piezo.text}",
+        lambda: piezo.send(m.PzSetOutputVolts(channel, before)),
+        moves=True,
+    )
+    target = before
+    for way in (-step, step):  # both ways where there is room, so that a sign that is lost is seen
+        if not max(low, -FULL_SCALE) <= before + way <= min(high, FULL_SCALE):
+            continue
+        target = before + way
+        told = f"PZ_SET_OUTPUTVOLTS {target}"
+        piezo.send(m.PzSetOutputVolts(channel, target))
+        _judge_told(piezo, told, target, piezo.volts, before)
+        if not piezo.judge_seen("voltage", target, told):
+            return
+    position = max(0, min(FULL_SCALE, abs(before)))
+    _judge_ignored(
+        piezo,
+        f"PZ_SET_OUTPUTPOS {position} in open loop",
+        lambda: piezo.send(m.PzSetOutputPos(channel, position)),
+        lambda: piezo.set_position,
+        position,
+        target,
+    )
+
+
+def _judge_told(piezo: Piezo, told: str, wanted: int, says: int, before: int) -> None:
+    piezo.trial.must(
+        says == wanted,
+        f"{piezo.text}: {told} was sent, and the controller then says that {says} is set (before it "
+        f"was {before})",
+    )
+
+
+def _judge_ignored(
+    piezo: Piezo,
+    told: str,
+    send: Callable[[], None],
+    read: Callable[[], int],
+    wanted: int,
+    output: int,
+) -> None:
+    """See that a set-point of the other loop is not taken, and does nothing to the output."""
+    before = read()
+    field = "voltage" if "open" in told else "position"
+    send()
+    after = read()
+    piezo.trial.must(
+        abs(after - wanted) > abs(after - before) or wanted == before,
+        f"{piezo.text}: {told} was sent, and the controller then says that {after} is set; it should be "
+        f"ignored, and what was set before was {before}",
+    )
+    piezo.judge_seen(field, output, f"{told}, which should be ignored,")
+
+
+# Closed loop
+
+
+def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
+    """Close the loop if that can be done without risk, and return the range of positions."""
+    span = piezo.span("piezo_position")
+    piezo.begin()
+    status = piezo.status()
+    if not (bits_are_printed(piezo.place) and status.bits.strain_gauge_connected):
+        piezo.give_up(
+            f"{piezo.text} does not say that a strain gauge is connected; its loop is not closed"
+        )
+    set_position = piezo.set_position
+    for what, value in (("is at", status.position), ("would go to", set_position)):
+        piezo.trial.need(
+            span[0] <= value <= span[1],
+            f"{piezo.text} {what} {value} counts in closed loop, outside of what was allowed "
+            f"({span[0]}..{span[1]} counts), so its loop was not closed",
+        )
+    before = piezo.mode
+    if before not in CLOSED:
+        piezo.trial.undo(
+            f"control mode of {piezo.text}",
+            lambda: piezo.send(m.PzSetPosControlMode(piezo.channel, before)),
+            moves=True,
+        )
+        piezo.send(m.PzSetPosControlMode(piezo.channel, PositionControlMode.CLOSED_LOOP))
+        now = piezo.mode
+        piezo.trial.need(
+            now == PositionControlMode.CLOSED_LOOP,
+            f"{piezo.text}: PZ_SET_POSCONTROLMODE wrote {int(PositionControlMode.CLOSED_LOOP)}, and "
+            f"PZ_GET_POSCONTROLMODE then said {now}",
+        )
+    return span
+
+
+def _position(trial: Trial, place: Place, channel: int) -> None:
+    piezo = Piezo(trial, place, channel)
+    span = _enter_closed_loop(piezo)
+    for mode in reversed(CLOSED):
+        _judge_mode(piezo, mode)
+    before = piezo.set_position
+    target = before + piezo.step(before, (max(0, span[0]), span[1]))
+    trial.undo(
+        f"output position of {piezo.text}",
+        lambda: piezo.send(m.PzSetOutputPos(channel, before)),
+        moves=True,
+    )
+    told = f"PZ_SET_OUTPUTPOS {target}"
+    piezo.send(m.PzSetOutputPos(channel, target))
+    _judge_told(piezo, told, target, piezo.set_position, before)
+    if piezo.judge_seen("position", target, told):
+        other = (before + target) // 2
+        _judge_ignored(
+            piezo,
+            f"PZ_SET_OUTPUTVOLTS {other} in closed loop",
+            lambda: piezo.send(m.PzSetOutputVolts(channel, other)),
+            lambda: piezo.volts,
+            other,
+            target,
+        )
+
+
+# Modes
+
+
+def _modes(trial: Trial, place: Place, channel: int) -> None:
+    piezo = Piezo(trial, place, channel)
+    before = piezo.mode
+    low, high = piezo.span("output_volts") if before in OPEN else piezo.span("piezo_position")
+    output = piezo.volts if before in OPEN else piezo.set_position
+    piezo.step(output, (low, high))
+    piezo.begin()
+    trial.undo(
+        f"control mode of {piezo.text}",
+        lambda: piezo.send(m.PzSetPosControlMode(channel, before)),
+        moves=True,
+    )
+    for mode in reversed(CLOSED if before in CLOSED else OPEN):
+        _judge_mode(piezo, mode)
+
+
+def _judge_mode(piezo: Piezo, mode: PositionControlMode) -> None:
+    """Set a control mode, and see that it is told."""
+    piezo.send(m.PzSetPosControlMode(piezo.channel, mode))
+    now = piezo.mode
+    piezo.trial.must(
+        now == mode,
+        f"{piezo.text}: PZ_SET_POSCONTROLMODE wrote {int(mode)} ({mode.name}), and "
+        "PZ_GET_POSCONTROLMODE then "
+        f"said {now}",
+    )
+    status = piezo.status()
+    if bits_are_printed(piezo.place):
+        piezo.trial.must(
+            status.bits.closed_loop == (mode in CLOSED),
+            f"{piezo.text} is in mode {mode.name}, and {status.heard.name} says closed_loop = "
+            f"{int(status.bits.closed_loop)}",
+            came=status.heard.raw,
+        )
+
+
+# Making
+
+
+def _make_volts(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return output_checks(
+        declared,
+        "piezo-volts",
+        title="PZ_SET_OUTPUTVOLTS sets the output of {} in open loop, and PZ_SET_OUTPUTPOS does not",
+        messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
+        run=_volts,
+        does=f"changes the output voltage of each piezo by less than 5 % within {allowed.motion}, and back",
+        lacks=lambda place: lacks_unit(allowed, ("V", "mV"), "voltages"),
+    )
+
+
+def _make_position(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return output_checks(
+        declared,
+        "piezo-position",
+        title="PZ_SET_OUTPUTPOS sets the position of {} in closed loop, and PZ_SET_OUTPUTVOLTS does not",
+        messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
+        run=_position,
+        does="closes the loop of each piezo, changes its position by less than 5 % within "
+        f"{allowed.motion}, and "
+        "goes back",
+        lacks=lambda place: lacks_unit(allowed, ("um", "mm", "nm", "m"), "positions"),
+        seconds=2.0,
+    )
+
+
+def _make_mode(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return output_checks(
+        declared,
+        "piezo-mode",
+        title="PZ_SET_POSCONTROLMODE sets the control mode of {}, and the status says so",
+        messages=(*_MODE, *_VOLTS, *_POSITION, *_STATUS),
+        run=_modes,
+        does="sets the other mode of the loop that each piezo is in (smooth or not), and puts it back",
+    )
+
+
+VOLTS = Kind(
+    name="piezo-volts",
+    title="In open loop a voltage is put out, and a position is ignored",
+    rules=(
+        "output-volts",
+        "output-volts-range",
+        "output-position-closed-loop-only",
+        "piezo-update-voltage",
+        "piezo-update-content",
+    ),
+    make=_make_volts,
+)
+POSITION = Kind(
+    name="piezo-position",
+    title="In closed loop a position is held, and a voltage is ignored",
+    rules=(
+        "output-position",
+        "output-position-range",
+        "output-volts-open-loop-only",
+        "piezo-update-position",
+        "control-mode",
+        "control-mode-values",
+        "piezo-status-bits-meaning",
+    ),
+    make=_make_position,
+)
+MODE = Kind(
+    name="piezo-mode",
+    title="The control mode is the one that was set",
+    rules=("control-mode", "control-mode-values", "piezo-status-bits-meaning"),
+    make=_make_mode,
+)

@@ -1,0 +1,148 @@
+"""``solenoid-state``, ``solenoid-mode`` and ``interlock-mode``: what is set is so (pages 85 to 92).
+
+A solenoid is switched on in manual mode only. That the interlock is not needed is never set, except to put
+back what was there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from stagewire_apt.enumerations import (
+    SolenoidInterlockMode,
+    SolenoidOperatingMode,
+    SolenoidState,
+)
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.outputs.making import output_checks
+from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["INTERLOCK", "MODE", "STATE"]
+
+
+class _Switch:
+    """A parameter set with one value, that is written and read back."""
+
+    def __init__(self, trial: Trial, place: Place, channel: int, name: str) -> None:
+        sets = parameter_sets(trial.declared, place)
+        self._trial = trial
+        self._spot = Spot(place, channel, next(each for each in sets if each.name == name))
+        (self._field,) = self._spot.set.fields
+        self.before: int = self._spot.read(trial)[self._field]
+
+    def keep(self, *, moves: bool = False) -> None:
+        """See to it that it is put back at the end of the check."""
+        spot, values = self._spot, {self._field: self.before}
+        self._trial.undo(
+            f"{spot.set.set} at {spot.text}",
+            lambda: spot.put_back(self._trial, values),
+            moves=moves,
+        )
+
+    def write(self, value: int, hint: str = "") -> bool:
+        """Write a value, and say whether it is read back."""
+        spot = self._spot
+        came = spot.write_and_ask(self._trial, {self._field: value})
+        told = spot.values(came)[self._field]
+        return self._trial.must(
+            told == value,
+            f"{spot.text}: {spot.set.set} wrote {self._field} = {value}, and {spot.set.get} then said "
+            f"{told}{hint}",
+            wanted=spot.expected(self._trial, {self._field: value}, came),
+            came=came.raw,
+        )
+
+
+def _state(trial: Trial, place: Place, channel: int) -> None:
+    mode = _Switch(trial, place, channel, "MOT_SOL_OPERATINGMODE")
+    state = _Switch(trial, place, channel, "MOT_SOL_STATE")
+    mode.keep()
+    state.keep(moves=state.before == SolenoidState.SOLENOID_ON)
+    if not state.write(SolenoidState.SOLENOID_OFF) or not mode.write(
+        SolenoidOperatingMode.SOLENOID_MANUAL
+    ):
+        return
+    hint = "; is its interlock fitted, and the channel enabled?"
+    state.write(SolenoidState.SOLENOID_ON, hint)
+    state.write(SolenoidState.SOLENOID_OFF)
+
+
+def _mode(trial: Trial, place: Place, channel: int) -> None:
+    mode = _Switch(trial, place, channel, "MOT_SOL_OPERATINGMODE")
+    state = _Switch(trial, place, channel, "MOT_SOL_STATE")
+    state.keep(moves=state.before == SolenoidState.SOLENOID_ON)
+    mode.keep()
+    if state.write(SolenoidState.SOLENOID_OFF):
+        for value in SolenoidOperatingMode:
+            mode.write(value)
+
+
+def _interlock(trial: Trial, place: Place, channel: int) -> None:
+    interlock = _Switch(trial, place, channel, "MOT_SOL_INTERLOCKMODE")
+    interlock.keep()
+    interlock.write(SolenoidInterlockMode.SOLENOID_ENABLED)
+
+
+_NAMES = ("MOT_{}_SOL_OPERATINGMODE", "MOT_{}_SOL_STATE")
+_BOTH = tuple(name.format(role) for name in _NAMES for role in ("SET", "REQ", "GET"))
+
+
+def _make_state(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return output_checks(
+        declared,
+        "solenoid-state",
+        title="MOT_SET_SOL_STATE switches {} on and off",
+        messages=_BOTH,
+        run=_state,
+        does="switches the solenoid off, on for a moment in manual mode, and off again; whatever it "
+        "opens is open "
+        "then",
+    )
+
+
+def _make_mode(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return output_checks(
+        declared,
+        "solenoid-mode",
+        title="MOT_SET_SOL_OPERATINGMODE sets the mode of {}",
+        messages=_BOTH,
+        run=_mode,
+        does="switches the solenoid off, sets each operating mode, and puts back what was there",
+    )
+
+
+def _make_interlock(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    return output_checks(
+        declared,
+        "interlock-mode",
+        title="MOT_SET_SOL_INTERLOCKMODE demands the interlock of {}",
+        messages=tuple(f"MOT_{role}_SOL_INTERLOCKMODE" for role in ("SET", "REQ", "GET")),
+        run=_interlock,
+        does="sets that the interlock of the solenoid is needed, and puts back what was there",
+    )
+
+
+STATE = Kind(
+    name="solenoid-state",
+    title="The solenoid is switched on and off",
+    rules=("solenoid-state", "solenoid-state-values"),
+    make=_make_state,
+)
+MODE = Kind(
+    name="solenoid-mode",
+    title="The operating mode is the one that was set",
+    rules=("solenoid-mode", "solenoid-mode-values"),
+    make=_make_mode,
+)
+INTERLOCK = Kind(
+    name="interlock-mode",
+    title="The interlock can be demanded",
+    rules=("interlock-mode", "interlock-mode-values"),
+    make=_make_interlock,
+)

@@ -1,0 +1,138 @@
+"""``piezo-zero``: zeroing puts out zero volts, and what is read then is zero (page 117).
+
+The reference that was there before is nowhere told, and is lost; that is said before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import DisplayMode
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.outputs.making import lacks_unit, output_checks
+from stagewire_conformance.device.checks.apt.outputs.piezo import (
+    FULL_SCALE,
+    OPEN,
+    Piezo,
+    bits_are_printed,
+)
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["KIND"]
+
+_VOLTS: Final = ("PZ_REQ_POSCONTROLMODE", "PZ_REQ_OUTPUTVOLTS", "PZ_SET_OUTPUTVOLTS")
+_READING: Final = ("PZ_REQ_TSG_READING", "PZ_GET_TSG_READING", "PZ_REQ_TSG_IOSETTINGS")
+_STATUS: Final = ("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "PZ_GET_PZSTATUSUPDATE")
+_PATIENCE: Final = 30.0
+"""Seconds within which a channel has been zeroed."""
+_NEAR: Final = FULL_SCALE // 50
+"""Counts within which a reading is zero."""
+
+
+def _zero(trial: Trial, place: Place, channel: int) -> None:
+    piezo = Piezo(trial, place, channel)
+    if piezo.mode not in OPEN:
+        piezo.give_up(
+            f"{piezo.text} is in closed loop, and would be moved by a zero that is elsewhere"
+        )
+    before = piezo.volts
+    low, high = piezo.span("output_volts")
+    piezo.step(before, (low, high))
+    if not low <= 0 <= high:
+        piezo.give_up(f"{piezo.text}: zeroing puts out 0 V; allow a range that includes it")
+    piezo.begin()
+    first = piezo.status()
+    if not (bits_are_printed(place) and first.bits.strain_gauge_connected):
+        piezo.give_up(f"{piezo.text} does not say that a strain gauge is connected")
+    trial.undo(
+        f"output voltage of {piezo.text}",
+        lambda: piezo.send(m.PzSetOutputVolts(channel, before)),
+        moves=True,
+    )
+    piezo.send(m.PzSetZero(channel))
+    end = trial.line.now + _PATIENCE
+    status = piezo.status()
+    while not status.bits.zeroed or status.bits.zeroing:
+        if status.time > end:
+            trial.must(
+                False,
+                f"{piezo.text}: PZ_SET_ZERO was sent, and after {_PATIENCE:g} s {status.heard.name} "
+                "does not say "
+                "zeroed",
+                came=status.heard.raw,
+            )
+            return
+        status = piezo.status()
+    for what, value in (("voltage", status.voltage), ("position", status.position)):
+        trial.must(
+            abs(value) <= _NEAR,
+            f"{piezo.text} says that it has been zeroed, and {status.heard.name} a {what} of {value}; "
+            "it should "
+            "be 0",
+            came=status.heard.raw,
+        )
+
+
+def _zero_reading(trial: Trial, place: Place, channel: int) -> None:
+    mode = trial.reply(m.PzReqTsgIoSettings(channel), place.address).message.display_mode
+    if mode == DisplayMode.DISPUNITS_VOLTAGE:
+        trial.inconclusive(
+            f"{place.name} shows its signal in volts, and no page says that zeroing counts there"
+        )
+        return
+    trial.line.send(m.PzSetZero(channel), place.address)
+    end = trial.line.now + _PATIENCE / 3
+    while True:
+        heard = trial.reply(m.PzReqTsgReading(channel), place.address)
+        if abs(heard.message.reading) <= _NEAR and trial.line.now > end - _PATIENCE / 3 + 1.5:
+            return
+        if trial.line.now > end:
+            trial.must(
+                False,
+                f"{place.name} channel {channel}: PZ_SET_ZERO was sent, and {heard.name} went on to say "
+                f"{heard.message.reading}; it should read 0",
+                came=heard.raw,
+            )
+            return
+        trial.line.listen(0.1)
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    does = (
+        "zeroes each channel: it puts out 0 V, and what is read then is the zero of all positions "
+        "from then on; "
+    )
+    does += "the zero that it had is lost"
+    for messages, run in (
+        (("PZ_SET_ZERO", *_VOLTS, *_STATUS), _zero),
+        (("PZ_SET_ZERO", *_READING), _zero_reading),
+    ):
+        yield from output_checks(
+            declared,
+            "piezo-zero",
+            title="PZ_SET_ZERO makes what is read at zero volts the zero of {}",
+            messages=messages,
+            run=run,
+            does=does,
+            lacks=lambda place: _lacks(allowed, place),
+            seconds=3.0,
+        )
+
+
+def _lacks(allowed: Permissions, place: Place) -> str:
+    puts_out = "PZ_REQ_OUTPUTVOLTS" in place.listed
+    return lacks_unit(allowed, ("V", "mV"), "voltages") if puts_out else ""
+
+
+KIND = Kind(
+    name="piezo-zero",
+    title="Zeroing makes what is read at zero volts the zero of positions",
+    rules=("zero-applies-zero-volts", "zero-sets-reference"),
+    make=_make,
+)

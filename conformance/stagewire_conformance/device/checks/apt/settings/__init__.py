@@ -1,0 +1,24 @@
+"""Checks that change settings: read-back, channels and bays apart, saving."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.settings import (
+    channels,
+    counters,
+    eeprom,
+    readback,
+)
+
+__all__ = ["KINDS"]
+
+KINDS: Final[tuple[Kind, ...]] = (
+    readback.KIND,
+    counters.KIND,
+    channels.CHANNELS,
+    channels.BAYS_APART,
+    eeprom.KIND,
+)
+"""In the order in which they are run."""

@@ -1,0 +1,173 @@
+"""``channels`` and ``bays-apart``: what is set on one channel, or in one bay, stays there.
+
+Every channel, or bay, in turn gets a value of its own; then all others still have theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
+from stagewire_conformance.device.checks.apt.settings.conditions import why_not_now
+from stagewire_conformance.device.checks.apt.settings.readback import ELSEWHERE, NEEDS
+from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, parameter_sets
+from stagewire_conformance.device.checks.apt.settings.variants import first_variant
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["BAYS_APART", "CHANNELS"]
+
+
+def _channels(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for place in declared.places:
+        for one in parameter_sets(declared, place):
+            if one.has_channel and len(place.channels) > 1:
+                apart = [Spot(place, channel, one) for channel in place.channels]
+                yield from _checks(f"channels/{place.name}/{one.set}", apart)
+
+
+def _common(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for place in declared.places:
+        for one in parameter_sets(declared, place):
+            care = CARE.get(one.name, Care())
+            names = [name for name, varied in care.fields.items() if varied.common]
+            if names and len(place.channels) > 1:
+                first, last = (Spot(place, place.channels[at], one) for at in (0, -1))
+                yield Check(
+                    id=f"channels/{place.name}/{one.set}",
+                    title=f"{names[0]} of {one.set} is that of all channels of {place.name}",
+                    messages=one.messages,
+                    run=partial(_run_common, first=first, last=last, field=names[0]),
+                    needs=frozenset({NEEDS[one.effect]}),
+                    skip=one.skip,
+                    does=f"changes {names[0]} with {one.set} in open loop, and puts it back",
+                )
+
+
+def _bays(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    by_name: dict[str, list[Spot]] = {}
+    for place in declared.places:
+        if place.bay is not None:
+            for one in parameter_sets(declared, place):
+                channel = place.channels[0] if one.has_channel else None
+                by_name.setdefault(one.name, []).append(Spot(place, channel, one))
+    for apart in by_name.values():
+        if len(apart) > 1:
+            yield from _checks(f"bays-apart/{apart[0].set.set}", apart)
+
+
+def _checks(id: str, apart: Sequence[Spot]) -> Iterator[Check]:
+    one = apart[0].set
+    care = CARE.get(one.name, Care())
+    loops = care.when is When.DISABLED  # which an enabled channel would feel
+    if one.name in ELSEWHERE or not care.fields or care.first_channel or loops:
+        return
+    names = " and ".join(spot.text for spot in apart)
+    yield Check(
+        id=id,
+        title=f"{one.set} sets each of {names} for itself",
+        messages=one.messages,
+        run=partial(_run, apart=apart),
+        needs=frozenset({NEEDS[one.effect]}),
+        does=f"changes a value with {one.set} in one place after the other, and puts them back",
+        skip=next((spot.set.skip for spot in apart if spot.set.skip), ""),
+    )
+
+
+def _run(trial: Trial, apart: Sequence[Spot]) -> None:
+    care = CARE[apart[0].set.name]
+    now: list[tuple[Spot, Values]] = []
+    for spot in apart:
+        before = spot.read(trial)
+        now.append((spot, before))
+        trial.undo(f"{spot.set.set} at {spot.text}", partial(spot.put_back, trial, before))
+    changed = False
+    for index, (spot, values) in enumerate(now):
+        if why := why_not_now(trial, spot, care):
+            trial.info(f"{spot.set.set} was not changed at {spot.text}: {why}")
+            continue
+        variant = first_variant(spot.set, care, values, trial.random)
+        if variant is None:
+            continue
+        changed = True
+        field, value = variant
+        spot.write(trial, {**values, field: value})
+        now[index] = spot, spot.read(trial)
+        for other, theirs in now[:index] + now[index + 1 :]:
+            _judge(
+                trial,
+                other,
+                theirs,
+                f"{field} = {value} was written with {spot.set.set} to {spot.text}",
+            )
+    if not changed:
+        trial.inconclusive("there was nothing that could be changed without risk")
+
+
+def _run_common(trial: Trial, first: Spot, last: Spot, field: str) -> None:
+    """See on one channel what was written to another; that one may not be told by itself (page 119)."""
+    care = CARE[first.set.name]
+    why = why_not_now(trial, first, care) or why_not_now(trial, last, care)
+    request = trial.declared.make(last.set.req, last.channel)
+    theirs = trial.line.ask(request, last.place.address)
+    if why or theirs is None:
+        trial.inconclusive(f"{field} was not changed: {why or f'{last.text} tells no values'}")
+        return
+    before = last.values(theirs)
+    trial.undo(f"{last.set.set} at {last.text}", lambda: last.put_back(trial, before))
+    value = next(
+        each for each in care.fields[field].listed(last.set.fields[field]) if each != before[field]
+    )
+    last.write(trial, {**before, field: value})
+    came = first.ask(trial)
+    told = first.values(came)[field]
+    trial.must(
+        told == value,
+        f"{last.set.set} wrote {field} = {value} to {last.text}, and {first.set.get} of {first.text} then "
+        f"said {told}; it is one for all channels, whichever the message names",
+        came=came.raw,
+    )
+
+
+def _judge(trial: Trial, other: Spot, theirs: Values, after: str) -> None:
+    came = other.ask(trial)
+    says = other.values(came)
+    changed = ", ".join(
+        f"{name} = {value!r}, not {theirs[name]!r}"
+        for name, value in says.items()
+        if value != theirs[name]
+    )
+    trial.must(
+        not changed,
+        f"after {after}, {other.set.get} of {other.text} said {changed}; it should be unchanged there",
+        wanted=other.expected(trial, theirs, came),
+        came=came.raw,
+    )
+
+
+CHANNELS = Kind(
+    name="channels",
+    title="What is set on one channel leaves the others as they are",
+    rules=(
+        "module-channels",
+        "dual-channel-idents",
+        "messages-for-any-channel",
+        "piezo-dual-channel-idents",
+        "piezo-messages-for-any-channel",
+        "lut-channel",
+        "low-pass-for-all-channels",
+    ),
+    make=lambda declared, allowed: (*_channels(declared, allowed), *_common(declared, allowed)),
+)
+BAYS_APART = Kind(
+    name="bays-apart",
+    title="What is set in one bay leaves the others as they are",
+    rules=("slot-addressed-by-destination", "slot-source", "bays-are-single-channel"),
+    make=_bays,
+)

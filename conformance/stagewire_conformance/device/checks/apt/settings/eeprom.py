@@ -1,0 +1,85 @@
+"""``eeprom``: saving a parameter set is not answered, and changes no value.
+
+Whether it is saved shows only after a power cycle. Every channel saves one set, once, because the memory
+wears out; what was saved of it before is not known to anybody and is overwritten with the present values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.checks.apt.clean import clean
+from stagewire_conformance.device.checks.apt.replies import judge_unasked
+from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
+from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["KIND"]
+
+_SAVING: Final = ("MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS")
+_FIRST: Final = ("MOT_AVMODES", "PZ_TPZ_DISPSETTINGS", "MOT_JOGPARAMS")
+"""Sets that are saved rather than others: those with the least effect."""
+_QUIET: Final = 0.3
+"""Seconds in which an answer would have come."""
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    chosen: dict[tuple[str, int], Spot] = {}
+    for spot in sorted(spots(declared), key=_rank):
+        can_save = any(name in spot.place.listed for name in _SAVING)
+        if can_save and spot.set.effect == "settings" and not spot.set.skip:
+            channel = spot.channel or spot.place.channels[0]
+            chosen.setdefault((spot.place.name, channel), spot)
+    for (name, channel), spot in sorted(chosen.items()):
+        saving = next(each for each in _SAVING if each in spot.place.listed)
+        yield Check(
+            id=f"eeprom/{name}/{saving}/{channel}",
+            title=f"{saving} saves {spot.set.set} at {spot.text} without an answer",
+            messages=(saving, *spot.set.messages),
+            run=partial(_run, spot=spot, saving=saving, channel=channel),
+            needs=frozenset({Need.EEPROM}),
+            does=f"writes the present values of {spot.set.set} into the EEPROM of each channel, over "
+            "what was "
+            "saved there",
+            seconds=0.5,
+            skip=spot.place.why_not(saving),
+        )
+
+
+def _rank(spot: Spot) -> int:
+    return _FIRST.index(spot.set.name) if spot.set.name in _FIRST else len(_FIRST)
+
+
+def _run(trial: Trial, spot: Spot, saving: str, channel: int) -> None:
+    before = spot.read(trial)
+    others = Neighbours.of(trial, spot)
+    id = trial.declared.registry.messages[spot.set.set]["id"]
+    message = trial.declared.make(saving, channel, msg_id=id)
+    trial.line.send(message, spot.place.address)
+    for heard in trial.line.listen(_QUIET):
+        judge_unasked(trial, heard, f"after {saving} to {spot.text}")
+    if not clean(trial, f"after {saving}", spot.place):
+        return
+    came = spot.ask(trial)
+    trial.must(
+        spot.values(came) == before,
+        f"{spot.text}: {saving} saved {spot.set.set}, and its values changed; they should be the same",
+        wanted=spot.expected(trial, before, came),
+        came=came.raw,
+    )
+    others.judge(trial, f"{saving} was sent")
+
+
+KIND = Kind(
+    name="eeprom",
+    title="Parameters are saved without an answer and without a change",
+    rules=("eeprom-message-id", "piezo-eeprom-message-id", "command-without-acknowledgement"),
+    make=_make,
+)

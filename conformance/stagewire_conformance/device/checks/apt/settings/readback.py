@@ -1,0 +1,252 @@
+"""``readback``: what a SET sets, its REQ is told, value by value; everything else stays as it was.
+
+The values are near the present ones, or documented (:mod:`.care` says which, and why); each is written, read
+back, and what was there before is put back at the end and read once more. A number that comes back rounded is
+not strict: the document speaks of values that are set, and of no steps in which they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.checks.apt.replies import judge_message
+from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, How, When
+from stagewire_conformance.device.checks.apt.settings.conditions import why_not_now
+from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
+from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, spots
+from stagewire_conformance.device.checks.apt.settings.variants import variants
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["ELSEWHERE", "KIND", "NEEDS", "write_and_read"]
+
+ELSEWHERE = frozenset(
+    {
+        "MOD_CHANENABLESTATE", "RACK_DIGOUTPUTS", "MOT_POSCOUNTER", "MOT_ENCCOUNTER",
+        "MOT_SOL_OPERATINGMODE", "MOT_SOL_INTERLOCKMODE", "MOT_SOL_STATE",
+        "PZ_POSCONTROLMODE", "PZ_OUTPUTVOLTS", "PZ_OUTPUTPOS",
+    }
+)  # fmt: skip
+"""Sets that checks of their own look at: what they set lives, or is put out at once."""
+
+NEEDS = {"settings": Need.SETTINGS, "motion": Need.MOTION}
+"""Effect of a SET -> what has to be allowed."""
+
+
+@dataclass(frozen=True)
+class _Written:
+    """A value that was written, and whether it was taken."""
+
+    value: int
+    taken: bool
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for spot in spots(declared):
+        if spot.set.name not in ELSEWHERE:
+            care = CARE.get(spot.set.name, Care())
+            yield Check(
+                id=spot.id("readback"),
+                title=f"{spot.set.set} is read back by {spot.set.req} at {spot.text}",
+                messages=spot.set.messages,
+                run=partial(_run, spot=spot, care=care),
+                needs=frozenset({NEEDS[spot.set.effect]}),
+                does=_does(spot, care),
+                skip=spot.set.skip,
+            )
+
+
+def _does(spot: Spot, care: Care) -> str:
+    names = [name for name in care.fields if name in spot.set.fields]
+    if not names:
+        return f"writes {spot.set.set} with the values that are there"
+    how = f", {care.when.value}" if care.when is not When.ALWAYS else ""
+    return f"changes {', '.join(names)} with {spot.set.set}{how}, and puts them back"
+
+
+def _run(trial: Trial, spot: Spot, care: Care) -> None:
+    first = spot.ask(trial)
+    judge_message(trial, spot.place, spot.channel, first)
+    before = spot.values(first)
+    for name in care.zero:
+        trial.must(
+            before[name] == 0,
+            f"{spot.text}: {spot.set.get} said {name} = {before[name]}; it is always zero",
+        )
+    neighbours = Neighbours.of(trial, spot)
+    trial.undo(f"{spot.set.set} at {spot.text}", lambda: spot.put_back(trial, before))
+    _write_same(trial, spot, care, before)
+    why = why_not_now(trial, spot, care) if care.fields else "nothing in it is changed for a check"
+    if why:
+        trial.info(f"{spot.set.set} was only written back as it is: {why}")
+    else:
+        write_and_read(trial, spot, care, before, neighbours)
+
+
+def write_and_read(
+    trial: Trial, spot: Spot, care: Care, before: Values, neighbours: Neighbours
+) -> None:
+    """Write one value after the other, and say what came of each."""
+    looked = False
+    for field, values in variants(spot.set, care, before, trial.random):
+        written = []
+        for value in values:
+            written.append(_write(trial, spot, care, before, field, value))
+            if written[-1].taken and not looked:
+                looked = True
+                neighbours.judge(trial, f"{spot.set.set} with {field} = {value} was sent")
+        _judge_refusals(trial, spot, care, field, before[field], written)
+
+
+def _write_same(trial: Trial, spot: Spot, care: Care, before: Values) -> None:
+    """Write what is there: nothing changes."""
+    came = spot.write_and_ask(trial, {**before, **dict.fromkeys(care.ignored, 0)})
+    (trial.should if care.doubtful else trial.must)(
+        spot.values(came) == before,
+        f"{spot.text}: {spot.set.set} wrote what was there, and {spot.set.get} then said "
+        f"{_differences(spot.values(came), before)}",
+        wanted=spot.expected(trial, before, came),
+        came=came.raw,
+    )
+
+
+def _write(
+    trial: Trial, spot: Spot, care: Care, before: Values, field: str, value: int
+) -> _Written:
+    written = {**before, field: value}
+    came = spot.write_and_ask(trial, written)
+    says = spot.values(came)
+    told, was = says[field], before[field]
+    strict = trial.should if care.doubtful else trial.must
+    text = (
+        f"{spot.text}: {spot.set.set} wrote {field} = {value}, and {spot.set.get} then said {told}"
+    )
+    text += f" (before it was {was})"
+    if care.doubtful:
+        text += f"; {care.doubtful}"
+    wanted = spot.expected(trial, written, came)
+    is_number = care.fields[field].how in (How.NEAR, How.LOWER, How.HIGHER, How.WIDE)
+    if told != value and is_number and 2 * abs(told - value) <= abs(value - was):
+        trial.should(False, f"{text}: the value was rounded", wanted=wanted, came=came.raw)
+    else:
+        strict(told in (value, was), text, wanted=wanted, came=came.raw)
+    rest = {name: each for name, each in says.items() if name != field}
+    strict(
+        all(each == before[name] for name, each in rest.items()),
+        f"{spot.text}: {spot.set.set} changed {field} alone, and {spot.set.get} then said "
+        f"{_differences(rest, before)}",
+        wanted=wanted,
+        came=came.raw,
+    )
+    return _Written(value, taken=told != was)
+
+
+def _judge_refusals(
+    trial: Trial, spot: Spot, care: Care, field: str, was: object, written: list[_Written]
+) -> None:
+    """Say which values were not taken: one of several may have a reason, all of them have none."""
+    refused = [str(each.value) for each in written if not each.taken]
+    if not refused:
+        return
+    gently = care.doubtful or care.fields[field].advised or len(refused) < len(written)
+    (trial.should if gently else trial.must)(
+        False,
+        f"{spot.text}: {spot.set.set} did not set {field}: {', '.join(refused)} was written, and "
+        f"{spot.set.get} went on to say {was}" + (f"; {care.doubtful}" if care.doubtful else ""),
+    )
+
+
+def _differences(says: Values, wanted: Values) -> str:
+    return ", ".join(
+        f"{name} = {value!r} (before it was {wanted[name]!r})"
+        for name, value in says.items()
+        if value != wanted[name]
+    )
+
+
+KIND = Kind(
+    name="readback",
+    title="What is set is read back, and what was there before can be put back",
+    rules=(
+        "get-answers-request",
+        "command-without-acknowledgement",
+        "no-error-in-normal-operation",
+        "velocity-parameters",
+        "minimum-velocity-zero",
+        "jog-parameters",
+        "jog-mode-values",
+        "jog-stop-mode-values",
+        "jog-minimum-velocity-zero",
+        "backlash-parameters",
+        "relative-parameter-alone",
+        "absolute-parameter-alone",
+        "home-parameters",
+        "home-parameters-mls203",
+        "limit-switch-parameters",
+        "limit-switch-values",
+        "soft-limit-modes",
+        "dc-pid-parameters",
+        "led-modes",
+        "pot-parameters",
+        "pot-deflection-range",
+        "pot-equal-velocities",
+        "button-modes",
+        "button-positions",
+        "position-loop-parameters",
+        "motor-output-parameters",
+        "motor-bias-range",
+        "settle-ranges",
+        "profile-mode",
+        "profile-values",
+        "profile-jerk-range",
+        "current-loop-parameters",
+        "current-loop-phase",
+        "settled-current-loop-parameters",
+        "settled-current-loop-phase",
+        "solenoid-cycle",
+        "solenoid-cycle-times",
+        "solenoid-cycle-count",
+        "volts-source",
+        "pi-constants",
+        "pi-constants-range",
+        "lut-waveform",
+        "lut-index-range",
+        "lut-output-range",
+        "lut-parameters",
+        "lut-modes-combined",
+        "lut-cycle-length-range",
+        "lut-cycle-count-range",
+        "lut-delay-range",
+        "lut-rest-ranges",
+        "lut-trigger-start-range",
+        "lut-trigger-repeat-range",
+        "display-intensity",
+        "display-intensity-range",
+        "tpz-io-settings",
+        "tpz-voltage-limits",
+        "tpz-feedback-inputs",
+        "io-settings",
+        "current-limits",
+        "low-pass-filters",
+        "bnc-modes",
+        "max-voltage",
+        "max-voltage-range",
+        "max-voltage-flags-unused",
+        "max-voltage-answered",
+        "max-travel-announced",
+        "slew-rates",
+        "slew-rate-range",
+        "tsg-io-settings",
+        "tsg-outputs",
+        "tsg-display-modes",
+        "tsg-force-range",
+    ),
+    make=_make,
+)

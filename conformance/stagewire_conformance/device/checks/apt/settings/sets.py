@@ -1,0 +1,179 @@
+"""The parameter sets of a place, and how one of them is read, written and put back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from stagewire.errors import StagewireError
+from stagewire_conformance.device.checks.apt.replies import judge_unasked
+from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
+from stagewire_conformance.registry import Json
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["ParameterSet", "Spot", "Values", "parameter_sets", "spots"]
+
+Values = dict[str, Any]
+
+CHANNEL: Final = "chan_ident"
+_SHORT: Final = 0.2
+"""Seconds within which what a SET sends back by itself has come."""
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """A SET, its REQ and its GET.
+
+    :param name: such as ``MOT_VELPARAMS``.
+    :param fields: those that carry values, without the channel, by name: entries of the registry.
+    :param announces: what a SET sends back by itself.
+    :param has_channel: whether it names one.
+    :param effect: of the SET.
+    :param skip: why it cannot be looked at, which only the PICS can say; empty: it can.
+    """
+
+    name: str
+    set: str
+    req: str
+    get: str
+    fields: Mapping[str, Json]
+    announces: tuple[str, ...]
+    has_channel: bool
+    effect: str
+    skip: str
+
+    @property
+    def messages(self) -> tuple[str, str, str]:
+        """The names of the three messages."""
+        return self.set, self.req, self.get
+
+
+def parameter_sets(declared: Declared, place: Place) -> Iterator[ParameterSet]:
+    """Give the parameter sets in the list of a place that can be set and asked for, as the registry has them.
+
+    Those that the PICS takes back are among them.
+    """
+    registry = declared.registry
+    for name, roles in registry.table("sets").items():
+        setting, asking, telling = (roles.get(role, "") for role in ("set", "req", "get"))
+        if not {setting, asking, telling} <= place.listed:
+            continue
+        entry = registry.messages[setting]
+        fields = {
+            field: facts
+            for field, facts in registry.fields(setting, entry["layouts"][0]["form"]).items()
+            if facts["role"] == "value"
+        }
+        yield ParameterSet(
+            name=name,
+            set=setting,
+            req=asking,
+            get=telling,
+            fields={field: facts for field, facts in fields.items() if field != CHANNEL},
+            announces=tuple(each for each in entry["exchange"].get("announces", ())),
+            has_channel=CHANNEL in fields,
+            effect=entry["effect"],
+            skip=next(filter(None, map(place.why_not, (setting, asking, telling))), ""),
+        )
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A parameter set of one channel of one place.
+
+    :param channel: None where the set names none.
+    """
+
+    place: Place
+    channel: int | None
+    set: ParameterSet
+
+    @property
+    def text(self) -> str:
+        """Where it is, for people."""
+        channel = "" if self.channel is None else f" channel {self.channel}"
+        return f"{self.place.name}{channel}"
+
+    def id(self, kind: str) -> str:
+        """Return the id of a check of it."""
+        channel = "" if self.channel is None else f"/{self.channel}"
+        return f"{kind}/{self.place.name}/{self.set.set}{channel}"
+
+    def ask(self, trial: Trial) -> Heard:
+        """Ask for the values; the check ends where nothing answers."""
+        request = trial.declared.make(self.set.req, self.channel)
+        return trial.reply(request, self.place.address)
+
+    def read(self, trial: Trial) -> Values:
+        """Return the values; the check ends where nothing answers."""
+        return self.values(self.ask(trial))
+
+    def values(self, heard: Heard) -> Values:
+        """Return the values of a GET that came."""
+        return {name: getattr(heard.message, name) for name in self.set.fields}
+
+    def expected(self, trial: Trial, values: Values, came: Heard) -> bytes:
+        """Return the bytes of the GET that would have said these values, addressed as the one that came."""
+        message: Any = trial.declared.make(self.set.get, self.channel, **values)
+        raw: bytes = message.pack(came.dest, came.source)
+        return raw
+
+    def write(self, trial: Trial, values: Values) -> None:
+        """Write values, and see that what the document has come because of that does."""
+        line, place = trial.line, self.place
+        line.send(trial.declared.make(self.set.set, self.channel, **values), place.address)
+        missing = {name for name in self.set.announces if name in place.messages}
+        if not missing:
+            return
+
+        def complete(heard: Heard) -> bool:
+            missing.discard(heard.name)
+            return not missing
+
+        came = line.listen(_SHORT, until=complete)
+        line.heard[:0] = [each for each in came if each.name not in self.set.announces]
+        for name in sorted(missing):
+            trial.must(False, f"{self.text}: {self.set.set} was sent, and no {name} came by itself")
+
+    def write_and_ask(self, trial: Trial, values: Values) -> Heard:
+        """Write values and return what is then told; the check ends where nothing answers.
+
+        A SET is not answered: what comes beside the answer to the request is said to be wrong.
+        """
+        self.write(trial, values)
+        came = self.ask(trial)
+        for heard in trial.line.listen(0):
+            judge_unasked(trial, heard, f"after {self.set.set} at {self.text}")
+        return came
+
+    def put_back(self, trial: Trial, values: Values) -> None:
+        """Write values and see that they are there again.
+
+        Raises :class:`~stagewire.errors.StagewireError` with what to do where they are not.
+        """
+        line, declared = trial.line, trial.declared
+        line.send(declared.make(self.set.set, self.channel, **values), self.place.address)
+        if self.set.announces:
+            line.listen(_SHORT)
+        came = line.ask(declared.make(self.set.req, self.channel), self.place.address)
+        if came is not None and self.values(came) == values:
+            return
+        words = " ".join(f"{name}={value!r}" for name, value in values.items())
+        says = "nothing" if came is None else came.text
+        raise StagewireError(f"{self.text}: write {self.set.set} {words} (it says: {says})")
+
+
+def spots(declared: Declared) -> Iterator[Spot]:
+    """Give each parameter set of each channel of each place, of those channels that the document names."""
+    for place in declared.places:
+        for one in parameter_sets(declared, place):
+            channels: tuple[int | None, ...] = place.channels if one.has_channel else (None,)
+            if CARE.get(one.name, Care()).first_channel:
+                channels = channels[:1]
+            for channel in channels:
+                yield Spot(place, channel, one)

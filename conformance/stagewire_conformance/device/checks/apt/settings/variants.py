@@ -1,0 +1,69 @@
+"""The values that a check writes instead of the present ones: near to them, and documented."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from random import Random
+from typing import Final
+
+from stagewire_conformance.device.checks.apt.settings.care import Care, How, Varied
+from stagewire_conformance.device.checks.apt.settings.sets import ParameterSet, Values
+from stagewire_conformance.registry import Json
+
+__all__ = ["first_variant", "variants"]
+
+_SHARE: Final = 16
+"""A number is changed by a sixteenth of it, or somewhat less: more than a controller should round."""
+_WIDE: Final = (0x1_0000, 0x1_FFFF)
+"""By how much a number is changed that is to show how wide it is."""
+_LEAST: Final = 8
+"""A number that is small is changed by so much at least, where it may go up or down."""
+
+
+def variants(
+    one: ParameterSet, care: Care, present: Values, random: Random
+) -> Iterator[tuple[str, list[int]]]:
+    """Give each field that may be changed, with the values to write; present ones are not among them."""
+    for name, varied in care.fields.items():
+        if name in one.fields:
+            values = _values(one.fields[name], varied, present[name], random)
+            if varied.like and 0 < present[varied.like] < present[name]:
+                values.append(present[varied.like])
+            if values:
+                yield name, values
+
+
+def first_variant(
+    one: ParameterSet, care: Care, present: Values, random: Random
+) -> tuple[str, int] | None:
+    """Return one field and one value for it that differs; of a channel's own if there is one."""
+    for name, values in variants(one, care, present, random):
+        if not care.fields[name].common:
+            return name, values[0]
+    return None
+
+
+def _values(field: Json, varied: Varied, present: int, random: Random) -> list[int]:
+    match varied.how:
+        case How.LISTED | How.FEWER:
+            values = [present & varied.keep | value for value in varied.listed(field)]
+            if varied.how is How.FEWER:
+                values = [value for value in values if value < present]
+        case How.BITS:
+            values = [present ^ mask for mask in sorted(field["flags"].values())]
+        case _:
+            values = [present + step for step in _steps(varied.how, present, random)]
+            floor = field["minimum"] if varied.floor is None else varied.floor
+            values = [value for value in values if floor <= value <= field["maximum"]]
+    return [value for value in values if value != present]
+
+
+def _steps(how: How, present: int, random: Random) -> list[int]:
+    """Return by how much a number changes."""
+    size = abs(present) // _SHARE
+    least = 1 if how is How.LOWER else _LEAST
+    lower = -random.randint(max(least, size // 2), max(least, size))
+    higher = random.randint(max(_LEAST, size // 2), max(2 * _LEAST, size))
+    wide = random.randint(*_WIDE)
+    steps = {How.LOWER: [lower], How.HIGHER: [higher], How.WIDE: [higher, lower, wide, -wide]}
+    return steps.get(how, [higher, lower])

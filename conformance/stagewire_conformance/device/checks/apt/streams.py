@@ -1,0 +1,107 @@
+"""Status messages that come by themselves: what starts them, what ends them, and which ones they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from stagewire.framed_message import FramedMessage
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["Stream", "stream_of", "streams_of"]
+
+
+class Stream:
+    """The status messages of a place, from the start to the stop.
+
+    :param place: whose they are.
+    :param start: the message that starts them.
+    :param stop: the message that ends them.
+    :param status: the message that comes again and again.
+    """
+
+    def __init__(
+        self, place: Place, start: FramedMessage, stop: FramedMessage, status: str
+    ) -> None:
+        self.place = place
+        self.start = start
+        self.stop = stop
+        self.status = status
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """The messages that it is made of."""
+        return self.start.layout.message, self.stop.layout.message, self.status
+
+    @property
+    def skip(self) -> str:
+        """Why it is not started, which only the PICS can say; empty: it is."""
+        return next((why for name in self.messages if (why := self.place.why_not(name))), "")
+
+    @property
+    def sign(self) -> str:
+        """The message that keeps it going on USB; empty where the place claims none."""
+        sign = self.place.keep_alive
+        return "" if sign is None else sign.layout.message
+
+    def give_sign(self, trial: Trial) -> None:
+        """Send the message that keeps it going, if there is one."""
+        if self.place.keep_alive is not None:
+            trial.line.send(self.place.keep_alive(), self.place.address)
+
+    def begin(self, trial: Trial) -> None:
+        """Start it, and see to it that it is stopped at the end of the check."""
+        what = f"status updates of {self.place.name}"
+        if all(undo.what != what for undo in trial.undos):
+            trial.undo(what, lambda: self.end(trial))
+        trial.line.send(self.start, self.place.address)
+
+    def end(self, trial: Trial) -> None:
+        """Stop it."""
+        trial.line.send(self.stop, self.place.address)
+
+    def of_it(self, heard: Iterable[Heard]) -> list[Heard]:
+        """Return what came of it; addresses of 0, which some controllers send, may be anybody's."""
+        mine = self.place.address
+        return [
+            each
+            for each in heard
+            if each.name == self.status and (mine in (each.source, each.dest) or each.source == 0)
+        ]
+
+    def by_channel(self, heard: Iterable[Heard]) -> dict[int, list[Heard]]:
+        """Return what came of it, channel by channel, those included of which nothing came."""
+        mine = self.of_it(heard)
+        return {
+            number: [each for each in mine if each.channel == number]
+            for number in self.place.channels
+        }
+
+
+def streams_of(declared: Declared) -> list[Stream]:
+    """Return the status messages of all places whose lists have some."""
+    found = [stream_of(declared, place) for place in declared.places]
+    return [stream for stream in found if stream is not None]
+
+
+def stream_of(declared: Declared, place: Place) -> Stream | None:
+    """Return the status messages of a place; None for one that has no channels, or whose list has none."""
+    for name, entry in declared.registry.messages.items():
+        exchange = entry["exchange"]
+        if "periodic_ms" not in exchange or name not in place.listed or not place.channels:
+            continue
+        started = exchange["starts"]
+        stop = next(
+            other
+            for other, each in declared.registry.messages.items()
+            if each["exchange"].get("stops") == started
+        )
+        status = next((each for each in started if each in place.listed), None)
+        if status is not None:
+            defaults: dict[str, Any] = entry.get("call", {}).get("defaults", {})
+            return Stream(place, declared.make(name, **defaults), declared.make(stop), status)
+    return None

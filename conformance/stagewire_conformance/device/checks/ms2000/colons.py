@@ -1,0 +1,159 @@
+"""Where a command ends: at the colon behind its data, however long it takes to come (section 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Final
+
+from stagewire.commands import Command
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.clean import asked
+from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.trial import Trial
+
+__all__ = ["KIND"]
+
+_WAIT: Final = 0.2
+"""Seconds in which an answer would have come."""
+_LUDL: Final = 2.2
+"""Seconds beyond the time-out of the controllers that this one imitates, which it has not."""
+
+Look = Callable[[Axis, Command], None]
+
+
+def _ignored_rest(axis: Axis, request: Command) -> None:
+    plain = axis.ask(request)
+    for count in (1, 3, 40):
+        rest = harmless_bytes(axis.trial.random, count)
+        _same(
+            axis, plain.pack(), request, rest, f"{count} bytes before the colon, which are ignored"
+        )
+
+
+def _rest_is_a_command(axis: Axis, request: Command) -> None:
+    """See that a command whose colon was lost makes the next one a part of it, and is answered alone."""
+    plain = axis.ask(request)
+    second = request.pack(axis.address)[:-1]
+    _same(
+        axis, plain.pack(), request, second, "a second command before the colon, which is ignored"
+    )
+
+
+def _same(axis: Axis, plain: bytes, request: Command, rest: bytes, about: str) -> None:
+    axis.line.send(request, axis.address, extra=rest)
+    came = axis.line.hear(request)
+    axis.trial.must(
+        came == plain,
+        f"{request.layout.message} of axis {axis.name} with {about}, was not answered as it is without",
+        wanted=plain,
+        came=came,
+    )
+
+
+def _missing(axis: Axis, request: Command) -> None:
+    _paused(axis, request, request.pack(axis.address)[:-1], _WAIT, "that has no colon yet")
+
+
+def _no_time_out(axis: Axis, request: Command) -> None:
+    _paused(axis, request, request.pack(axis.address)[:2], _LUDL, "of which half is there")
+
+
+def _paused(axis: Axis, request: Command, begun: bytes, pause: float, what: str) -> None:
+    plain = axis.ask(request)
+    rest = request.pack(axis.address)[len(begun) :]
+    name = request.layout.message
+    axis.line.send_bytes(begun, f"the beginning of {name}")
+    came = axis.line.listen(pause)
+    axis.trial.must(
+        not came, f"{name} of axis {axis.name}, {what}, was answered", wanted=b"", came=came
+    )
+    axis.line.send_bytes(rest, f"the rest of {name}")
+    came = axis.line.hear(request)
+    axis.trial.must(
+        came == plain.pack(),
+        f"{name} of axis {axis.name}, the rest of which came {pause:g} s later, was not answered as usual; "
+        "no time-out gives a command up",
+        wanted=plain.pack(),
+        came=came,
+    )
+
+
+def _behind_garbage(axis: Axis, request: Command) -> None:
+    """See that a colon clears the buffers, so that what follows at once is a command."""
+    plain = axis.ask(request)
+    garbage = harmless_bytes(axis.trial.random, 5)
+    axis.line.send_bytes(garbage + END + request.pack(axis.address), "garbage, a colon, a request")
+    came = axis.line.hear(request)
+    axis.trial.must(
+        came == plain.pack(),
+        f"{request.layout.message} of axis {axis.name}, right behind garbage and a colon, was not answered "
+        "as usual; a colon clears the buffers",
+        wanted=plain.pack(),
+        came=came,
+    )
+
+
+_CASES: Final[dict[str, tuple[str, Look, tuple[str, ...], float]]] = {
+    "missing": (
+        "A request is not answered before its colon, and is with it",
+        _missing,
+        ("not-recognised-before-colon", "commands-processed-at-colon", "ends-with-colon"),
+        0.4,
+    ),
+    "no-time-out": (
+        f"A request whose bytes come {_LUDL:g} s apart is answered",
+        _no_time_out,
+        ("no-timeout",),
+        2.4,
+    ),
+    "ignored-rest": (
+        "Bytes between the size and the colon of a request are ignored",
+        _ignored_rest,
+        ("ignored-before-colon",),
+        0.3,
+    ),
+    "rest-is-a-command": (
+        "A second command before the colon is ignored",
+        _rest_is_a_command,
+        ("ignored-before-colon", "ends-with-colon"),
+        0.2,
+    ),
+    "behind-garbage": (
+        "A request right behind garbage and a colon is answered",
+        _behind_garbage,
+        ("clears-on-colon",),
+        0.2,
+    ),
+}
+"""Name -> what has to hold, what looks at it, the rules, and about how long it takes."""
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    place, request = asked(declared)
+    name = request.layout.message
+
+    def run(look: Look, trial: Trial) -> None:
+        look(Axis(trial, place), request)
+
+    for case, (title, look, rules, seconds) in _CASES.items():
+        yield Check(
+            id=f"{KIND.name}/{case}",
+            title=title,
+            messages=(name,),
+            run=partial(run, look),
+            rules=rules,
+            skip=place.why_not(name),
+            seconds=seconds,
+        )
+
+
+KIND: Final = Kind(
+    name="colon",
+    title="A command ends at its colon",
+    rules=tuple(dict.fromkeys(rule for case in _CASES.values() for rule in case[2])),
+    make=_make,
+)

@@ -1,0 +1,122 @@
+"""The two formats, and the setup commands that lead from one into the other (section 1).
+
+RESET_CONTROLLER is never sent: it may lose the position. Nor is what chooses the digits of WHERE: nothing of
+this document tells which were chosen, so that they could not be put back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Final
+
+from stagewire.commands import SetupCommand
+from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.checks.ms2000.axis import Axis, line_of
+from stagewire_conformance.device.checks.ms2000.clean import Clean, asked
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.trial import Trial
+from stagewire_ms2000 import PROTOCOL
+from stagewire_ms2000 import messages as m
+
+__all__ = ["KIND"]
+
+_WAIT: Final = 0.2
+"""Seconds in which an answer would have come."""
+
+
+def _low_level_again(trial: Trial) -> None:
+    clean = Clean(trial)
+    _switch(trial, m.SwitchToLowLevel())
+    clean.again("after 255 66 in the low-level format")
+
+
+def _high_level(trial: Trial) -> None:
+    """Leave the low-level format, see that its commands are none then, and come back."""
+    line, clean = line_of(trial), Clean(trial)
+    place, request = asked(trial.declared)
+    answer = Axis(trial, place).ask(request).pack()
+    trial.undo("the low-level format", partial(line.send, m.SwitchToLowLevel()))
+    _switch(trial, m.SwitchToHighLevel())
+    came = line.ask(request, place.address, _WAIT)
+    trial.must(
+        came != answer,
+        f"after 255 65, which leaves the low-level format, {request.layout.message} was answered as in it",
+        came=came,
+    )
+    line.send(m.SwitchToLowLevel())
+    line.listen(_WAIT)  # of text it may have answered anything
+    clean.again("after 255 65 and 255 66")
+
+
+def _capital(trial: Trial) -> None:
+    """See that a small letter switches nothing."""
+    line, clean = line_of(trial), Clean(trial)
+    trial.undo("the low-level format", partial(line.send, m.SwitchToLowLevel()))
+    small = bytes((PROTOCOL.marks.prefix, ord("a"), PROTOCOL.marks.terminator))
+    line.send_bytes(small, "255 and a small a")
+    came = line.listen(_WAIT)
+    trial.must(not came, "255 97 was answered; the letter has to be a capital", came=came)
+    clean.again("after 255 97, the letter of which is no capital")
+
+
+def _switch(trial: Trial, command: SetupCommand) -> None:
+    line = line_of(trial)
+    line.send(command)
+    came = line.listen(_WAIT)
+    name = command.layout.message
+    trial.must(not came, f"{name} was answered; it has no reply", wanted=b"", came=came)
+
+
+_CASES: Final[
+    dict[str, tuple[str, Callable[[Trial], None], tuple[str, ...], tuple[str, ...], bool]]
+] = {
+    "low-level-again": (
+        "255 66 in the low-level format changes nothing",
+        _low_level_again,
+        ("SWITCH_TO_LOW_LEVEL",),
+        ("low-level-switch", "setup-prefix"),
+        False,
+    ),
+    "high-level": (
+        "255 65 leaves the low-level format, and 255 66 leads back",
+        _high_level,
+        ("SWITCH_TO_HIGH_LEVEL", "SWITCH_TO_LOW_LEVEL"),
+        ("low-level-only-by-setup", "setup-prefix", "high-level-switch", "low-level-switch"),
+        True,
+    ),
+    "capital-letter": (
+        "255 and a small letter switch nothing",
+        _capital,
+        ("SWITCH_TO_HIGH_LEVEL",),
+        ("high-level-switch",),
+        True,
+    ),
+}
+"""Name -> what has to hold, what looks at it, the messages, the rules, whether it may switch formats."""
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    place, request = asked(declared)
+    for case, (title, look, messages, rules, switches) in _CASES.items():
+        all_messages = (*messages, request.layout.message)
+        yield Check(
+            id=f"{KIND.name}/{case}",
+            title=title,
+            messages=all_messages,
+            run=look,
+            rules=rules,
+            needs=frozenset({Need.SETTINGS} if switches else ()),
+            does="switches to the high-level format for a moment" if switches else "",
+            skip=next(filter(None, map(place.why_not, all_messages)), ""),
+            seconds=0.6,
+        )
+
+
+KIND: Final = Kind(
+    name="formats",
+    title="Setup commands lead from one format into the other, and back",
+    rules=("low-level-only-by-setup", "setup-prefix", "high-level-switch", "low-level-switch"),
+    make=_make,
+)

@@ -1,0 +1,100 @@
+"""Joystick or knob: disabled and enabled, and the bit that tells it (sections 14, 26 and 27)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Final
+
+from stagewire.commands import Command
+from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.making import axis_check
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_ms2000 import messages as m
+
+__all__ = ["KIND"]
+
+
+def _look(axis: Axis) -> None:
+    """Switch it off and on, in both forms, and leave it as it was.
+
+    One that was disabled is not enabled unless things may move: nobody knows how the joystick stands.
+    """
+    was = axis.status.joystick_enabled
+    others = {each: each.status.joystick_enabled for each in _others(axis)}
+    for each, enabled in ((axis, was), *others.items()):
+        axis.trial.undo(
+            f"joystick of axis {each.name}: {'enabled' if enabled else 'disabled'}",
+            partial(_put_back, each, enabled, told=each is axis),
+        )
+    may_enable = was or axis.trial.allowed.motion is not None
+    for sized in (True, False):
+        _switch(axis, m.JoystickDisable(), sized)
+        if may_enable:
+            _switch(axis, m.JoystickEnable(), sized)
+            _switch(axis, m.JoystickDisable(), sized)
+    if not may_enable:
+        axis.trial.info(
+            "it was disabled, and is not enabled unless things may move (--allow-motion)"
+        )
+    for each, enabled in others.items():
+        axis.trial.must(
+            each.status.joystick_enabled is enabled,
+            f"the joystick of axis {axis.name} was switched, and bit 3 of axis {each.name} followed",
+        )
+
+
+def _put_back(axis: Axis, enabled: bool, *, told: bool) -> None:
+    """Switch it back; of another axis only if a controller has switched more than it was told."""
+    if told or axis.status.joystick_enabled is not enabled:
+        _switch(axis, m.JoystickEnable() if enabled else m.JoystickDisable(), None)
+
+
+def _others(axis: Axis) -> list[Axis]:
+    """Return the other axes, as far as they tell the bit."""
+    return [
+        Axis(axis.trial, place)
+        for place in axis.trial.declared.places
+        if place != axis.place and "READ_STATUS_BYTE" in place.messages
+    ]
+
+
+def _switch(axis: Axis, command: Command, sized: bool | None) -> None:
+    axis.line.settle()
+    axis.tell(command, sized=sized)
+    wanted, name = command == m.JoystickEnable(), command.layout.message
+    form = {None: "", True: " with the size 0", False: " without its size"}[sized]
+    status = axis.status
+    axis.trial.must(
+        status.joystick_enabled is wanted,
+        f"after {name}{form}, the status byte of axis {axis.name} is {int(status):#04x}; bit 3 has to be "
+        f"{int(wanted)}",
+        came=bytes((int(status),)),
+    )
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for place in declared.places:
+        yield axis_check(
+            KIND.name,
+            place,
+            _look,
+            title="Bit 3 of {axis} tells that its joystick is disabled and enabled, with the size or without",
+            messages=("JOYSTICK_ENABLE", "JOYSTICK_DISABLE", "READ_STATUS_BYTE"),
+            needs=frozenset({Need.SETTINGS}),
+            does="disables joystick or knob of every axis for a moment; enables it if it was enabled",
+            seconds=0.8,
+        )
+
+
+KIND: Final = Kind(
+    name="joystick",
+    title="Joystick or knob is disabled and enabled, and the status byte tells it",
+    rules=(
+        "joystick-enabled", "joystick-size-optional", "joystick-disabled",
+        "joystick-disable-size-optional", "status-joystick-bit",
+    ),
+    make=_make,
+)  # fmt: skip

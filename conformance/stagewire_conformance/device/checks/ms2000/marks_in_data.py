@@ -1,0 +1,87 @@
+"""The colon and 255 among data: which of two readings a controller follows is told, not judged.
+
+Section 2 has as many bytes for data as the size says, a colon among them too, and says elsewhere that any
+colon clears the buffers. Section 1 has 255 before the letter of a setup command, and does not say whether
+that is so in the midst of a command. Whichever way a controller takes, it does nothing in between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Final
+
+from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.clean import Clean
+from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes
+from stagewire_conformance.device.checks.ms2000.making import axis_check, first_place
+from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_ms2000 import PROTOCOL
+
+__all__ = ["KIND"]
+
+_COLON: Final = PROTOCOL.marks.terminator
+_SIZE: Final = INCREMENT.write.layout.length
+_NOTHING: Final = bytes((PROTOCOL.marks.prefix, ord("B")))
+"""The setup command that changes nothing, since the low-level format is in force."""
+
+_COLONS: Final = {"low": (0,), "middle": (1,), "high": (2,), "all": (0, 1, 2)}
+"""Which bytes of the data are colons."""
+
+
+def _colons(axis: Axis, at: tuple[int, ...]) -> None:
+    data = bytearray(harmless_bytes(axis.trial.random, _SIZE))
+    for place in at:
+        data[place] = _COLON
+    _try(axis, bytes(data), "a colon among the data is data", "any colon ends a command")
+
+
+def _prefix(axis: Axis) -> None:
+    data = _NOTHING + harmless_bytes(axis.trial.random, 1)
+    _try(axis, data, "255 among the data is data", "255 and a letter are a setup command anywhere")
+
+
+def _try(axis: Axis, data: bytes, taken: str, not_taken: str) -> None:
+    trial, clean = axis.trial, Clean(axis.trial)
+    present = keep(axis, INCREMENT)
+    value = int.from_bytes(data, "little", signed=True)
+    INCREMENT.set(axis, value)
+    found = INCREMENT.of(axis)
+    if trial.must(
+        found in (value, present),
+        f"{INCREMENT.name} of axis {axis.name} with the data {data.hex(' ')} made {found} of {present}; it "
+        f"writes {value}, or nothing",
+        wanted=data,
+        came=(found % 256**_SIZE).to_bytes(_SIZE, "little"),
+    ):
+        trial.info(f"of two readings of the document: {taken if found == value else not_taken}")
+    clean.again(f"after {INCREMENT.name} with the data {data.hex(' ')}")
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    cases = {f"colon-{name}": partial(_colons, at=at) for name, at in _COLONS.items()}
+    for name, look in (cases | {"prefix": _prefix}).items():
+        mark = "255" if name == "prefix" else "a colon"
+        yield axis_check(
+            KIND.name,
+            first_place(declared, *INCREMENT.messages),
+            look,
+            title=f"{INCREMENT.name} with {mark} in its data writes just that, or nothing",
+            messages=INCREMENT.messages,
+            behind=name,
+            needs=frozenset({Need.SETTINGS}),
+            does="writes increments with colons and 255 in them, and puts the increment back",
+            seconds=0.3,
+            rules=("setup-prefix",) if name == "prefix" else ("colon-found-behind-data",),
+        )
+
+
+KIND: Final = Kind(
+    name="marks-in-data",
+    title="A colon or 255 among the data does no harm",
+    rules=("colon-found-behind-data", "setup-prefix"),
+    make=_make,
+)

@@ -1,0 +1,104 @@
+"""The ends of the travel, and the bits that tell them (section 14).
+
+The table of section 14 has bit 6 for the upper and bit 7 for the lower switch; its example has it the other
+way round. The table is the definition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Final
+
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.ms2000.motion.making import lacks_of, motion_check
+from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.places import Place
+from stagewire_ms2000.flags import StatusBits
+
+__all__ = ["KIND"]
+
+
+def _end(mover: Mover, upper: bool) -> None:
+    mover.ready()
+    trial = mover.trial
+    begin = mover.status
+    end = mover.high if upper else mover.low
+    mover.go(end)
+    status = mover.status
+    which = "upper" if upper else "lower"
+    own, other = (
+        (status.upper_limit, status.lower_limit)
+        if upper
+        else (status.lower_limit, status.upper_limit)
+    )
+    told = f"axis {mover.name} is at its {which} end, and its status byte tells {int(status):#04x}"
+    byte = bytes((int(status),))
+    if other and not own:
+        trial.should(
+            False, f"{told}: the other end, as in the example and against the table", came=byte
+        )
+    else:
+        trial.must(bool(own), f"{told}, without the bit of the {which} switch", came=byte)
+        trial.must(not other, f"{told}, with the bit of the other end", came=byte)
+    if abs(mover.start - end) > 1 and not _at_an_end(begin):
+        mover.go(mover.start)
+        away = mover.status
+        trial.must(
+            not _at_an_end(away),
+            f"axis {mover.name} is away from both ends, and its status byte tells {int(away):#04x}",
+            came=bytes((int(away),)),
+        )
+
+
+def _at_an_end(status: StatusBits) -> bool:
+    return bool(status.upper_limit or status.lower_limit)
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for place in declared.places:
+        for name, upper in (("upper", True), ("lower", False)):
+            yield motion_check(
+                KIND.name,
+                declared,
+                allowed,
+                place,
+                partial(_end, upper=upper),
+                title=f"{{axis}} tells that it is at its {name} end",
+                messages=("READ_STATUS_BYTE",),
+                behind=name,
+                lacks=_lacks(declared, allowed, place, upper),
+                undeclared=_undeclared(place),
+                seconds=10.0,
+            )
+
+
+def _undeclared(place: Place) -> str:
+    connected = place.connected_to()
+    if connected.travel is None:
+        return f"the PICS declares no travel of axis {place.name}"
+    if not connected.limit_switches:
+        return f"the PICS declares no limit switches of axis {place.name}"
+    return ""
+
+
+def _lacks(declared: Declared, allowed: Permissions, place: Place, upper: bool) -> str:
+    """Return why the range does not reach an end; empty where it does."""
+    travel = place.travel_of()
+    if travel is None or allowed.motion is None or lacks_of(declared, allowed, place):
+        return ""
+    low, high = declared.reach(place, None, allowed.motion)
+    end = travel.high if upper else travel.low
+    if end in (low, high):
+        return ""
+    return f"axis {place.name} goes to {end} counts: --allow-motion that includes it"
+
+
+KIND: Final = Kind(
+    name="limits",
+    title="An axis at an end of its travel says at which",
+    rules=("status-limit-bits",),
+    make=_make,
+)

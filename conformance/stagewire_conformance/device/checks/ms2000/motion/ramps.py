@@ -1,0 +1,139 @@
+"""Ramps: an axis reaches its top speed within the ramp time, evenly (sections 10, 22 and 25)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course
+from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
+from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample
+from stagewire_conformance.device.checks.ms2000.motion.stopping import stop
+from stagewire_conformance.device.checks.ms2000.stored import RAMP_TIME, TOP_SPEED, keep
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.jitter import jitter_of
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.trial import EnoughError
+from stagewire_ms2000 import messages as m
+
+__all__ = ["KIND"]
+
+_RAMP: Final = 0.25
+"""Seconds of the ramp, long enough to be seen."""
+_LONG: Final = 2.0
+"""Ramp times at top speed that are as far as the move goes; its last ramp begins by then."""
+_JUDGED: Final = 1.4
+"""Ramp times up to which a speed is judged."""
+_ON_RAMP: Final = 0.2
+"""The part of the top speed by which a speed on a ramp may differ: servos lag, and hosts."""
+_OFF_RAMP: Final = 0.1
+"""The same when the ramp has been over for :data:`_ON_RAMP` of its time."""
+_FASTEST: Final = 0x7FFF
+"""µm/s of the fastest speed that a reply can tell."""
+_SLOWEST: Final = 50
+"""µm/s of the slowest top speed of which a ramp tells anything."""
+
+
+def _to_target(mover: Mover) -> None:
+    _prepare(mover)
+    goal = mover.goal(_LONG * _RAMP)
+    began = mover.line.now
+    mover.begin(m.WriteTargetPosition(goal))
+    samples = mover.follow(f"on its way to {goal}", abs(goal - mover.start))
+    _judge(mover, began, samples, mover.top_speed)
+    judge_course(mover, goal, samples)
+
+
+def _at_speed(mover: Mover) -> None:
+    """Go at half the top speed, which takes half of the ramp; up, since the document has no way down."""
+    _prepare(mover)
+    goal = mover.goal(_LONG * _RAMP)
+    if goal < mover.start:
+        mover.go(goal)
+    speed, began = mover.top_speed // 2, mover.line.now
+    brake = mover.high - mover.counts_in(_RAMP)
+    mover.begin(m.WriteVectorSpeed(speed))
+    try:
+        samples = mover.follow(
+            f"at {speed} µm/s",
+            abs(goal - mover.start),
+            until=lambda at: at.time > began + _RAMP or at.position > brake,
+        )
+    finally:
+        stop(mover)
+    _judge(mover, began, samples, speed)
+
+
+def _prepare(mover: Mover) -> None:
+    """Set the ramp, and a top speed that is reached within the range."""
+    mover.ready()
+    trial = mover.trial
+    keep(mover, RAMP_TIME)
+    top = keep(mover, TOP_SPEED)
+    room = max(mover.high - mover.start, mover.start - mover.low)
+    speed = min(top, _FASTEST, int(room / mover.counts_in(_LONG * _RAMP, 1)))
+    if speed < _SLOWEST:
+        trial.inconclusive(f"{mover.low}..{mover.high} leaves too little way to reach a speed")
+        raise EnoughError
+    jitter = jitter_of(mover.line)
+    if jitter.blurs(_ON_RAMP * _RAMP):
+        trial.inconclusive(f"{jitter}, too much to see a ramp of {_RAMP:g} s")
+        raise EnoughError
+    RAMP_TIME.set(mover, round(1000 * _RAMP))
+    TOP_SPEED.set(mover, speed)
+    mover.ramp_time, mover.top_speed = RAMP_TIME.of(mover), TOP_SPEED.of(mover)
+
+
+def _judge(mover: Mover, began: float, samples: list[Sample], speed: int) -> None:
+    """Hold the speeds of the first ramp, and of the time behind it, against the time that has passed.
+
+    :param speed: at which the ramp ends.
+    """
+    top = mover.top_speed
+    for sample in samples:
+        passed = (sample.time - began) / _RAMP
+        if passed > _JUDGED:
+            break  # the last ramp may have begun
+        due = min(speed, round(top * passed))
+        over = passed > speed / top + _ON_RAMP
+        mover.trial.must(
+            abs(abs(sample.speed) - due) <= (_OFF_RAMP if over else _ON_RAMP) * top,
+            f"{1000 * _RAMP * passed:.0f} ms after it began, axis {mover.name} goes at {sample.speed} µm/s; "
+            f"with a ramp of {1000 * _RAMP:.0f} ms to a top speed of {top} µm/s it is {due}",
+        )
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    yield from motion_checks(
+        KIND.name,
+        declared,
+        allowed,
+        _to_target,
+        title="{axis} is as fast as its ramp time says when it goes to a target",
+        messages=("WRITE_RAMPING_TIME", "WRITE_TOP_SPEED"),
+        behind="target",
+        settings=True,
+        seconds=2.5,
+    )
+    yield from motion_checks(
+        KIND.name,
+        declared,
+        allowed,
+        _at_speed,
+        title="{axis} is as fast as its ramp time says when it is told a speed",
+        messages=("WRITE_VECTOR_SPEED", "WRITE_RAMPING_TIME", "WRITE_TOP_SPEED", "STOP_MOTOR"),
+        behind="vector",
+        settings=True,
+        seconds=2.0,
+    )
+
+
+KIND: Final = Kind(
+    name="ramps",
+    title="An axis reaches its top speed within the ramp time",
+    rules=(
+        "ramp-time-meaning", "ramp-time-acceleration", "vector-speed-ramp", "status-ramping-bits",
+    ),
+    make=_make,
+)  # fmt: skip

@@ -1,0 +1,92 @@
+"""Moves to a target, from rest and on the way (section 18)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
+from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course, judge_rest
+from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
+from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_ms2000 import messages as m
+
+__all__ = ["KIND"]
+
+
+def _there_and_back(mover: Mover) -> None:
+    """Move to a target and back; the others stay where they are."""
+    mover.ready()
+    others = _others(mover)
+    goal = mover.goal()
+    for place in (goal, mover.start):
+        began = mover.position
+        mover.begin(m.WriteTargetPosition(place))
+        mover.trial.must(
+            mover.target == place,
+            f"WRITE_TARGET_POSITION of axis {mover.name} wrote {place}, and READ_TARGET_POSITION tells "
+            f"{mover.target}",
+        )
+        samples = mover.follow(f"on its way to {place}", abs(place - began))
+        judge_course(mover, place, samples)
+        judge_rest(mover, place)
+        mover.silent(m.WriteTargetPosition(place))
+        for axis, was in others.items():
+            found = axis.position
+            mover.trial.must(
+                abs(found - was) <= DITHER,
+                f"axis {mover.name} was moved, and axis {axis.name} went from {was} to {found}",
+            )
+
+
+def _others(mover: Mover) -> dict[Axis, int]:
+    axes = [Axis(mover.trial, place) for place in mover.trial.declared.places]
+    return {axis: axis.position for axis in axes if axis.address != mover.address}
+
+
+def _turned_round(mover: Mover) -> None:
+    """Give another target on the way."""
+    mover.ready()
+    goal = mover.goal()
+    far = abs(goal - mover.start)
+    mover.begin(m.WriteTargetPosition(goal))
+    mover.follow(
+        f"on its way to {goal}", far, until=lambda at: abs(at.position - mover.start) > far // 3
+    )
+    mover.begin(m.WriteTargetPosition(mover.start))
+    mover.follow(f"turned round to {mover.start}", far)
+    judge_rest(mover, mover.start)
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    yield from motion_checks(
+        KIND.name,
+        declared,
+        allowed,
+        _there_and_back,
+        title="{axis} goes to a target and back, is busy meanwhile, and says so",
+        seconds=1.5,
+    )
+    yield from motion_checks(
+        KIND.name,
+        declared,
+        allowed,
+        _turned_round,
+        title="{axis} takes another target on its way",
+        behind="turned-round",
+        seconds=1.0,
+    )
+
+
+KIND: Final = Kind(
+    name="move-target",
+    title="A target is gone to, and what is said meanwhile and afterwards is true",
+    rules=(
+        "target-written", "target-moves", "target-no-reply", "target-reply", "status-busy",
+        "status-not-busy", "status-moving-bit", "status-ramping-bits", "current-speed-reply",
+    ),
+    make=_make,
+)  # fmt: skip

@@ -1,0 +1,93 @@
+"""What was written to an axis is read back, and nothing else changes (sections 21, 22 and 24)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Final
+
+from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.making import axis_check
+from stagewire_conformance.device.checks.ms2000.stored import (
+    STORED,
+    TOP_SPEED,
+    Stored,
+    keep,
+)
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["KIND"]
+
+_ROUNDING: Final = 0.02
+"""The part of a speed by which one that is read may differ: servos have steps of their own."""
+
+
+def _look(axis: Axis, stored: Stored) -> None:
+    trial = axis.trial
+    others = _others(axis, stored)
+    before = [each.of(other) for other, each in others]
+    present = keep(axis, stored)
+    for value in stored.draw(trial.random, present):
+        stored.set(axis, value)
+        _is_there(axis, stored, value)
+        for (other, each), was in zip(others, before, strict=True):
+            found = each.of(other)
+            if not trial.must(
+                found == was,
+                f"{stored.name} of axis {axis.name} changed {each.read.layout.message} of axis {other.name} "
+                f"from {was} to {found}",
+            ):
+                each.put_back(other, was)
+
+
+def _others(axis: Axis, stored: Stored) -> list[tuple[Axis, Stored]]:
+    """Return all other settings of all axes, as far as they can be written and read."""
+    return [
+        (Axis(axis.trial, place), each)
+        for place in axis.trial.declared.places
+        for each in STORED
+        if (place, each) != (axis.place, stored) and place.messages.issuperset(each.messages)
+    ]
+
+
+def _is_there(axis: Axis, stored: Stored, value: int) -> None:
+    size = stored.write.layout.length
+    found = stored.of(axis)
+    read = stored.read.layout.message
+    text = f"{stored.name} of axis {axis.name} wrote {value}, and {read} tells {found}"
+    raw, came = ((each % 256**size).to_bytes(size, "little") for each in (value, found))
+    if stored is TOP_SPEED and abs(found - value) <= max(1, _ROUNDING * value):
+        axis.trial.should(found == value, f"{text}: it is rounded", wanted=raw, came=came)
+    else:
+        axis.trial.must(found == value, text, wanted=raw, came=came)
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for place in declared.places:
+        for stored in STORED:
+            write, read = stored.messages
+            yield axis_check(
+                KIND.name,
+                place,
+                partial(_look, stored=stored),
+                title=f"{read} of {{axis}} tells what {write} wrote, and nothing else changes",
+                messages=stored.messages,
+                behind=write,
+                needs=frozenset({Need.SETTINGS}),
+                does="writes increment, ramp time and top speed of every axis, and puts them back",
+                seconds=0.6,
+            )
+
+
+KIND: Final = Kind(
+    name="readback",
+    title="What was written is read back, and nothing else changes",
+    rules=(
+        "data-order", "twos-complement", "data-of-command", "increment-written",
+        "increment-write-no-reply", "ramp-time-written", "ramp-time-range", "ramp-time-no-reply",
+        "top-speed-written", "top-speed-no-reply",
+    ),
+    make=_make,
+)  # fmt: skip

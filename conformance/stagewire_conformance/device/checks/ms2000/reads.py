@@ -1,0 +1,89 @@
+"""Every command that reads: exactly its bytes come back, and the same again while nothing changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Final
+
+from stagewire.commands import Command, Reply
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.making import (
+    SETTINGS_READ,
+    axis_check,
+    requests_of,
+)
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["KIND"]
+
+_OWN: Final = ("READ_IDENTIFICATION",)
+"""Has a kind of its own."""
+
+
+def _look(axis: Axis, request: Command) -> None:
+    name = request.layout.message
+    first = axis.ask(request)
+    _values_are_known(axis, first)
+    second = axis.ask(request, after="asked again")
+    if name in SETTINGS_READ:
+        axis.trial.must(
+            first == second,
+            f"{name} of axis {axis.name} answers {second!r} where it answered {first!r}, and nothing was set",
+            wanted=first.pack(),
+            came=second.pack(),
+        )
+
+
+def _values_are_known(axis: Axis, reply: Reply) -> None:
+    """Hold the values of a reply against the ranges and names that the document has for them."""
+    name = reply.layout.message
+    for field, entry in axis.trial.declared.registry.fields(name, "reply").items():
+        value = getattr(reply, field)
+        if entry.get("enum"):
+            known = ", ".join(f"{value:#04x}" for value in entry["enum"].values())
+            axis.trial.must(
+                value in entry["enum"].values(),
+                f"{name} of axis {axis.name} answers {value:#04x}; it is one of {known}",
+                came=reply.pack(),
+            )
+        elif isinstance(value, int):
+            axis.trial.must(
+                entry["minimum"] <= value <= entry["maximum"],
+                f"{name} of axis {axis.name} answers {field} {value}; it lies within {entry['minimum']} to "
+                f"{entry['maximum']}",
+                came=reply.pack(),
+            )
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    requests = requests_of(declared)
+    for place in declared.places:
+        for name in sorted(requests.keys() - {*_OWN}, key=list(requests).index):
+            reply = requests[name].reply
+            assert reply is not None
+            size = reply.layout.length
+            yield axis_check(
+                KIND.name,
+                place,
+                partial(_look, request=requests[name]),
+                title=f"{name} of {{axis}} is answered by {size} byte{'s'[: size - 1]}, and nothing else",
+                messages=(name,),
+                behind=name,
+            )
+
+
+KIND: Final = Kind(
+    name="reads",
+    title="Every command that reads is answered by exactly its bytes",
+    rules=(
+        "no-ascii", "command-parts", "ends-with-colon", "command-identifiers", "size-of-data",
+        "data-of-command", "no-blanks-in-replies", "status-answered", "position-reply", "position-size",
+        "increment-reply", "position-and-status-reply", "position-and-status-size",
+        "current-speed-reply", "ramp-time-reply", "ramp-time-reply-range", "maximum-speed-reply",
+        "target-reply", "status-byte-reply",
+    ),
+    make=_make,
+)  # fmt: skip

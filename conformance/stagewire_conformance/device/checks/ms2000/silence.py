@@ -1,0 +1,176 @@
+"""What has an error is ignored: nothing answers, and a clean request behind it is answered (section 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from random import Random
+from typing import Final
+
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.ms2000.axis import line_of
+from stagewire_conformance.device.checks.ms2000.clean import Clean, asked
+from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS, harmless_bytes
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.trial import Trial
+from stagewire_ms2000 import PROTOCOL
+
+__all__ = ["KIND"]
+
+_WAIT: Final = 0.1
+"""Seconds in which an answer would have come."""
+_PREFIX: Final = bytes((PROTOCOL.marks.prefix,))
+_XOFF: Final = 0x13
+_LONG: Final = 300
+"""Bytes that are more than any buffer for commands of nine has to hold."""
+
+Make = Callable[[Declared, Random], Iterable[bytes]]
+
+
+def _axis(declared: Declared) -> bytes:
+    return bytes((asked(declared)[0].address,))
+
+
+def _request(declared: Declared) -> bytes:
+    """Return the bytes of a clean request without its axis."""
+    place, request = asked(declared)
+    return request.pack(place.address)[1:]
+
+
+def _unknown_commands(declared: Declared, random: Random) -> Iterator[bytes]:
+    axis = _axis(declared)
+    for data in (None, 0, 1, 3, 6):
+        size = b"" if data is None else bytes((data,))
+        yield axis + harmless_bytes(random, 1) + size + harmless_bytes(random, data or 0) + END
+
+
+def _unknown_axes(declared: Declared, random: Random) -> Iterator[bytes]:
+    known = {axis["value"] for axis in declared.registry.axes.values()}
+    for byte in random.sample(sorted(set(HARMLESS) - known), 4):
+        yield bytes((byte,)) + _request(declared)
+
+
+def _reserved_axes(declared: Declared, random: Random) -> Iterator[bytes]:
+    for axis in declared.registry.axes.values():
+        if axis.get("reserved") and axis["value"] != _XOFF:  # which would stop the line
+            yield bytes((axis["value"],)) + _request(declared)
+
+
+def _aborted(declared: Declared, random: Random) -> Iterator[bytes]:
+    yield _axis(declared) + END
+    yield harmless_bytes(random, 1) + END
+
+
+def _colons(declared: Declared, random: Random) -> Iterator[bytes]:
+    yield END
+    yield END * 3
+
+
+def _garbage(declared: Declared, random: Random) -> Iterator[bytes]:
+    for count in (1, 2, 5, 40):
+        yield harmless_bytes(random, count) + END
+
+
+def _long_garbage(declared: Declared, random: Random) -> Iterator[bytes]:
+    yield harmless_bytes(random, _LONG) + END
+    yield _axis(declared) + harmless_bytes(random, _LONG) + END
+
+
+def _unknown_setup(declared: Declared, random: Random) -> Iterator[bytes]:
+    for _ in range(2):
+        yield _PREFIX + harmless_bytes(random, 1) + END
+
+
+_CASES: Final[dict[str, tuple[str, str, Make, tuple[str, ...]]]] = {
+    "unknown-command": (
+        "a command byte that no command has",
+        "A command that the document does not have is not answered",
+        _unknown_commands,
+        ("foreign-command-silent", "errors-ignored", "command-identifiers"),
+    ),
+    "unknown-axis": (
+        "a request to an axis that is none",
+        "A request to an identifier that no axis has is not answered",
+        _unknown_axes,
+        ("errors-ignored", "axis-identifiers"),
+    ),
+    "reserved-axis": (
+        "a request to an identifier that is reserved",
+        "A request to an identifier that is reserved for the future is not answered",
+        _reserved_axes,
+        ("reserved-identifiers",),
+    ),
+    "aborted": (
+        "a colon right behind an axis",
+        "A colon in the place of the command aborts it",
+        _aborted,
+        ("colon-after-command-aborts",),
+    ),
+    "colons": (
+        "colons alone",
+        "A colon alone is no command",
+        _colons,
+        ("clears-on-colon", "errors-ignored"),
+    ),
+    "garbage": (
+        "garbage up to a colon",
+        "Garbage up to a colon is not answered",
+        _garbage,
+        ("clears-on-colon", "errors-ignored"),
+    ),
+    "long-garbage": (
+        f"{_LONG} bytes up to a colon",
+        "More bytes up to a colon than any command has are not answered",
+        _long_garbage,
+        ("clears-on-colon", "errors-ignored"),
+    ),
+    "unknown-setup": (
+        "255 and a byte that no setup command has",
+        "255 and a byte that no setup command has are not answered",
+        _unknown_setup,
+        ("setup-prefix", "errors-ignored"),
+    ),
+}
+"""Name -> what is sent, what has to hold, what makes the bytes, and the rules."""
+
+
+def _look(trial: Trial, about: str, make: Make) -> None:
+    line, clean = line_of(trial), Clean(trial)
+    for raw in make(trial.declared, trial.random):
+        line.send_bytes(raw, about)
+        came = line.listen(_WAIT)
+        trial.must(
+            not came,
+            f"{about} ({_shortly(raw)}) was answered; what has an error is ignored",
+            wanted=b"",
+            came=came,
+        )
+        clean.again(f"after {about} ({_shortly(raw)})")
+
+
+def _shortly(raw: bytes) -> str:
+    return raw.hex(" ") if len(raw) <= 12 else f"{raw[:8].hex(' ')} … {raw[-1:].hex()}"
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    place, request = asked(declared)
+    name = request.layout.message
+    for case, (about, title, make, rules) in _CASES.items():
+        yield Check(
+            id=f"{KIND.name}/{case}",
+            title=title,
+            messages=(name,),
+            run=partial(_look, about=about, make=make),
+            rules=rules,
+            skip=place.why_not(name),
+            seconds=0.8,
+        )
+
+
+KIND: Final = Kind(
+    name="silence",
+    title="What has an error is ignored, and what follows is not",
+    rules=tuple(dict.fromkeys(rule for case in _CASES.values() for rule in case[3])),
+    make=_make,
+)

@@ -1,0 +1,65 @@
+"""The size slot of commands that read: there, left out, zero (section 2, group 3).
+
+Three commands are without it, and the examples of two more leave it out. Whether any other may, the document
+leaves open, and clients of both kinds exist: which form a controller understands is told, not judged. But
+what it answers has to be the reply.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Final
+
+from stagewire.commands import Command
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.clean import Clean
+from stagewire_conformance.device.checks.ms2000.making import (
+    axis_check,
+    first_place,
+    requests_of,
+)
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["KIND"]
+
+_WAIT: Final = 0.2
+"""Seconds in which an answer would have come."""
+
+
+def _look(axis: Axis, request: Command) -> None:
+    clean = Clean(axis.trial)
+    name = request.layout.message
+    usual = request.layout.size is not None
+    form = "without its size" if usual else "with the size 0"
+    came = axis.line.ask(request, axis.address, _WAIT, sized=not usual)
+    if not came:
+        axis.trial.info(f"{name} {form} is ignored")
+    else:
+        axis.exact(request, came, f"sent {form}")
+        axis.trial.info(f"{name} {form} is understood")
+    clean.again(f"after {name} {form}")
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for name, request in requests_of(declared).items():
+        form = "with the size 0" if request.layout.size is None else "without its size"
+        yield axis_check(
+            KIND.name,
+            first_place(declared, name),
+            partial(_look, request=request),
+            title=f"{name} {form} is answered by the reply, or not at all",
+            messages=(name,),
+            behind=name,
+            seconds=0.4,
+        )
+
+
+KIND: Final = Kind(
+    name="sizes",
+    title="A request in its other form, with or without its size, is answered rightly or ignored",
+    rules=("size-omitted-by-three", "size-of-data", "errors-ignored"),
+    make=_make,
+)

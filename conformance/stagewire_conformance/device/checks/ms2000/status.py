@@ -1,0 +1,139 @@
+"""What an axis at rest says of itself: letter, bits, position and speed agree (sections 4, 8, 9 and 14)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
+from stagewire_conformance.device.checks.ms2000.making import axis_check
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_ms2000 import messages as m
+from stagewire_ms2000.flags import StatusBits
+
+__all__ = ["KIND"]
+
+_SAMPLES: Final = 5
+_APART: Final = 0.1
+"""Seconds between two samples: half a second in all, in which a servo that settles has settled."""
+
+
+class _Sample(NamedTuple):
+    """What an axis says of itself at about one instant."""
+
+    busy: bool
+    position: int
+    speed: int
+    status: StatusBits
+    position_with_status: int
+    status_with_position: StatusBits
+
+
+def _sample(axis: Axis) -> _Sample:
+    both = axis.ask(m.ReadMotorPositionAndStatus(), quiet=0.0)
+    assert isinstance(both, m.ReadMotorPositionAndStatusReply)
+    told = both.position, StatusBits(both.status)
+    return _Sample(axis.is_busy, axis.position, axis.speed, axis.status, *told)
+
+
+def _look(axis: Axis) -> None:
+    samples = [_sample(axis)]
+    while len(samples) < _SAMPLES:
+        axis.line.listen(_APART)
+        samples.append(_sample(axis))
+    positions = [sample.position for sample in samples]
+    way = max(positions) - min(positions)
+    if way > DITHER and all(sample.busy for sample in samples):
+        axis.trial.inconclusive(
+            f"axis {axis.name} moved by {way} counts while it was looked at (somebody at the joystick?)"
+        )
+        return
+    _bits(axis, samples)
+    _speed(axis, samples)
+    _agree(axis, samples[-1])
+    _letter(axis, samples)
+
+
+def _bits(axis: Axis, samples: list[_Sample]) -> None:
+    """Look at the bits that an axis at rest has or has not; one that settles may show some now and then."""
+    for name, all_bits in (
+        ("READ_STATUS_BYTE", [sample.status for sample in samples]),
+        ("READ_MOTOR_POSITION_AND_STATUS", [sample.status_with_position for sample in samples]),
+    ):
+        last = all_bits[-1]
+        told = f"axis {axis.name} at rest: {name} tells {int(last):#04x}"
+        for holds, what in (
+            (all(bits.servo for bits in all_bits), "without bit 1, which is always set"),
+            (not all(bits.motor_signal for bits in all_bits), "with bit 0, that it moves"),
+            (not all(bits.ramping for bits in all_bits), "with bit 4, that it ramps"),
+            (
+                not all(bits.upper_limit and bits.lower_limit for bits in all_bits),
+                "with bits 6 and 7, that it is at both ends",
+            ),
+        ):
+            axis.trial.must(holds, f"{told}, {what}", came=bytes((int(last),)))
+
+
+def _speed(axis: Axis, samples: list[_Sample]) -> None:
+    axis.trial.must(
+        not all(sample.speed for sample in samples),
+        f"axis {axis.name} stands at {samples[-1].position}, and READ_CURRENT_SPEED tells "
+        f"{samples[-1].speed} µm/s",
+    )
+
+
+def _agree(axis: Axis, sample: _Sample) -> None:
+    """Both commands that tell the status byte, and both that tell the position, tell the same."""
+    axis.trial.must(
+        sample.status == sample.status_with_position,
+        f"axis {axis.name} at rest: READ_STATUS_BYTE tells {int(sample.status):#04x}, "
+        f"READ_MOTOR_POSITION_AND_STATUS {int(sample.status_with_position):#04x}; it is the same byte",
+        wanted=bytes((int(sample.status),)),
+        came=bytes((int(sample.status_with_position),)),
+    )
+    axis.trial.must(
+        abs(sample.position - sample.position_with_status) <= DITHER,
+        f"axis {axis.name} at rest: READ_MOTOR_POSITION tells {sample.position}, "
+        f"READ_MOTOR_POSITION_AND_STATUS {sample.position_with_status}",
+    )
+
+
+def _letter(axis: Axis, samples: list[_Sample]) -> None:
+    """See that it is not busy, unless it is disabled away from its target (section 16)."""
+    if not all(sample.busy for sample in samples):
+        return
+    target, position = axis.target, samples[-1].position
+    told = f"axis {axis.name} has stood at {position} for {_SAMPLES * _APART:.1f} s, its target is {target}"
+    if axis.trial.must(
+        abs(target - position) > DITHER, f"{told}, and READ_STATUS tells B", wanted=b"b", came=b"B"
+    ):
+        axis.trial.info(f"{told}, and it is busy: disabled, by a controller before firmware 3.3")
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for place in declared.places:
+        yield axis_check(
+            KIND.name,
+            place,
+            _look,
+            title="{axis} at rest says so, in every way",
+            messages=(
+                "READ_STATUS", "READ_STATUS_BYTE", "READ_MOTOR_POSITION",
+                "READ_MOTOR_POSITION_AND_STATUS", "READ_CURRENT_SPEED", "READ_TARGET_POSITION",
+            ),
+            seconds=0.5,
+        )  # fmt: skip
+
+
+KIND: Final = Kind(
+    name="status",
+    title="An axis at rest says so, by its letter, its bits, its position and its speed",
+    rules=(
+        "status-answered", "status-not-busy", "status-byte-reply", "status-moving-bit",
+        "status-servo-bit", "status-ramping-bits", "status-limit-bits", "position-and-status-reply",
+        "current-speed-reply",
+    ),
+    make=_make,
+)  # fmt: skip

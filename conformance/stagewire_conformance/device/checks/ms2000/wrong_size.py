@@ -1,0 +1,89 @@
+"""Requests with another size than their own (section 2, group 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Final
+
+from stagewire.commands import Command
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.clean import Clean
+from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS
+from stagewire_conformance.device.checks.ms2000.making import (
+    axis_check,
+    first_place,
+    requests_of,
+)
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_ms2000 import messages as m
+
+__all__ = ["KIND"]
+
+_WAIT: Final = 0.1
+"""Seconds in which an answer would have come."""
+_SUPPORTED: Final = range(7)
+"""Sizes that are supported up to firmware 3.3."""
+_LARGE: Final = range(7, 0x100)
+"""Sizes that are not."""
+_EXAMPLES: Final = {m.ReadMotorPositionAndStatus.layout.message: (3,)}
+"""A size that an example has, though the table has another."""
+
+
+def _sizes(axis: Axis, request: Command) -> list[int]:
+    """Return some sizes that are wrong: one that is supported, one that is not, and that of an example.
+
+    None is the byte of a command, nor ends anything.
+    """
+    own, draw = request.layout.size, axis.trial.random
+    small = draw.choice([size for size in _SUPPORTED if size != own])
+    example = _EXAMPLES.get(request.layout.message, ())
+    return sorted({small, draw.choice([size for size in _LARGE if size in HARMLESS]), *example})
+
+
+def _look(axis: Axis, request: Command) -> None:
+    trial, name, clean = axis.trial, request.layout.message, Clean(axis.trial)
+    assert request.reply is not None
+    due = request.reply.layout.length
+    for size in _sizes(axis, request):
+        about = f"{name} of axis {axis.name} with the size {size} instead of {request.layout.size}"
+        axis.line.send_bytes(bytes((axis.address, request.layout.id, size)) + END, about)
+        came = axis.line.collect(1, _WAIT)
+        if size in _EXAMPLES.get(name, ()):
+            trial.info(f"{about}, as in its example, is {'answered' if came else 'ignored'}")
+            trial.must(
+                len(came) in (0, due),
+                f"{about} was answered by {len(came)} bytes, not by its {due}",
+                came=came,
+            )
+        elif len(came) == due:
+            trial.should(False, f"{about} was answered; it has an error", wanted=b"", came=came)
+        else:
+            trial.must(
+                not came, f"{about} was answered by {len(came)} bytes; it has an error", came=came
+            )
+        clean.again(f"after {about}")
+
+
+def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for name, request in requests_of(declared).items():
+        if request.layout.size is not None:
+            yield axis_check(
+                KIND.name,
+                first_place(declared, name),
+                partial(_look, request=request),
+                title=f"{name} with another size than its own is ignored",
+                messages=(name,),
+                behind=name,
+                seconds=0.6,
+            )
+
+
+KIND: Final = Kind(
+    name="wrong-size",
+    title="A request with another size than its own is ignored",
+    rules=("size-of-data", "sizes-supported", "errors-ignored"),
+    make=_make,
+)

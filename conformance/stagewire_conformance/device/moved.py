@@ -1,0 +1,101 @@
+"""What a check may have set in motion, and what stops it."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+from stagewire.framed_message import FramedMessage
+from stagewire.session.matching import Matching
+from stagewire_conformance.device.declared import Declared, Place
+
+__all__ = ["Moved"]
+
+_MANNER: Final = "PROFILED"
+"""How a stop is made where there are several ways: without losing steps, as the library does it."""
+
+
+class _Where(NamedTuple):
+    """An address and a channel there; None: all of them."""
+
+    dest: int
+    channel: int | None
+
+
+class Moved:
+    """Everything that was set in motion since the last check began.
+
+    :param declared: what is at the other end.
+    :param matching: tells where a message comes from.
+    """
+
+    def __init__(self, declared: Declared, matching: Matching) -> None:
+        self._declared = declared
+        self._matching = matching
+        self._entries = declared.registry.messages
+        self._ends = frozenset[str]().union(*map(self._ends_of, self._entries))
+        # Where something was set in motion -> the messages of which one tells its end, as far as it may go
+        # on: none are told of what only a stop ends. None: it has ended, or was over at once.
+        self._going: dict[_Where, frozenset[str] | None] = {}
+
+    def _ends_of(self, message: str) -> frozenset[str]:
+        exchange = self._entries[message]["exchange"]
+        return frozenset(exchange.get("completes_with", ())) | set(exchange.get("stops_with", ()))
+
+    def sends(self, message: FramedMessage, dest: int, effect: str | None) -> None:
+        """Note what is about to be sent."""
+        where = _Where(dest, self._matching.channel_of(message))
+        name = message.layout.message
+        if effect == "motion":
+            goes_on = bool(self._entries[name]["exchange"].get("halted_by"))
+            ends = self._ends_of(name) if goes_on else self._going.get(where)
+            self._going[where] = ends
+        elif effect == "stop" and self._going.get(where) == frozenset():
+            self._going[where] = None
+
+    def hears(self, message: FramedMessage, raw: bytes) -> None:
+        """Note what came: it may be the end of something."""
+        if message.layout.message not in self._ends:
+            return
+        source, channel = self._matching.source_of(raw), self._matching.channel_of(message)
+        for where, ends in self._going.items():
+            if ends and message.layout.message in ends and where == _Where(source or -1, channel):
+                self._going[where] = None
+
+    def all(self) -> list[tuple[FramedMessage, int]]:
+        """Return what stops everything that was set in motion, ended or not, and where it is to be sent."""
+        return [stop for where in self._going for stop in self._stops(where)]
+
+    def going_on(self) -> list[tuple[FramedMessage, int]]:
+        """Return what stops that whose end was not told."""
+        going = [where for where, ends in self._going.items() if ends is not None]
+        return [stop for where in going for stop in self._stops(where)]
+
+    def forget(self) -> None:
+        """Begin anew, with the next check."""
+        self._going.clear()
+
+    def _stops(self, where: _Where) -> list[tuple[FramedMessage, int]]:
+        place = self._declared.place_at(where.dest)
+        if place is None:
+            return []
+        channels = place.channels if where.channel is None else (where.channel,)
+        return [
+            (self._make(name, channel), where.dest)
+            for name in self._names(place)
+            for channel in channels
+        ]
+
+    def _names(self, place: Place) -> list[str]:
+        """Return the messages that stop something there, whatever the PICS says of them."""
+        return sorted(name for name in place.listed if self._entries[name]["effect"] == "stop")
+
+    def _make(self, name: str, channel: int) -> FramedMessage:
+        [layout] = self._entries[name]["layouts"]
+        fields = self._declared.registry.fields(name, layout["form"])
+        manners: dict[str, Any] = {
+            field: entry["enum"][_MANNER]
+            for field, entry in fields.items()
+            if _MANNER in entry.get("enum", ())
+        }
+        made: FramedMessage = self._declared.make(name, channel, **manners)
+        return made

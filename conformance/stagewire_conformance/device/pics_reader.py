@@ -1,0 +1,265 @@
+"""Reads the tables of a PICS, and holds them against the registry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import partial
+from typing import Any, Final, TypeVar
+
+from stagewire.commands import CommandProtocol
+from stagewire.devices.unit import Unit
+from stagewire.errors import UnknownScaleError
+from stagewire_conformance.device.declared import RACK, axes_of, facts_of, known_units
+from stagewire_conformance.device.permissions import RangeError
+from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
+from stagewire_conformance.device.pics_values import (
+    as_it_is,
+    factor,
+    line,
+    milliseconds,
+    occupied,
+    one_of,
+    reasons,
+    refuse,
+    span,
+    version,
+    within,
+)
+from stagewire_conformance.device.places import connected, moves_stages
+from stagewire_virtual.serving.bench.tables import Table, flag, integer, tables_of, text
+
+__all__ = ["PicsReader"]
+
+_VERSION: Final = 1
+_STAGE_KEYS: Final = ("stage", "counts_per_mm", "travel", "homes", "limit_switches")
+
+_T = TypeVar("_T")
+
+
+class PicsReader:
+    """Reads one PICS; what is wrong is noted in its table."""
+
+    def __init__(self, top: Table, digest: str) -> None:
+        self._top = top
+        self._digest = digest
+        self._known = known_units()
+
+    def read(self) -> Pics | None:
+        """Return what is declared; None where it cannot be told what it is about."""
+        top = self._top
+        if top.take("schema_version", integer, None) != _VERSION:
+            top.wrong("schema_version", f"expected schema_version = {_VERSION}")
+        name = top.take("unit", partial(one_of, "unit", [*self._known]), None)
+        protocol = top.take("protocol", text, "")
+        if "unit" not in top:
+            top.wrong("unit", 'missing; it names the controller, such as unit = "TDC001"')
+        if name is None:
+            self._pass_over()
+            return None
+        self._protocol = self._known[name]
+        self._is_rack = name == RACK
+        self._unit = None if self._is_rack else facts_of(self._protocol).units[name]
+        if protocol and protocol != self._protocol.name:
+            top.wrong("protocol", f"{name} speaks {self._protocol.name}, not {protocol}")
+        bays = self._bays()
+        channels = self._channels(bays)
+        listed = self._messages(unit for unit in self._units(bays) if unit)
+        pics = Pics(
+            unit=name,
+            protocol=self._protocol.name,
+            line=self._line(),
+            unsupported=top.take("unsupported", partial(reasons, listed, name), {}),
+            channels=channels,
+            bays=bays,
+            timing=self._timing(),
+            firmware=self._firmware(),
+            digest=self._digest,
+        )
+        top.refuse_others()
+        return pics
+
+    def _pass_over(self) -> None:
+        """Look at what can be looked at without a unit: whether the keys are keys."""
+        keys = ("line", "firmware", "unsupported", "channel", "bay", "timing")
+        for key in keys:
+            self._top.take(key, lambda value: value, None)
+        self._top.refuse_others()
+
+    # What stands at the top
+
+    def _line(self) -> str:
+        found = self._top.take("line", line, "usb")
+        if "line" in self._top and self._is_of_commands:
+            self._top.wrong("line", "a controller of commands wants no signs of life on any line")
+        return found
+
+    def _firmware(self) -> str:
+        firmware = self._top.take("firmware", version, "")
+        if "firmware" in self._top and not self._protocol_has_versions():
+            self._top.wrong("firmware", "nothing in the document of this unit depends on it")
+        return firmware
+
+    def _timing(self) -> Timing:
+        values = self._top.take("timing", as_it_is, {})
+        table = self._top.inner(values, "[timing]")
+        timing = Timing(reply_p99_ms=table.take("reply_p99_ms", milliseconds, None))
+        table.refuse_others()
+        return timing
+
+    @property
+    def _is_of_commands(self) -> bool:
+        return isinstance(self._protocol, CommandProtocol)
+
+    def _protocol_has_versions(self) -> bool:
+        return any(entry.get("firmware") for entry in self._protocol.registry()["messages"])
+
+    # Bays
+
+    def _bays(self) -> tuple[BayPics, ...] | None:
+        top = self._top
+        tables = top.take("bay", tables_of("bay"), None)
+        has_bays = self._is_rack or (self._unit is not None and self._unit.kind == "rack")
+        if tables is not None and not has_bays:
+            assert self._unit is not None
+            top.wrong("bay", f"{self._unit.name} has no bays; unit = {RACK!r} is a rack of modules")
+            return None
+        if tables is None:
+            if self._is_rack:
+                top.wrong("bay", "missing; each bay that is occupied begins with a line [[bay]]")
+            return None
+        found = [self._bay(top.inner(values, f"bay {at}")) for at, values in enumerate(tables, 1)]
+        return tuple(bay for bay in _unique(found, top, "bay") if bay)
+
+    def _bay(self, table: Table) -> BayPics | None:
+        facts = facts_of(self._protocol)
+        modules = {unit.name: unit for unit in facts.units.values() if unit.kind == "bay"}
+        own = modules if self._unit is None else {self._unit.name: self._unit}
+        count = len((self._unit or next(iter(modules.values()))).bays)
+        number = table.take("number", partial(within, 1, count), None)
+        if "number" not in table:
+            table.wrong("number", f"missing; bays are counted from 1 to {count}")
+        name = table.take("unit", partial(one_of, "unit", [*own]), "")
+        if self._is_rack and "unit" not in table:
+            table.wrong("unit", f"missing; it is one of {', '.join(sorted(modules))}")
+        module = own.get(name) or self._unit
+        listed = self._messages([module]) if module else frozenset[str]()
+        unsupported = table.take("unsupported", partial(reasons, listed, name), {})
+        table.refuse_others()
+        if number is None:
+            return None
+        return BayPics(number=number, unit=name, unsupported=unsupported)
+
+    def _units(self, bays: Sequence[BayPics] | None) -> list[Unit | None]:
+        units = facts_of(self._protocol).units
+        return [self._unit, *(units[bay.unit] for bay in bays or () if bay.unit)]
+
+    def _messages(self, units: Iterable[Unit]) -> frozenset[str]:
+        return frozenset[str]().union(*(unit.messages for unit in units))
+
+    # Channels
+
+    def _channels(self, bays: Sequence[BayPics] | None) -> tuple[ChannelPics, ...]:
+        top = self._top
+        tables = top.take("channel", tables_of("channel"), ())
+        found = [
+            self._channel(top.inner(values, f"channel {at}"), bays)
+            for at, values in enumerate(tables, 1)
+        ]
+        return tuple(each for each in _unique(found, top, "channel") if each)
+
+    def _channel(self, table: Table, bays: Sequence[BayPics] | None) -> ChannelPics | None:
+        bay, axis = self._bay_of(table, bays), self._axis_of(table)
+        unit = self._unit_in(bay, bays)
+        number = self._number_of(table, unit)
+        stated = ChannelPics(
+            number=number or 1,
+            bay=bay,
+            axis=axis,
+            stage=table.take("stage", partial(self._stage, unit), ""),
+            counts_per_mm=table.take("counts_per_mm", factor, None),
+            travel=table.take("travel", span, None),
+            homes=table.take("homes", flag, True),
+            limit_switches=table.take("limit_switches", flag, True),
+        )
+        table.refuse_others()
+        if unit is not None:
+            self._check_stage(table, unit, stated)
+        return None if number is None else stated
+
+    def _bay_of(self, table: Table, bays: Sequence[BayPics] | None) -> int | None:
+        """Return the bay of a channel; None for what is in no bay, and where it cannot be told."""
+        there = self._occupied(bays)
+        bay = table.take("bay", partial(occupied, there), None)
+        if there and "bay" not in table:
+            table.wrong("bay", f"missing; of a rack it is one of {', '.join(map(str, there))}")
+        return bay
+
+    def _occupied(self, bays: Sequence[BayPics] | None) -> list[int]:
+        if bays is not None:
+            return [bay.number for bay in bays]
+        if self._unit is None or self._unit.kind != "rack":
+            return []
+        return [*range(1, len(self._unit.bays) + 1)]
+
+    def _axis_of(self, table: Table) -> str | None:
+        if not isinstance(self._protocol, CommandProtocol):
+            return table.take("axis", partial(refuse, "there are channels, and no axes"), None)
+        axes = axes_of(self._protocol)
+        axis = table.take("axis", partial(one_of, "axis", [*axes]), None)
+        if "axis" not in table:
+            table.wrong("axis", f"missing; it is one of {', '.join(axes)}")
+        return axis
+
+    def _number_of(self, table: Table, unit: Unit | None) -> int | None:
+        if self._is_of_commands:
+            table.take("number", partial(refuse, "there are axes, and no channels"), None)
+            return 1
+        count = 1 if unit is None else unit.channels
+        return table.take("number", partial(within, 1, count), None if "number" in table else 1)
+
+    def _unit_in(self, bay: int | None, bays: Sequence[BayPics] | None) -> Unit | None:
+        """Return the unit that a channel belongs to; None where it cannot be told."""
+        units = facts_of(self._protocol).units
+        named = next((each.unit for each in bays or () if each.number == bay and each.unit), "")
+        return units[named] if named else self._unit
+
+    def _stage(self, unit: Unit | None, value: Any) -> str:
+        if self._is_of_commands:
+            return text(value)  # which is refused with the others
+        known = [entry["name"] for entry in self._protocol.registry()["stages"]]
+        return one_of("stage", known if unit is None else unit.stages or known, value)
+
+    def _check_stage(self, table: Table, unit: Unit, stated: ChannelPics) -> None:
+        """Note what cannot be said of the stage on a channel of a unit."""
+        given = [key for key in _STAGE_KEYS if key in table]
+        if given and not moves_stages(unit):
+            table.wrong(given, f"{unit.name} moves no stage")
+            return
+        scaled = [key for key in ("stage", "counts_per_mm") if key in table]
+        if scaled and self._is_of_commands:
+            table.wrong(scaled, f"{unit.name} counts in tenths of a micrometre, whatever its stage")
+            return
+        if len(scaled) > 1:
+            table.wrong(scaled, "give one of them, not both")
+            return
+        if stated.stage and stated.stage not in unit.stages:
+            table.wrong("stage", f"the scales of {stated.stage} on {unit.name} are not known")
+            return
+        try:
+            connected(unit, facts_of(self._protocol), stated)
+        except (RangeError, UnknownScaleError) as error:
+            table.wrong("travel", f"{error}; give stage, or counts_per_mm, or a travel in counts")
+
+
+def _unique(found: Sequence[_T | None], top: Table, key: str) -> Sequence[_T | None]:
+    """Note what is there twice."""
+    seen: dict[object, int] = {}
+    for at, each in enumerate(found, 1):
+        place = (
+            (each.bay, each.axis, each.number)
+            if isinstance(each, ChannelPics)
+            else getattr(each, "number", None)
+        )
+        if each is not None and seen.setdefault(place, at) != at:
+            top.wrong(key, f"{key} {at} is the same as {key} {seen[place]}")
+    return found

@@ -1,0 +1,229 @@
+"""A run: first contact, then check after check; and whatever happens, stops first, then what is put back."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from datetime import UTC, datetime
+from random import Random
+from types import MappingProxyType
+
+from stagewire.commands import CommandProtocol
+from stagewire.errors import StagewireError, TransportLost
+from stagewire.links import Link
+from stagewire_conformance.device.apt_line import AptLine
+from stagewire_conformance.device.check import Check
+from stagewire_conformance.device.command_line import CommandLine
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.digests import digests_of
+from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
+from stagewire_conformance.device.jitter import jitter_of
+from stagewire_conformance.device.line import Line
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.report import Entry, Finding, Outcome, Report
+from stagewire_conformance.device.restoring import Restoring
+from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.trial import EnoughError, Trial
+
+__all__ = ["Progress", "RunInterrupted", "line_to", "run"]
+
+Progress = Callable[[Check, int, int], None]
+"""Hears of each check before it runs: the check, how many came before it, and how many there are."""
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """A run was ended by Ctrl-C or SIGTERM; what was in motion has been told to stop.
+
+    :param report: what was found until then.
+    :param signal: the number of the signal.
+    """
+
+    def __init__(self, report: Report, signal: int) -> None:
+        super().__init__(report.unfinished)
+        self.report = report
+        self.signal = signal
+
+
+def line_to(link: Link, declared: Declared, allowed: Permissions) -> Line:
+    """Return the kind of line that the protocol needs."""
+    kind = CommandLine if isinstance(declared.protocol, CommandProtocol) else AptLine
+    return kind(link, declared, allowed)
+
+
+def run(
+    link: Link,
+    checks: Sequence[Check],
+    declared: Declared,
+    allowed: Permissions,
+    seed: int,
+    progress: Progress = lambda check, before, total: None,
+) -> Report:
+    """Run checks on a controller, and return what was found; the link stays open.
+
+    :param checks: of :func:`.plan`.
+    :param seed: decides what is left to chance.
+
+    Raises :class:`.NothingAnswersError` where nothing answers, and :class:`RunInterrupted` on Ctrl-C and
+    SIGTERM. Where the line is lost, or the suite itself has a defect, the report says so.
+    """
+    return _Run(link, checks, declared, allowed, seed).run(progress)
+
+
+class _Run:
+    """One run, while it goes on."""
+
+    def __init__(
+        self,
+        link: Link,
+        checks: Sequence[Check],
+        declared: Declared,
+        allowed: Permissions,
+        seed: int,
+    ) -> None:
+        self._checks = checks
+        self._declared = declared
+        self._allowed = allowed
+        self._seed = seed
+        self._line = line_to(link, declared, allowed)
+        self._started = datetime.now(UTC)
+        self._outcomes: list[Outcome] = []
+        self._identification: Mapping[str, int | str] = {}
+        self._jitter = 0.0
+        self._unfinished = ""
+        self._stops: tuple[str, ...] = ()
+        self._defect: BaseException | None = None
+
+    def run(self, progress: Progress) -> Report:
+        line = self._line
+        with line.interruption:
+            try:
+                self._identification = line.contact()
+                self._jitter = jitter_of(line).late
+                line.settle()
+                self._run_checks(progress)
+                line.leave()
+            except KeyboardInterrupt:
+                number = line.interruption.signal
+                self._unfinished = f"ended by {signal.Signals(number).name}"
+                self._leave()
+                raise RunInterrupted(self._report(), number) from None
+            except NothingAnswersError:
+                raise
+            except TransportLost as error:
+                self._unfinished = f"the line was lost: {error}"
+            except Exception as error:
+                self._unfinished = f"the suite has a defect: {type(error).__name__}: {error}"
+                self._defect = error
+                self._leave()
+        return self._report()
+
+    def _run_checks(self, progress: Progress) -> None:
+        may_run = [not check.skip and not self._allowed.refusal(check) for check in self._checks]
+        before, total = 0, sum(may_run)
+        for check, runs in zip(self._checks, may_run, strict=True):
+            if check.skip:
+                finding = Finding(Result.SKIP, check.skip)
+                self._outcomes.append(_outcome(check, [finding], Result.SKIP))
+            elif runs:
+                progress(check, before, total)
+                before += 1
+                self._run_check(check)
+
+    def _run_check(self, check: Check) -> None:
+        """Run one check; whatever ends it, stops come first, and what it found is kept."""
+        line = self._line
+        began, at = line.now, len(line.log)
+        random = Random(f"{self._seed}/{check.id}")
+        trial = Trial(line, self._declared, self._allowed, random)
+        restoring = Restoring(trial)
+        try:
+            self._perform(check, trial, restoring)
+        except BaseException as error:
+            at_stop = len(line.log)
+            line.halt()  # before anything else
+            self._stops = tuple(entry.text for entry in line.log[at_stop:])
+            line.interruption.heed()
+            trial.inconclusive(f"it did not come to its end: {_reason(error)}")
+            restoring.put_back_what_rests()
+            raise
+        finally:
+            self._outcomes.append(
+                _outcome(
+                    check,
+                    trial.findings,
+                    trial.result,
+                    entries=tuple(line.log[at:]),
+                    figures=trial.figures,
+                    seconds=line.now - began,
+                    restored=tuple(restoring.done),
+                )
+            )
+
+    def _perform(self, check: Check, trial: Trial, restoring: Restoring) -> None:
+        """Run one check to its end, stop what it leaves in motion, and put back what it changed."""
+        line = self._line
+        try:
+            check.run(trial)
+        except EnoughError:
+            pass
+        except (TransportLost, NotAllowedError):
+            raise
+        except StagewireError as error:  # what a controller does may keep a check from going on
+            line.halt()
+            trial.must(False, f"the check could not go on: {error}")
+            restoring.put_back_what_rests()
+        line.rest()
+        restoring.put_back()
+        line.rest()
+        for text in line.settle():
+            trial.info(f"came unasked behind it: {text}")
+
+    def _leave(self) -> None:
+        """Leave the controller as it was found, as far as that can be done after an error."""
+        self._line.interruption.heed()
+        with suppress(StagewireError, KeyboardInterrupt):
+            self._line.leave()
+
+    def _report(self) -> Report:
+        reached = {outcome.check.id for outcome in self._outcomes}
+        not_run = [
+            (check, self._allowed.refusal(check) or f"not reached: {self._unfinished}")
+            for check in self._checks
+            if check.id not in reached
+        ]
+        return Report(
+            declared=self._declared,
+            url=self._line.url,
+            seed=self._seed,
+            allowed=self._allowed,
+            outcomes=tuple(self._outcomes),
+            not_run=tuple(not_run),
+            unfinished=self._unfinished,
+            jitter=self._jitter,
+            started=self._started,
+            digests=digests_of(self._declared),
+            identification=self._identification,
+            stops=self._stops,
+            defect=self._defect,
+        )
+
+
+def _outcome(
+    check: Check,
+    findings: Sequence[Finding],
+    result: Result,
+    *,
+    entries: tuple[Entry, ...] = (),
+    figures: Mapping[str, float] = MappingProxyType({}),
+    seconds: float = 0.0,
+    restored: tuple[str, ...] = (),
+) -> Outcome:
+    assert check.kind is not None  # checks of a plan have one
+    return Outcome(check, check.kind, result, tuple(findings), entries, figures, seconds, restored)
+
+
+def _reason(error: BaseException) -> str:
+    if isinstance(error, KeyboardInterrupt):
+        return "the run was interrupted"
+    return str(error) if isinstance(error, StagewireError) else f"{type(error).__name__}: {error}"

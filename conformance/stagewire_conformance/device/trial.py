@@ -1,0 +1,130 @@
+"""What the run of a check gets: the line, what is declared and allowed, and where findings go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from random import Random
+from typing import TYPE_CHECKING, Any
+
+from stagewire_conformance.device.report import Finding
+from stagewire_conformance.device.results import Result, worst
+
+if TYPE_CHECKING:
+    from stagewire.framed_message import FramedMessage
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["EnoughError", "Trial", "Undo"]
+
+
+class EnoughError(Exception):
+    """What else the check would look at cannot be looked at; what it found stands. Never leaves a run."""
+
+
+@dataclass(frozen=True)
+class Undo:
+    """Something that is to be put back.
+
+    :param what: in words, such as ``velocity parameters of channel 1``.
+    :param action: puts it back.
+    :param moves: whether something moves by it, so that it is left as it is after an interruption.
+    """
+
+    what: str
+    action: Callable[[], object]
+    moves: bool = False
+
+
+@dataclass
+class Trial:
+    """One run of one check.
+
+    :param line: an :class:`.AptLine` or a :class:`.CommandLine`, as the protocol has it.
+    :param declared: what is at its other end.
+    :param allowed: what may be done beyond asking.
+    :param random: of the seed and the id of the check, so that it alone can be repeated byte for byte.
+    """
+
+    line: Any
+    declared: Declared
+    allowed: Permissions
+    random: Random
+    findings: list[Finding] = field(default_factory=list)
+    figures: dict[str, float] = field(default_factory=dict)
+    undos: list[Undo] = field(default_factory=list)
+
+    def must(
+        self, holds: bool, problem: str, *, wanted: bytes | None = None, came: bytes | None = None
+    ) -> bool:
+        """Note a FAIL unless something holds; return whether it does.
+
+        :param problem: a sentence: what came, and what should have come.
+        :param wanted: the bytes that should have come, if that is known.
+        :param came: the bytes that it is about, if there are any.
+        """
+        return self._expect(Result.FAIL, holds, problem, wanted, came)
+
+    def should(
+        self, holds: bool, problem: str, *, wanted: bytes | None = None, came: bytes | None = None
+    ) -> bool:
+        """Note a NON-STRICT unless something holds; return whether it does; see :meth:`must`."""
+        return self._expect(Result.NON_STRICT, holds, problem, wanted, came)
+
+    def need(
+        self, holds: bool, problem: str, *, wanted: bytes | None = None, came: bytes | None = None
+    ) -> None:
+        """Note a FAIL and end the check unless something holds; see :meth:`must`."""
+        if not self.must(holds, problem, wanted=wanted, came=came):
+            raise EnoughError
+
+    def _expect(
+        self, result: Result, holds: bool, problem: str, wanted: bytes | None, came: bytes | None
+    ) -> bool:
+        if not holds:
+            self.findings.append(Finding(result, problem, wanted, came))
+        return holds
+
+    def info(self, text: str, **figures: float) -> None:
+        """Note something that is neither right nor wrong; the check passes all the same.
+
+        :param figures: go into the report by their names (``p99_ms=3.2``).
+        """
+        self.findings.append(Finding(Result.PASS, text))
+        self.figures |= figures
+
+    def inconclusive(self, text: str, **figures: float) -> None:
+        """Note that nothing could be decided, as on a computer that is late itself: the check is INFO."""
+        self.findings.append(Finding(Result.INFO, text))
+        self.figures |= figures
+
+    def reply(self, request: FramedMessage, dest: int, wait: float = 1.0) -> Heard:
+        """Ask, and return the reply; where none comes, that is a FAIL, and the end of the check."""
+        heard: Heard | None = self.line.ask(request, dest, wait)
+        if heard is None:
+            names = self.declared.registry.messages[request.layout.message]["exchange"][
+                "answered_by"
+            ]
+            self.need(
+                False,
+                f"{request.layout.message} to {dest:#04x} was not answered by {' or '.join(names)} "
+                f"within {wait:g} s",
+            )
+        assert heard is not None
+        return heard
+
+    def undo(self, what: str, action: Callable[[], object], *, moves: bool = False) -> None:
+        """Let something be put back at the end of the check, whatever has happened by then; last first.
+
+        :param what: in words, for the report: ``velocity parameters of channel 1``.
+        :param action: puts it back; what it finds by :meth:`must` counts.
+        :param moves: whether something moves by it: it is done in the normal course only, and not after
+            Ctrl-C or an error, when nothing may move any more.
+        """
+        self.undos.append(Undo(what, action, moves))
+
+    @property
+    def result(self) -> Result:
+        """What comes out of the findings."""
+        return worst(finding.result for finding in self.findings)

@@ -1,0 +1,21 @@
+"""The testees in C pass all that a codec of a vendor is asked, as processes that are told line by line."""
+
+from __future__ import annotations
+
+import pytest
+from testees import PROTOCOLS, Testees
+
+from stagewire.protocol import load_protocol
+from stagewire_conformance.testees import run
+
+PATIENT = 60.0
+"""Seconds that an answer may take: more than any machine needs."""
+
+
+@pytest.mark.parametrize("name", PROTOCOLS.values())
+def test_everything_passes(name: str, testees: Testees) -> None:
+    command = [str(word) for word in testees.program(name).words]
+    report = run(command, [load_protocol(name)], timeout=PATIENT)
+    assert [(result.case.id, result.text) for result in report.failures()] == []
+    assert (report.counts().keys(), report.starts, report.unfinished) == ({"passed"}, 1, "")
+    assert len(report.results) > 1500

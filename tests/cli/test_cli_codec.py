@@ -1,0 +1,215 @@
+"""``stagewire conformance codec``: output, exit codes, reports, and the commands that it gives."""
+
+from __future__ import annotations
+
+import io
+import json
+import shlex
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from stagewire_cli.conformance import codec_session
+
+if TYPE_CHECKING:
+    from conftest import Result, Stagewire
+
+PROGRAM = str(Path(__file__).parents[1] / "conformance" / "bad_testee.py")
+OURS = [sys.executable, "-c", "from stagewire_cli.main import run; run()", "testee"]
+STUMBLES = "asi_ms2000/WRITE_TARGET_POSITION/request/encode/plain"
+RIGHT = "asi_ms2000/WRITE_TARGET_POSITION/request/decode/[!r]*"
+CODEC = ("conformance", "codec")
+BOTH = ("--only", STUMBLES, "--only", RIGHT)
+
+
+def bad(how: str) -> list[str]:
+    return ["--", sys.executable, PROGRAM, how]
+
+
+def test_the_python_testee_passes_everything(stagewire: Stagewire, tmp_path: Path) -> None:
+    """As a process of its own, over all protocols that are installed."""
+    report = tmp_path / "report.json"
+    result = stagewire(*CODEC, "--timeout", 60, "--json", report, "--", *OURS)
+    assert (result.code, "failed" in result.out) == (0, False)
+    said = json.loads(report.read_text(encoding="utf-8"))
+    assert (said["kind"], said["verdict"], said["unfinished"]) == ("codec", "PASSED", None)
+    counts = {name: number for name, number in said["counts"].items() if number}
+    assert set(counts) == {"passed"}
+    assert counts["passed"] > 9000
+    assert (said["facts"]["testee"], said["facts"]["starts"]) == ("stagewire-python", 1)
+    assert {"vectors_asi_ms2000", "vectors_thorlabs_apt"} <= said["digests"].keys()
+    assert "PASSED: Conformance of stagewire-python" in result.out.splitlines()[-1]
+
+
+# What a failure says, and how it is repeated
+
+
+def test_a_failure_is_told_with_its_line_and_repeated_by_its_command(stagewire: Stagewire) -> None:
+    result = stagewire(*CODEC, *BOTH, *bad("crash"))
+    assert result.code == 1
+    assert f"crashed {STUMBLES}" in result.out
+    assert "has ended with exit status 3, in the place of an answer" in result.out
+    assert "the stack is gone" in result.out
+    asked, again = (
+        next(line for line in result.out.splitlines() if line.strip().startswith(start)).strip()
+        for start in ("asked: ", "again: stage")
+    )
+    assert json.loads(asked.removeprefix("asked: "))["message"] == "WRITE_TARGET_POSITION"
+    words = shlex.split(again.removeprefix("again: "))
+    assert words[0] == "stagewire"
+    repeated = stagewire(*words[1:])
+    assert repeated.code == 1
+    assert "FAILED: Conformance of stagewire-python" in repeated.out.splitlines()[-1]
+    assert "1 failed" in repeated.out.splitlines()[-1]
+
+
+def test_what_a_testee_says_cannot_steer_a_terminal(stagewire: Stagewire) -> None:
+    result = stagewire(*CODEC, *BOTH, *bad("steers"))
+    assert result.code == 1
+    assert "\x1b" not in result.out + result.err
+    result = stagewire(*CODEC, *BOTH, *bad("steers_at_once"))
+    assert result.code == 4
+    assert "\x1b" not in result.out + result.err
+
+
+def test_reports(stagewire: Stagewire, tmp_path: Path) -> None:
+    files = {kind: tmp_path / f"report.{kind}" for kind in ("json", "junit", "html")}
+    options = [word for kind, path in files.items() for word in (f"--{kind}", path)]
+    result = stagewire(*CODEC, *BOTH, *options, *bad("rubbish"))
+    assert result.code == 1
+    said = json.loads(files["json"].read_text(encoding="utf-8"))
+    (group,) = said["groups"]
+    assert group["name"] == "asi_ms2000/cases"
+    found = {case["id"]: case for case in group["cases"]}
+    assert (found[STUMBLES]["result"], found[STUMBLES]["grade"]) == ("rubbish", "failed")
+    assert "'oops' is no JSON" in found[STUMBLES]["findings"][0]["text"]
+    assert {case["result"] for id, case in found.items() if id != STUMBLES} == {"passed"}
+    root = ElementTree.parse(files["junit"]).getroot()
+    (failed,) = [case for case in root.iter("testcase") if case.find("failure") is not None]
+    assert failed.get("name") == STUMBLES
+    assert STUMBLES in files["html"].read_text(encoding="utf-8")
+
+
+# How it ends
+
+
+def expected(tmp_path: Path, id: str) -> Path:
+    path = tmp_path / "expected.toml"
+    path.write_text(f'schema_version = 1\n[[expected]]\nid = "{id}"\nreason = "known"\n', "utf-8")
+    return path
+
+
+def test_a_failure_that_is_expected_counts_as_passed(stagewire: Stagewire, tmp_path: Path) -> None:
+    path = expected(tmp_path, STUMBLES)
+    result = stagewire(*CODEC, *BOTH, "--expected", path, *bad("crash"))
+    assert (result.code, "expected: known" in result.out) == (0, True)
+    result = stagewire(*CODEC, *BOTH, "--expected", path, *bad("good"))
+    assert (result.code, f"unexpected pass {STUMBLES}" in result.out) == (1, True)
+    assert "it was expected to fail: known" in result.out
+    result = stagewire(*CODEC, *BOTH, "--expected", expected(tmp_path, "no/such/*"), *bad("good"))
+    assert (result.code, "no case has the id 'no/such/*'" in result.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ("banner", "is no testee: asked hello: 'Welcome!' is no JSON"),
+        ("crash_at_once", "has ended with exit status 9"),
+        ("other_version", "speaks version 2 of the testee protocol"),
+    ],
+)
+def test_no_testee(stagewire: Stagewire, how: str, said: str) -> None:
+    result = stagewire(*CODEC, *bad(how))
+    assert (result.code, result.out) == (4, "")
+    assert said in result.err
+
+
+def test_one_that_cannot_be_started_again(stagewire: Stagewire, tmp_path: Path) -> None:
+    """A failure weighs more than an early end; that it ended early is said all the same."""
+    mark, report = tmp_path / "mark", tmp_path / "report.json"
+    command = [*bad("crash_after_the_first"), mark]
+    result = stagewire(*CODEC, *BOTH, "--json", report, *command)
+    assert result.code == 1
+    assert "not finished: the testee could not be started again: " in result.err
+    counts = json.loads(report.read_text(encoding="utf-8"))["counts"]
+    assert counts["failed"] == 1 < counts["not run"]
+
+
+def test_interrupted(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(codec_session._Lines, "__call__", interrupt)
+    report = tmp_path / "report.json"
+    result = stagewire(*CODEC, *BOTH, "--json", report, *bad("good"))
+    assert result.code == 130
+    assert json.loads(report.read_text(encoding="utf-8"))["unfinished"] == "interrupted"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "which testee? give its command behind --"),
+        (["--", "no_such_program"], "no_such_program cannot be run: "),
+        (["--timeout", "0", *bad("good")], "--timeout is a number of seconds above 0"),
+        (["--timeout", "nan", *bad("good")], "--timeout is a number of seconds above 0"),
+        (["--protocol", "nothing", *bad("good")], "no protocol nothing is installed"),
+        (["--only", "nothing", *bad("good")], "no case matches nothing"),
+        (["--only", "nothing", "--list"], "no case matches nothing"),
+        (["--expected", "no_such_file.toml", *bad("good")], "no_such_file.toml: No such file"),
+        (["--json", "no_such_folder/x.json", *bad("good")], "no_such_folder"),
+        (["--json", "x.json", "--html", "x.json", *bad("good")], "name the same file"),
+    ],
+)
+def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+    result = stagewire(*CODEC, *arguments)
+    assert (result.code, result.out) == (2, "")
+    assert said in result.err
+
+
+def test_a_protocol_that_it_does_not_speak(stagewire: Stagewire) -> None:
+    result = stagewire(*CODEC, "--protocol", "thorlabs_apt", *bad("speaks_one"))
+    assert result.code == 2
+    assert "speaks asi_ms2000, and not thorlabs_apt" in result.err
+    result = stagewire(
+        *CODEC, "--only", "*/START_MOTOR/*", "--only", "HW_DISCONNECT", *bad("speaks_one")
+    )
+    assert result.code == 0
+    assert "the testee does not speak thorlabs_apt" in result.out
+
+
+# Before and meanwhile
+
+
+def test_a_list_starts_nothing(stagewire: Stagewire) -> None:
+    result = stagewire(*CODEC, "--list", "--only", "order", "--only", "*/cut/stream/host/nobody")
+    assert result.code == 0
+    assert (
+        "order/at_once.0     300   300 lines are sent before the first answer is read" in result.out
+    )
+    assert result.out.splitlines()[-1] == "5 cases"
+    every = stagewire(*CODEC, "--list", "--protocol", "asi_ms2000")
+    assert "thorlabs" not in every.out
+
+
+def test_lines_say_how_far_it_is(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(codec_session, "_EVERY", 0.0)
+    result = stagewire(*CODEC, *BOTH, *bad("rubbish"))
+    assert "... 1 of 13: asi_ms2000/cases, 1 failed\n" in result.err
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_bar_on_a_terminal(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    result: Result = stagewire(*CODEC, *BOTH, *bad("good"))
+    assert result.code == 0
+    assert "\x1b" in terminal.getvalue()
+    assert "\x1b" not in result.out

@@ -1,0 +1,171 @@
+"""Virtual controllers as a vendor would declare them: with stages, travel, switches, and bays that are empty."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import stagewire_virtual
+from stagewire.links import Link
+from stagewire_apt import stages
+from stagewire_conformance.device.check import Check
+from stagewire_conformance.device.declared import Declared, declare, known_units
+from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.report import Report
+from stagewire_conformance.device.run import run
+from stagewire_virtual import VirtualController
+from stagewire_virtual.linking import SteppedLink
+
+__all__ = ["BENCHES", "Bench", "bench"]
+
+REPLY_MS = 20.0
+"""What every vendor here promises of the time of a reply."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A unit, what it is declared to be, and what is allowed.
+
+    :param pics: what is declared of it.
+    :param motion: the range of ``--allow-motion``.
+    :param make: makes the controller; ``seed`` decides what is left to chance in it.
+    """
+
+    pics: Pics
+    motion: str
+    make: Callable[..., VirtualController]
+
+    @property
+    def unit(self) -> str:
+        """The name of the unit."""
+        return self.pics.unit
+
+    @cached_property
+    def declared(self) -> Declared:
+        """The controller as it is declared."""
+        return declare(self.pics)
+
+    @cached_property
+    def allowed(self) -> Permissions:
+        """Everything, within the range."""
+        return Permissions(settings=True, motion=Range.parse(self.motion), eeprom=True)
+
+    @cached_property
+    def checks(self) -> list[Check]:
+        """All checks of the unit."""
+        return plan(self.declared, self.allowed)
+
+    def line(self, seed: int = 0) -> SteppedLink:
+        """Make the controller, and a line to it in stepped time."""
+        return SteppedLink(self.make(seed=seed))
+
+    def run(self, link: Link, kinds: frozenset[str] = frozenset(), seed: int = 1) -> Report:
+        """Run the suite with all permissions.
+
+        :param kinds: only these; empty: all.
+        """
+        checks = [c for c in self.checks if not kinds or (c.kind and c.kind.name in kinds)]
+        return run(link, checks, self.declared, self.allowed, seed)
+
+
+def _counts(low: int, high: int) -> Range:
+    return Range.parse(f"{low}..{high}counts")
+
+
+def _plain(unit: str) -> Bench:
+    """Return a unit of which nothing is declared but its name."""
+    pics = Pics(unit=unit, timing=Timing(reply_p99_ms=REPLY_MS))
+    return Bench(pics, "0..100000counts", getattr(stagewire_virtual, unit))
+
+
+def _on_stage(unit: str, stage: str, travel: str, motion: str, bays: int = 0) -> Bench:
+    """Return a motor controller with the same stage everywhere."""
+    channels = tuple(
+        ChannelPics(number=1, bay=bay, stage=stage, travel=Range.parse(travel))
+        for bay in (range(1, bays + 1) if bays else (None,))
+    )
+    pics = Pics(unit=unit, channels=channels, timing=Timing(reply_p99_ms=REPLY_MS))
+    factory = getattr(stagewire_virtual, unit)
+    return Bench(
+        pics, motion, lambda **given: factory(stage=getattr(stages, stage), **given)
+    )
+
+
+def _in_counts(unit: str, channels: int = 1, bays: int = 0, **given: Any) -> Bench:
+    """Return a motor controller whose travel is known in counts."""
+    travel = 100_000
+    declared = tuple(
+        ChannelPics(number=number, bay=bay, travel=_counts(0, travel))
+        for bay in (range(1, bays + 1) if bays else (None,))
+        for number in range(1, channels + 1)
+    )
+    pics = Pics(unit=unit, channels=declared, timing=Timing(reply_p99_ms=REPLY_MS))
+    factory = getattr(stagewire_virtual, unit)
+    return Bench(
+        pics, f"0..{travel}counts", lambda **more: factory(travel=travel, **given, **more)
+    )
+
+
+def _rack() -> Bench:
+    """Return a rack with a motor module, an empty bay and a piezo module."""
+    bays = (BayPics(number=1, unit="MST601"), BayPics(number=3, unit="MPZ601"))
+    pics = Pics(unit="RACK", bays=bays, timing=Timing(reply_p99_ms=REPLY_MS))
+
+    def make(seed: int = 0) -> VirtualController:
+        return stagewire_virtual.rack("MST601", None, "MPZ601", seed=seed)
+
+    return Bench(pics, "0..100000counts", make)
+
+
+def _with_an_empty_bay() -> Bench:
+    bays = (BayPics(number=1), BayPics(number=3))
+    pics = Pics(unit="BSC103", bays=bays, timing=Timing(reply_p99_ms=REPLY_MS))
+    return Bench(
+        pics,
+        "0..100000counts",
+        lambda **given: stagewire_virtual.BSC103(empty_bays={1}, **given),
+    )
+
+
+def _on_rs232() -> Bench:
+    pics = Pics(unit="TDC001", line="rs232", timing=Timing(reply_p99_ms=REPLY_MS))
+    return Bench(
+        pics, "0..100000counts", lambda **given: stagewire_virtual.TDC001(line="rs232", **given)
+    )
+
+
+def _ms2000(unit: str) -> Bench:
+    channels = tuple(ChannelPics(axis=axis) for axis in ("X", "Y"))
+    pics = Pics(unit=unit, channels=channels, timing=Timing(reply_p99_ms=REPLY_MS))
+    return Bench(pics, "-20..20mm", getattr(stagewire_virtual, unit))
+
+
+_SPECIAL: Mapping[str, Bench] = {
+    "TDC001": _on_stage("TDC001", "Z8", "0..12mm", "0..5mm"),
+    "BBD102": _on_stage("BBD102", "MLS203", "0..110mm", "0..40mm", bays=2),
+    "BBD101": _on_stage("BBD101", "MLS203", "0..110mm", "0..40mm", bays=1),
+    "TST001": _in_counts("TST001"),
+    "OST001": _in_counts("OST001"),
+    "ODC001": _in_counts("ODC001"),
+    "BSC002": _in_counts("BSC002", channels=2),
+    "BSC102": _in_counts("BSC102", bays=2),
+    "RACK": _rack(),
+    "BSC103 with an empty bay": _with_an_empty_bay(),
+    "TDC001 on RS-232": _on_rs232(),
+    "MS2000": _ms2000("MS2000"),
+    "MFC2000": _ms2000("MFC2000"),
+}
+BENCHES: Mapping[str, Bench] = {
+    **{unit: _plain(unit) for unit in known_units() if unit not in _SPECIAL},
+    **_SPECIAL,
+}
+"""Every unit that there is, by its name; some of them stand here in another state, too."""
+
+
+def bench(name: str) -> Bench:
+    """Return a unit by its name."""
+    return BENCHES[name]

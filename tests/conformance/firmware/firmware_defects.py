@@ -1,0 +1,188 @@
+"""What a defect of firmware is: how it behaves, on which units it can be, and which check has to find it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from random import Random
+
+from firmware_bench import BENCHES, Bench
+from firmware_frames import HOST, ID, Frame, entry
+from firmware_line import Firmware
+
+from stagewire_conformance.device.declared import Place
+from stagewire_conformance.device.results import Result
+
+__all__ = ["Asked", "Change", "Defect", "Draw", "Drawn", "NotHereError", "Says", "Takes"]
+
+Change = Callable[[Frame], Iterable[Frame | bytes]]
+"""What becomes of a message: nothing, others, or several."""
+
+
+class NotHereError(Exception):
+    """A unit that cannot have this defect."""
+
+
+@dataclass(frozen=True)
+class Defect:
+    """A way in which firmware is wrong.
+
+    :param name: in the words of a bug report.
+    :param found_by: kinds of checks, one of which has to find it.
+    :param make: makes the firmware, on a unit, and says which message the check has to name; empty: any.
+    :param units: the benches on which it can be; empty: all that can have it.
+    :param result: how grave it is.
+    """
+
+    name: str
+    found_by: frozenset[str]
+    make: Callable[[Draw], tuple[Firmware, str]]
+    units: Sequence[str] = ()
+    result: Result = Result.FAIL
+
+    def draw(self, seed: int) -> Drawn:
+        """Return the defect on a unit, and in a message, that the seed decides."""
+        random = Random(f"{self.name}/{seed}")
+        names = list(self.units or [name for name in BENCHES if not name.endswith("2000")])
+        random.shuffle(names)
+        for name in names:
+            try:
+                firmware, about = self.make(Draw(BENCHES[name], random))
+            except NotHereError:
+                continue
+            return Drawn(self, name, firmware, about)
+        raise AssertionError(f"no unit can have the defect: {self.name}")
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A defect on a unit.
+
+    :param firmware: for one run.
+    :param about: the message that the check has to name; empty: any.
+    """
+
+    defect: Defect
+    unit: str
+    firmware: Firmware
+    about: str
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Something that can be asked of a channel, or of a place as a whole."""
+
+    place: Place
+    channel: int | None
+    request: str
+    answer: str
+
+    def is_answer(self, frame: Frame) -> bool:
+        """Whether a message answers it."""
+        mine = frame.name == self.answer and frame.place == self.place.address
+        return mine and (frame.channel is None or frame.channel == self.channel)
+
+
+@dataclass(frozen=True)
+class Draw:
+    """A unit, and what is left to chance on it."""
+
+    bench: Bench
+    random: Random
+    _asked: list[Asked] = field(default_factory=list)
+    _present: dict[tuple[int, int | None, str], Frame] = field(default_factory=dict)
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """The places of the unit."""
+        return self.bench.declared.places
+
+    def asked(self, allow: Callable[[Asked], bool] = lambda asked: True) -> Asked:
+        """Choose something that the unit can be asked.
+
+        Raises :class:`NotHereError` where nothing will do.
+        """
+        found = [asked for asked in self.all_asked() if allow(asked)]
+        if not found:
+            raise NotHereError
+        return self.random.choice(found)
+
+    def all_asked(self) -> list[Asked]:
+        """Return everything that the unit can be asked."""
+        if not self._asked:
+            for place in self.places:
+                for request in sorted(place.messages):
+                    answers = entry(request)["exchange"].get("answered_by", ())
+                    if answers:
+                        params = [layout["param1"] for layout in entry(request)["layouts"]]
+                        named = any(param and param["name"] == "chan_ident" for param in params)
+                        channels = place.channels if named else (None,)
+                        found = [Asked(place, c, request, answers[0]) for c in channels]
+                        self._asked.extend(found)
+        return self._asked
+
+    def present(self, asked: Asked) -> Frame:
+        """Return what the unit says when it has just woken."""
+        key = asked.place.address, asked.channel, asked.request
+        if key not in self._present:
+            link = self.bench.line()
+            params = [layout["param1"] for layout in entry(asked.request)["layouts"]]
+            given = asked.channel or params[0] and params[0]["constant"] or 0
+            raw = ID[asked.request].to_bytes(2, "little")
+            link.write(raw + bytes((given, 0, asked.place.address, HOST)))
+            self._present[key] = Frame(link.read(0.5), asked.place.status or "")
+        return self._present[key]
+
+    def unit_is(self, *units: str) -> bool:
+        """Whether it is one of these units."""
+        return self.bench.unit in units
+
+    def claims(self, *messages: str) -> None:
+        """Go on if the unit has all these messages; else raise :class:`NotHereError`."""
+        if not all(any(name in place.messages for place in self.places) for name in messages):
+            raise NotHereError
+
+    def moves(self) -> None:
+        """Go on if the unit moves stages; else raise :class:`NotHereError`."""
+        if not any(place.moves_stages for place in self.places):
+            raise NotHereError
+
+    def one_of(self, *messages: str) -> str:
+        """Choose one of those messages that the unit has.
+
+        Raises :class:`NotHereError` where it has none.
+        """
+        found = [m for m in messages if any(m in place.messages for place in self.places)]
+        if not found:
+            raise NotHereError
+        return self.random.choice(found)
+
+
+class Says(Firmware):
+    """Says some messages otherwise.
+
+    :param which: those.
+    """
+
+    def __init__(self, which: Callable[[Frame], bool], change: Change) -> None:
+        self._which = which
+        self._change = change
+
+    def says(self, frame: Frame) -> None:
+        for said in self._change(frame) if self._which(frame) else (frame,):
+            self.say(said if isinstance(said, bytes) else said.raw)
+
+
+class Takes(Firmware):
+    """Takes some messages for others, or not at all.
+
+    :param which: those.
+    """
+
+    def __init__(self, which: Callable[[Frame], bool], change: Change) -> None:
+        self._which = which
+        self._change = change
+
+    def takes(self, frame: Frame) -> None:
+        for taken in self._change(frame) if self._which(frame) else (frame,):
+            self.pass_on(taken if isinstance(taken, bytes) else taken.raw)

@@ -1,0 +1,141 @@
+"""Lines for tests of the suite that are watched, or that something happens on; and checks made for a test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from stagewire.errors import TransportLost
+from stagewire.links import Link
+from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.pics import BayPics, Pics
+from stagewire_conformance.device.report import Report
+from stagewire_conformance.device.run import run
+from stagewire_conformance.device.trial import Trial
+from stagewire_virtual import VirtualController
+
+MOTION = Range.parse("0..100000counts")
+ALL = Permissions(settings=True, motion=MOTION, eeprom=True)
+MODULES = ("MST601", None, "MPZ601")
+
+
+class WatchedLink(Link):
+    """A stepped line that notes what is written; hooks see each read and each write beforehand."""
+
+    def __init__(self, link: Link) -> None:
+        self.url = link.url
+        self.clock = link.clock
+        self.writes: list[bytes] = []
+        self.reads = 0
+        self.before_read: Callable[[], None] = lambda: None
+        self.before_write: Callable[[bytes], None] = lambda data: None
+        self._link = link
+
+    def read(self, timeout: float) -> bytes:
+        self.reads += 1
+        self.before_read()
+        return self._link.read(timeout)
+
+    def write(self, data: bytes) -> None:
+        self.before_write(data)
+        self.writes.append(data)
+        self._link.write(data)
+
+    def write_now(self, data: bytes) -> None:
+        raise AssertionError("the suite writes frames whole, and not what the system takes")
+
+    def wake(self) -> None:
+        self._link.wake()
+
+    def close(self) -> None:
+        self._link.close()
+
+
+class DeadLink(Link):
+    """A line at whose other end is nothing, or something that says the same whatever it is asked."""
+
+    url = "socket://192.0.2.1:4001"
+
+    def __init__(self, says: bytes = b"") -> None:
+        self.now = 0.0
+        self.clock = lambda: self.now
+        self._says = says
+
+    def read(self, timeout: float) -> bytes:
+        self.now += timeout if timeout > 0 else 0.0
+        said, self._says = self._says, b""
+        return said
+
+    def write(self, data: bytes) -> None:
+        pass
+
+    def write_now(self, data: bytes) -> None:
+        pass
+
+    def wake(self) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+def lost() -> None:
+    raise TransportLost("the other end hung up")
+
+
+def made(
+    body: Callable[[Trial], None],
+    name: str = "made",
+    needs: frozenset[Need] = frozenset(),
+    skip: str = "",
+    lacks: str = "",
+) -> Check:
+    """Return a check as a plan has it."""
+    check = Check(
+        id=f"{name}/one",
+        title="It does what the test wants.",
+        messages=(),
+        run=body,
+        needs=needs,
+        skip=skip,
+        lacks=lacks,
+    )
+    kind = Kind(name=name, title="Made for a test", rules=(), make=lambda declared, allowed: ())
+    return replace(check, kind=kind)
+
+
+def run_made(
+    link: Link,
+    *checks: Check | Callable[[Trial], None],
+    declared: Declared | None = None,
+    allowed: Permissions = ALL,
+    seed: int = 1,
+) -> Report:
+    """Run checks that were made for a test; a function is the body of one."""
+    planned = [
+        check if isinstance(check, Check) else made(check, f"made{number}")
+        for number, check in enumerate(checks)
+    ]
+    return run(link, planned, declared or declare("TDC001"), allowed, seed)
+
+
+def controller_of(unit: str) -> VirtualController:
+    """Return a virtual controller; ``RACK`` is a rack of modules with an empty bay."""
+    import stagewire_virtual
+
+    if unit == "RACK":
+        return stagewire_virtual.rack(*MODULES)
+    controller: VirtualController = getattr(stagewire_virtual, unit)()
+    return controller
+
+
+def declared_as(unit: str) -> Declared:
+    """Return what :func:`controller_of` makes, as a PICS declares it."""
+    if unit != "RACK":
+        return declare(unit)
+    bays = tuple(
+        BayPics(number=number, unit=module) for number, module in enumerate(MODULES, 1) if module
+    )
+    return declare(Pics(unit="RACK", bays=bays))

@@ -1,0 +1,359 @@
+"""What a vendor declares: a file is read with all its mistakes at once, and the schema says the same."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import re
+import tomllib
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+from stagewire_conformance.device.declared import Declared, declare, known_units
+from stagewire_conformance.device.errors import PicsError
+from stagewire_conformance.device.pics_file import parse_pics, read_pics
+
+SCHEMA = json.loads(
+    (Path(__file__).parents[2] / "spec/schema/pics.schema.json").read_text(encoding="utf-8")
+)
+Draft202012Validator.check_schema(SCHEMA)
+VALIDATOR = Draft202012Validator(SCHEMA)
+
+CUBE = """
+schema_version = 1
+protocol = "thorlabs_apt"
+unit = "TDC001"
+line = "usb"
+[unsupported]
+MOT_REQ_POTPARAMS = "no potentiometer fitted"
+[[channel]]
+number = 1
+stage = "Z8"
+travel = "0..12mm"
+homes = true
+limit_switches = false
+[timing]
+reply_p99_ms = 50
+"""
+CARDS = """
+schema_version = 1
+unit = "BBD103"
+line = "rs232"
+[[bay]]
+number = 1
+[[bay]]
+number = 3
+[bay.unsupported]
+MOT_REQ_PMDSTAGEAXISPARAMS = "an older card"
+[[channel]]
+bay = 3
+stage = "MLS203"
+travel = "0..2000000counts"
+"""
+RACK = """
+schema_version = 1
+unit = "RACK"
+[[bay]]
+number = 2
+unit = "MST601"
+[[bay]]
+number = 4
+unit = "MPZ601"
+[[channel]]
+bay = 2
+number = 2
+counts_per_mm = "1000/3"
+travel = "-3..3mm"
+"""
+AXES = """
+schema_version = 1
+unit = "MS2000"
+firmware = "3.3"
+[[channel]]
+axis = "X"
+travel = "-50..50mm"
+[[channel]]
+axis = "Z"
+"""
+FILES = {"cube": CUBE, "cards": CARDS, "rack": RACK, "axes": AXES}
+
+
+def declared(text: str) -> Declared:
+    return declare(parse_pics(text.encode()))
+
+
+def problems(text: str | bytes) -> tuple[str, ...]:
+    raw = text if isinstance(text, bytes) else text.encode()
+    with pytest.raises(PicsError) as caught:
+        parse_pics(raw, "my.toml")
+    return caught.value.problems
+
+
+# What is read
+
+
+def test_a_cube() -> None:
+    cube = declared(CUBE)
+    [place] = cube.places
+    assert (place.name, place.channels) == ("0x50", (1,))
+    assert "MOT_REQ_POTPARAMS" not in place.messages
+    assert cube.unsupported == {"MOT_REQ_POTPARAMS": "no potentiometer fitted"}
+    assert place.why_not("MOT_REQ_POTPARAMS") == (
+        "the PICS says that MOT_REQ_POTPARAMS is not supported: no potentiometer fitted"
+    )
+    assert place.why_not("MOT_REQ_VELPARAMS") == ""
+    assert place.travel_of(1) == (0, 411648)
+    stage = place.stage_of(1)
+    assert stage is not None
+    assert stage.name == "Z8"
+    assert place.connected_to(1).homes
+    assert not place.connected_to(1).limit_switches
+    assert cube.pics.timing.reply_p99_ms == 50
+    assert cube.pics.digest == hashlib.sha256(CUBE.encode()).hexdigest()
+
+
+def test_a_rack_of_cards() -> None:
+    rack = declared(CARDS)
+    assert [(place.name, place.bay) for place in rack.places] == [
+        ("0x11", None),
+        ("0x21", 1),
+        ("0x23", 3),
+    ]
+    board, first, third = rack.places
+    assert board.is_motherboard
+    assert board.channels == ()
+    assert "RACK_REQ_BAYUSED" in board.messages
+    assert "RACK_REQ_BAYUSED" not in first.messages
+    assert first.travel_of(1) is None
+    assert third.travel_of(1) == (0, 2_000_000)
+    assert "MOT_REQ_PMDSTAGEAXISPARAMS" in first.messages - third.messages
+    assert not rack.wants_signs
+
+
+def test_a_rack_of_modules() -> None:
+    rack = declared(RACK)
+    board, first, second = rack.places
+    swapped = RACK.replace("number = 2\nunit", "number = 5\nunit").replace("bay = 2", "bay = 5")
+    assert [place.bay for place in declared(swapped).places] == [None, 4, 5]
+    assert board.is_motherboard
+    assert "RACK_SET_DIGOUTPUTS" in first.messages & second.messages
+    assert [(place.name, place.unit.name) for place in rack.places] == [
+        ("0x11", "RACK"),
+        ("0x22", "MST601"),
+        ("0x24", "MPZ601"),
+    ]
+    stepper = rack.places[1]
+    assert stepper.channels == (1, 2)
+    assert stepper.stage_of(1) is None
+    assert stepper.travel_of(2) == (-1000, 1000)
+    scale = stepper.position_scale(2)
+    assert scale is not None
+    assert scale.counts_per_unit == Fraction(1000, 3)
+
+
+def test_axes() -> None:
+    axes = declared(AXES)
+    assert [(place.name, place.address, place.channels) for place in axes.places] == [
+        ("X", 0x18, ()),
+        ("Z", 0x1A, ()),
+    ]
+    assert axes.places[0].travel_of() == (-500_000, 500_000)
+    assert axes.firmware == "3.3"
+
+
+@pytest.mark.parametrize(
+    ("unit", "moves"),
+    [("TDC001", True), ("BMS002", True), ("ODC001", True), ("MS2000", True)]
+    + [("TPZ001", False), ("TSC001", False), ("TSG001", False), ("BPC301", False)],
+)
+def test_stages_stand_on_what_moves_stages(unit: str, moves: bool) -> None:
+    assert [place.moves_stages for place in declare(unit).places] == [moves] * len(
+        declare(unit).places
+    )
+
+
+@pytest.mark.parametrize("unit", sorted(known_units()))
+def test_without_a_pics_a_unit_is_taken_as_the_document_has_it(unit: str) -> None:
+    known = declare(unit)
+    assert known.unsupported == {}
+    claimed = frozenset[str]().union(*(place.messages for place in known.places))
+    if unit != "RACK":
+        assert known.unit.messages <= claimed
+    for place in known.places:
+        assert all(place.travel_of(channel) is None for channel in place.channels)
+        assert all(place.stage_of(channel) is None for channel in place.channels)
+    assert len({place.address for place in known.places}) == len(known.places)
+
+
+def test_names_are_taken_in_any_case() -> None:
+    text = CUBE.replace('"TDC001"', '"tdc001"').replace('"Z8"', '"z8"')
+    stage = declared(text).places[0].stage_of(1)
+    assert stage is not None
+    assert stage.name == "Z8"
+
+
+# Mistakes
+
+MISTAKES: list[dict[str, str]] = yaml.safe_load(
+    (Path(__file__).parent / "pics_mistakes.yaml").read_text(encoding="utf-8")
+)
+
+
+@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake["said"][:60])
+def test_a_mistake_is_said_with_its_key(mistake: dict[str, str]) -> None:
+    text = FILES[mistake["in"]]
+    assert mistake["instead_of"] in text
+    found = problems(text.replace(mistake["instead_of"], mistake["write"], 1))
+    assert any(mistake["said"] in problem for problem in found), found
+    assert all(problem.startswith("my.toml") for problem in found)
+    assert len(found) <= 2  # the mistake and, where the rest hangs on it, one that follows
+
+
+def test_all_mistakes_are_said_at_once() -> None:
+    text = CUBE
+    for old, new in (("POTPARAMS", "POTS"), ('"Z8"', '"Z9"'), ("p99_ms = 50", "p99_ms = -1")):
+        text = text.replace(old, new)
+    found = problems(text)
+    assert len(found) == 4  # and the travel in mm, of which no scale is known now
+    assert all(word in "\n".join(found) for word in ("MOT_REQ_POTS", "'Z9'", "-1"))
+
+
+@pytest.mark.parametrize(
+    ("raw", "said"),
+    [
+        (b"unit = ", "my.toml: is no TOML file"),
+        (b"\xff\xfe", "my.toml: is no TOML file"),
+        (b"a = " + b"[" * 100_000, "my.toml: is nested too deeply"),
+        (b"", "key unit: missing"),
+        (b"schema_version = 1\nunit = 'TDC001'\n" + b"x" * 9 + b" = 1", "there is no such key"),
+    ],
+)
+def test_what_is_no_pics_at_all_is_refused(raw: bytes, said: str) -> None:
+    assert any(said in problem for problem in problems(raw))
+
+
+def test_a_file_that_cannot_be_read_is_said(tmp_path: Path) -> None:
+    with pytest.raises(PicsError, match="cannot be read"):
+        read_pics(tmp_path / "missing.toml")
+    with pytest.raises(PicsError, match="cannot be read"):
+        read_pics(tmp_path)
+    good = tmp_path / "good.toml"
+    good.write_text(CUBE, encoding="utf-8")
+    assert read_pics(good).unit == "TDC001"
+
+
+# The schema
+
+VALUES: list[Any] = [
+    *(True, 0, 1, 2, -1, 3.5),
+    *("", " ", "X", "usb", "3.3", "0..1counts", "0..1", "TDC001", "1/2"),
+    *([], {}, [1], {"a": "b"}),
+]
+
+ONLY_THE_REGISTRY_KNOWS = re.compile(
+    r"is no message of|there is no (unit|stage|axis) |speaks|nothing in the document|has no bays|"
+    r"is not there|there is nothing in bay|moves no stage|give one of them|nothing says|"
+    r"is the same as|there are (axes|channels)|missing; (of a rack|it is one of|each bay)|"
+    r"wants no signs|lower end|no range in|counts in tenths|is not a number|above 0, not 0|"
+    r"between two counts"
+)
+"""What is wrong with a file that has the right form."""
+
+
+def changed(document: Any) -> Iterator[Any]:
+    """Give documents that differ in one place: something else there, nothing there, or something more."""
+    for path in paths(document):
+        for value in VALUES:
+            yield put(document, path, value)
+        if path:
+            yield put(document, path, None)
+        inner = at(document, path)
+        if isinstance(inner, dict):
+            yield put(document, (*path, "something"), "more")
+
+
+def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    yield path
+    entries = value.items() if isinstance(value, dict) else ()
+    for key, inner in enumerate(value) if isinstance(value, list) else entries:
+        yield from paths(inner, (*path, key))
+
+
+def at(document: Any, path: tuple[Any, ...]) -> Any:
+    for key in path:
+        document = document[key]
+    return document
+
+
+def put(document: Any, path: tuple[Any, ...], value: Any) -> Any:
+    """Return a copy with another value in one place; None takes it away."""
+    if not path:
+        return value
+    made = copy.deepcopy(document)
+    holder = at(made, path[:-1])
+    if value is None:
+        del holder[path[-1]]
+    else:
+        holder[path[-1]] = value
+    return made
+
+
+def toml(value: Any) -> str:
+    """Write a value as TOML has it, within a line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{json.dumps(k)} = {toml(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    return json.dumps(value)
+
+
+def refused(document: dict[str, Any]) -> tuple[str, ...]:
+    text = "\n".join(f"{json.dumps(key)} = {toml(value)}" for key, value in document.items())
+    assert tomllib.loads(text) == document
+    try:
+        parse_pics(text.encode())
+    except PicsError as error:
+        return error.problems
+    return ()
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_the_schema_and_the_reader_agree(file: str) -> None:
+    whole = tomllib.loads(FILES[file])
+    VALIDATOR.validate(whole)
+    counts = {"both take": 0, "both refuse": 0, "the reader knows more": 0}
+    for document in changed(whole):
+        if not isinstance(document, dict):
+            continue  # a file is a table
+        valid, found = VALIDATOR.is_valid(document), refused(document)
+        if not valid:
+            assert found, f"the schema alone refuses {document}"
+            counts["both refuse"] += 1
+        elif found:
+            assert all(map(ONLY_THE_REGISTRY_KNOWS.search, found)), (document, found)
+            counts["the reader knows more"] += 1
+        else:
+            counts["both take"] += 1
+    assert min(counts.values()) >= 5, counts
+
+
+def test_every_key_of_the_schema_is_read() -> None:
+    def keys(schema: dict[str, Any]) -> set[str]:
+        return set(schema.get("properties", ()))
+
+    used = set()
+    for text in FILES.values():
+        for path in paths(tomllib.loads(text)):
+            used.add(tuple(key for key in path if isinstance(key, str)))
+    of_channel = {path[1] for path in used if path[:1] == ("channel",) and len(path) > 1}
+    of_bay = {path[1] for path in used if path[:1] == ("bay",) and len(path) > 1}
+    assert {path[0] for path in used if path} == keys(SCHEMA)
+    assert of_channel == keys(SCHEMA["$defs"]["channel"])
+    assert of_bay == keys(SCHEMA["$defs"]["bay"])

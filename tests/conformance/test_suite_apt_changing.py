@@ -1,0 +1,140 @@
+"""The checks of Thorlabs APT that change something: virtual controllers pass, and are then as they were."""
+
+from __future__ import annotations
+
+import pytest
+from changing_apt import (
+    CASES,
+    EVERY,
+    MOVES,
+    OUTPUTS,
+    SETTINGS,
+    UNITS,
+    bench,
+    complaints,
+    readable,
+    run_on,
+)
+
+from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.results import Result
+
+GIVING_UP = ("home", "piezo-zero")
+"""These change for good what counts as 0, and say so before."""
+
+PUTTING_BACK = tuple(
+    kind for kind in (*SETTINGS, *OUTPUTS, *MOVES) if kind not in (*GIVING_UP, "limits")
+)
+"""These leave everything as it was. Limits can be run to where 0 is known."""
+
+UNDECIDED = {"MPZ601": {"piezo-position", "piezo-zero"}}
+"""What cannot be looked at: no page says what the status bits of a unit mean."""
+
+
+@pytest.mark.parametrize(("unit", "stage"), CASES)
+def test_virtual_controller_passes_and_is_as_it_was(unit: str, stage: str | None) -> None:
+    on = bench(unit, stage)
+    before = readable(on)
+    report = run_on(on, PUTTING_BACK)
+    assert not complaints(report)
+    assert readable(on) == before
+    later = run_on(on, (*GIVING_UP, "limits"))
+    assert not complaints(later)
+    outcomes = [*report.outcomes, *later.outcomes]
+    undecided = {outcome.kind.name for outcome in outcomes if outcome.result is Result.INFO}
+    assert undecided == UNDECIDED.get(unit, set())
+    lacking = dict.fromkeys(why for _, why in [*report.not_run, *later.not_run])
+    assert not lacking or stage is None
+    assert all("declares no travel" in why for why in lacking)
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize("unit", ["TDC001", "BBD102", "MST601", "BPC103", "TPZ001", "TSC001"])
+def test_other_seeds_pass_and_put_back_as_well(unit: str, seed: int) -> None:
+    on = bench(unit, seed=seed)
+    before = readable(on)
+    report = run_on(on, PUTTING_BACK, seed=seed)
+    assert not complaints(report)
+    assert readable(on) == before
+
+
+@pytest.mark.parametrize("state", [1, 2])
+def test_channel_that_was_disabled_is_disabled_afterwards(state: int) -> None:
+    on = bench("TDC001", "Z8")
+    on.link.write(bytes((0x10, 0x02, 1, state, 0x50, 1)))
+    before = readable(on)
+    assert not complaints(run_on(on, PUTTING_BACK))
+    assert readable(on) == before
+
+
+@pytest.mark.parametrize("unit", ["BPC301", "TPZ001"])
+def test_piezo_in_closed_loop_stays_so(unit: str) -> None:
+    on = bench(unit)
+    on.link.write(bytes((0x40, 0x06, 1, 2, 0x50, 1)))
+    before = readable(on)
+    report = run_on(on, PUTTING_BACK)
+    assert not complaints(report)
+    passed = {o.kind.name for o in report.outcomes if o.result is Result.PASS}
+    assert {"piezo-position", "piezo-mode", "enable"} <= passed
+    assert readable(on) == before
+
+
+def test_zeroing_puts_back_all_but_the_zero() -> None:
+    on = bench("BPC301")
+    on.link.write(bytes.fromhex("4306 0400 d001 0100 0010"))
+    bits = "PZ_REQ_PZSTATUSBITS"
+    before = readable(on, leave_out=(bits,))
+    assert not complaints(run_on(on, ("piezo-zero",)))
+    assert readable(on, leave_out=(bits,)) == before
+
+
+def test_motor_goes_back_to_where_it_stood_though_it_counts_otherwise() -> None:
+    on = bench("TDC001", "Z8", travel=34304 * 25)
+    report = run_on(on, ("home",))
+    assert not complaints(report)
+    assert on.behaviour().position()["position"] == pytest.approx(34304 * 5, abs=4000)
+
+
+def test_ids_do_not_depend_on_what_is_allowed() -> None:
+    for unit in UNITS:
+        on = bench(unit)
+        ids = [
+            [check.id for check in plan(on.declared, allowed)]
+            for allowed in (
+                Permissions(),
+                on.allowed(),
+                Permissions(motion=Range.parse("5..6V")),
+                Permissions(motion=Range.parse("1..2mm"), settings=True),
+            )
+        ]
+        assert all(each == ids[0] for each in ids)
+
+
+def test_every_check_that_needs_something_says_what_it_does() -> None:
+    for unit, stage in CASES:
+        on = bench(unit, stage)
+        for check in plan(on.declared, on.allowed()):
+            assert bool(check.does) == bool(check.needs), check.id
+
+
+def test_range_in_a_unit_that_says_nothing_is_told_and_nothing_is_run() -> None:
+    on = bench("TDC001")
+    report = run_on(on, EVERY, allowed=Permissions(motion=Range.parse("0..1mm"), settings=True))
+    not_run = {check.kind.name: why for check, why in report.not_run if check.kind}
+    assert set(MOVES) - {"move-alone"} <= set(not_run)
+    assert "nothing says how many counts make one mm" in not_run["move-absolute"]
+
+
+def test_voltages_and_positions_of_piezos_are_ranges_of_their_own() -> None:
+    for motion, runs, lacks in (
+        ("0..20V", {"piezo-volts", "piezo-lut", "piezo-zero", "enable"}, {"piezo-position"}),
+        ("0..5um", {"piezo-position"}, {"piezo-volts", "piezo-lut", "piezo-zero", "enable"}),
+    ):
+        on = bench("BPC001")
+        allowed = Permissions(motion=Range.parse(motion), settings=True)
+        report = run_on(on, OUTPUTS, allowed=allowed)
+        assert not complaints(report)
+        passed = {o.kind.name for o in report.outcomes if o.result is Result.PASS}
+        assert runs <= passed
+        assert lacks == {check.kind.name for check, _ in report.not_run if check.kind}
