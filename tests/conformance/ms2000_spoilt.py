@@ -10,7 +10,7 @@ from stagewire_ms2000 import PROTOCOL
 from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 
-__all__ = ["Spoilt", "answers", "drops", "passes"]
+__all__ = ["Slow", "Spoilt", "answers", "drops", "passes"]
 
 
 class Spoilt(Link):
@@ -77,6 +77,27 @@ class Spoilt(Link):
 
     def close(self) -> None:
         self._line.close()
+
+
+class Slow(Spoilt):
+    """A line on which each reply comes so many seconds after what was sent last."""
+
+    def __init__(self, controller: VirtualController, seconds: float) -> None:
+        super().__init__(controller)
+        self._seconds = seconds
+        self._due = 0.0
+
+    def write(self, data: bytes) -> None:
+        super().write(data)
+        self._due = self.clock() + self._seconds
+
+    def read(self, timeout: float) -> bytes:
+        left = self._due - self.clock()
+        if self.waiting and left > 0:
+            self.controller.advance(max(0.0, min(timeout, left)))
+            if timeout < left:
+                return b""
+        return super().read(timeout)
 
 
 Make = Callable[[VirtualController], Spoilt]

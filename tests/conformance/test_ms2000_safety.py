@@ -312,6 +312,26 @@ def test_a_stop_is_sent_twice_behind_a_colon_where_something_may_be_open() -> No
     assert len(writes(line)) == 5  # it is stopped
 
 
+def test_an_axis_that_says_that_it_rests_is_stopped_too() -> None:
+    """Its letter may lie."""
+    line = line_of(WIDE)
+    line.send(m.WriteTargetPosition(5), X)
+    line.moving.discard(X)
+    line.rest()
+    assert len(writes(line)) == 1
+    line.halt()
+    assert writes(line)[1:] == [b"\x18B:", b"\x18B:"]
+
+
+def test_an_axis_that_was_moved_before_this_check_is_not_stopped_with_it() -> None:
+    line = line_of(WIDE)
+    line.send(m.WriteTargetPosition(5), X)
+    line.moving.discard(X)
+    line.settle()
+    line.halt()
+    assert len(writes(line)) == 1
+
+
 def test_a_line_that_is_lost_in_a_move_ends_the_run_and_says_so() -> None:
     declared = declared_with()
     controller = controller_of(strategies=IN_COMMANDS)

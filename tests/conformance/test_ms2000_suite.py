@@ -6,6 +6,7 @@ import random
 from itertools import product
 
 import pytest
+from ms2000_spoilt import Slow
 from ms2000_suite import (
     MOVING,
     NOTHING,
@@ -208,6 +209,18 @@ def test_which_reading_a_controller_follows_is_told() -> None:
     ):
         assert first in told["first"][check], check
         assert second in told["second"][check], check
+
+
+@pytest.mark.parametrize("seconds", [0.005, 0.016, 0.03, 0.1])
+def test_replies_that_are_slow_fail_nothing(seconds: float) -> None:
+    controller = controller_of()
+    before = state_of(controller)
+    report = run_suite(Slow(controller, seconds))
+    assert found(report, Result.FAIL, Result.NON_STRICT) == []
+    assert state_of(controller) == before
+    undecided = {check.partition("/")[0] for check, _, _ in found(report, Result.INFO)}
+    too_slow = {"ramps": 0.02, "stop-start": 0.04}  # more than so many seconds
+    assert undecided == {"timing", *(kind for kind, least in too_slow.items() if seconds > least)}
 
 
 def test_the_same_seed_sends_the_same_bytes_also_of_one_check_alone() -> None:

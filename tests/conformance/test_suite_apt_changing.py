@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from changing_apt import (
     CASES,
@@ -14,8 +16,11 @@ from changing_apt import (
     complaints,
     readable,
     run_on,
+    spoiled,
 )
+from spoiled_apt import Spoil, byte, of
 
+from stagewire_conformance.device.declared import declare
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.planning import plan
 from stagewire_conformance.device.results import Result
@@ -94,6 +99,70 @@ def test_motor_goes_back_to_where_it_stood_though_it_counts_otherwise() -> None:
     report = run_on(on, ("home",))
     assert not complaints(report)
     assert on.behaviour().position()["position"] == pytest.approx(34304 * 5, abs=4000)
+
+
+@pytest.mark.parametrize("unit", ["TDC001", "BBD103", "BSC002", "BPC301", "TSC001"])
+@pytest.mark.parametrize(
+    "quirk",
+    ["header_only_completion", "long_status", "unswapped_addresses", "fault_codes_in_response"],
+)
+def test_what_real_controllers_are_known_to_do_is_not_strict_at_most(unit: str, quirk: str) -> None:
+    on = bench(unit, quirks={quirk})
+    assert Result.FAIL not in {outcome.result for outcome in run_on(on, EVERY).outcomes}
+
+
+@pytest.mark.parametrize("unit", ["TDC001", "BSC002", "BPC301", "TSC001"])
+def test_addresses_of_zero_are_not_strict_where_they_can_be_one_unit_s_only(unit: str) -> None:
+    on = bench(unit, quirks={"zero_addresses"})
+    results = {outcome.result for outcome in run_on(on, EVERY).outcomes}
+    assert Result.NON_STRICT in results
+    assert Result.FAIL not in results
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        "to_host drop frame every=7",
+        "to_controller drop frame every=25",
+        "to_host drop byte p=0.002",
+        "to_controller drop byte p=0.001",
+        "to_host duplicate frame every=9",
+        "to_host flip p=0.001",
+    ],
+)
+@pytest.mark.parametrize("unit", ["TDC001", "BBD102", "BPC103", "TSC001"])
+def test_on_a_bad_line_every_check_comes_to_its_end(unit: str, fault: str) -> None:
+    on = bench(unit, faults=[fault])
+    report = run_on(on, EVERY)
+    assert len(report.outcomes) + len(report.not_run) > 5
+
+
+@pytest.mark.parametrize("unit", ["TDC001", "MST601", "BPC103", "TSC001"])
+def test_what_the_pics_takes_back_is_skipped_and_not_sent(unit: str) -> None:
+    names = [name for name in UNITS[unit]["messages"] if not name.startswith("HW_")]
+    for name in names[:: max(1, len(names) // 12)]:
+        on = bench(unit)
+        on.declared = declare(replace(on.declared.pics, unsupported={name: "not fitted"}))
+        report = run_on(on, EVERY)
+        id = on.declared.registry.messages[name]["id"].to_bytes(2, "little")
+        sent = [
+            outcome.check.id
+            for outcome in report.outcomes
+            for entry in outcome.entries
+            if entry.sent and entry.raw[:2] == id
+        ]
+        assert not sent, name
+        for outcome in report.outcomes:
+            if outcome.result is Result.SKIP:
+                assert name in outcome.findings[0].text
+
+
+def test_value_that_the_document_does_not_allow_is_told_and_put_back() -> None:
+    on = bench("BPC301")
+    link = spoiled(on, Spoil(to_host=of("PZ_GET_OUTPUTLUTPARAMS", byte(12, 0))))
+    found = complaints(run_on(on, ("readback",), link=link))
+    assert list(found) == ["readback/0x50/PZ_SET_OUTPUTLUTPARAMS/1"]
+    assert "num_cycles is 0; the document has 1 to 2147483647" in found[next(iter(found))]
 
 
 def test_ids_do_not_depend_on_what_is_allowed() -> None:

@@ -8,13 +8,19 @@ from pathlib import Path
 import typer
 
 from stagewire_cli.terminal import console, printable, table
-from stagewire_conformance.reports import Case, Grade, Sheet
+from stagewire_conformance.reports import Case, Grade, Sheet, Verdict
 from stagewire_conformance.reports.texts import case_text
 from stagewire_conformance.reports.wording import GRADES, counted, listed, sentence
 
 __all__ = ["show_end", "show_results"]
 
 _STYLES = {Grade.FAILED: "bold red", Grade.DEVIATES: "yellow", Grade.NOTED: "cyan"}
+_VERDICT_STYLES = {
+    Verdict.FAILED: "bold red",
+    Verdict.UNFINISHED: "bold red",
+    Verdict.NON_STRICT: "yellow",
+    Verdict.PASSED: "green",
+}
 _MOST_IN_FULL = 12
 """Failures and departures that are shown with their bytes; of more there is a line each."""
 
@@ -53,7 +59,9 @@ def _show_kinds(sheet: Sheet) -> None:
 
 
 def _heading(sheet: Sheet, grade: Grade) -> str:
-    return next(case.word for case in sheet.cases(grade))
+    """Return how results of a grade are called: by their own word where all have the same."""
+    words = {case.word for case in sheet.cases(grade)}
+    return words.pop() if len(words) == 1 else GRADES[grade]
 
 
 def _show_case(sheet: Sheet, case: Case) -> None:
@@ -83,6 +91,6 @@ def show_end(sheet: Sheet, written: Sequence[Path]) -> None:
         typer.echo(f"written: {printable(str(path))}")
     console().print(
         f"{sheet.verdict}: {printable(sheet.title)}: {sentence(sheet)}",
-        style=_STYLES.get(next((g for g in Grade if sheet.counts()[g]), Grade.PASSED)),
+        style=_VERDICT_STYLES[sheet.verdict],
         soft_wrap=True,
     )

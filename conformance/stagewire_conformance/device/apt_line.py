@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Final
 
 from stagewire.framed import FramedProtocol
@@ -104,7 +105,7 @@ class AptLine(Line):
     ) -> None:
         source = self._protocol.host if source is None else source
         raw = message.pack(dest, source)
-        self._write(raw, lambda: _told(message, dest, source), keep_alive=keep_alive)
+        self._write(raw, partial(_told, message, dest, source), keep_alive=keep_alive)
 
     def _sign_of_life(self) -> None:
         if self._signs and not self._silent and self.now >= self._next_sign:
@@ -276,8 +277,7 @@ class AptLine(Line):
     def _stop(self, stops: list[tuple[FramedMessage, int]]) -> None:
         host = self._protocol.host
         for message, dest in stops:
-            raw = message.pack(dest, host)
-            self._write_now(raw, lambda m=message, d=dest: _told(m, d, host))  # type: ignore[misc]
+            self._write_now(message.pack(dest, host), partial(_told, message, dest, host))
 
     def leave(self) -> None:
         """Do nothing: a controller is left as it was found."""

@@ -59,7 +59,10 @@ class CommandLine(Line):
         self.unasked = b""
         """What came while nothing was asked, since the line was last settled."""
         self.moving: set[int] = set()
-        """Axes that may move because of what was sent; who has seen one rest takes it out."""
+        """Axes that may move because of what was sent; who was told that one rests takes it out."""
+        self._moved: set[int] = (
+            set()
+        )  # and those that say that they rest, since the line was settled
         self.stopped: set[int] = set()
         """Axes that were stopped, and are disabled until they are started again (section 16)."""
 
@@ -86,6 +89,7 @@ class CommandLine(Line):
         self._guard.check(frame, raw, self._in_step)
         if axis is not None and self._guard.moves(frame):
             self.moving.add(axis)
+            self._moved.add(axis)
         if isinstance(command, m.StopMotor):
             self.stopped.add(frame.axis or 0)
         elif isinstance(command, m.StartMotor):
@@ -208,25 +212,34 @@ class CommandLine(Line):
         silent = self.now - self._stirred  # often a check has waited for silence by itself
         came = self.unasked + self._until_quiet(max(0.0, QUIET - silent), _UNASKED)
         self.unasked = b""
+        self._moved &= self.moving
         return [f"{came.hex(' ')}: {_UNASKED}"] if came else []
 
     def halt(self) -> None:
-        """Stop every axis that may be moving; see :meth:`.Line.halt`. It is disabled then (section 16).
+        """Stop every axis that was set in motion, also if it says that it rests; see :meth:`.Line.halt`.
+
+        It is disabled then (section 16).
+        """
+        self._stop(frozenset(self._moved))
+
+    def rest(self) -> None:
+        """Stop what a check has left in motion; see :meth:`.Line.rest`."""
+        self._stop(frozenset(self.moving))
+
+    def _stop(self, axes: frozenset[int]) -> None:
+        """Stop some axes, whatever has happened.
 
         Of a command that lost a byte on its way the next one becomes a part, and is ignored. So each stop is
         sent twice, behind a colon where something may be open.
         """
-        if self.moving and not self._in_step:
+        if axes and not self._in_step:
             self._write_now(self._end, lambda: "ends what may be open")
-        for axis in sorted(self.moving) * 2:
+        for axis in sorted(axes) * 2:
             frame = CommandFrame(m.StopMotor(), axis)
             self._write_now(frame.encode(), frame.__repr__)
-        self.stopped |= self.moving
-        self.moving.clear()
-
-    def rest(self) -> None:
-        """Stop what a check has left in motion; see :meth:`.Line.rest`."""
-        self.halt()
+        self.stopped |= axes
+        self.moving -= axes
+        self._moved -= axes
 
     def leave(self) -> None:
         """Switch back to the format in which the controller was found; see :meth:`.Line.leave`."""

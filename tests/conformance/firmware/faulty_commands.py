@@ -249,11 +249,11 @@ class _BothAxes(CommandFirmware):
         return said
 
 
-class _NoSetup(CommandFirmware):
-    """Does not know the setup commands."""
+class _NoWayBack(CommandFirmware):
+    """Does not know the setup command that leaves the low-level format."""
 
-    def takes_odd(self, raw: bytes) -> bytes:
-        return b"" if raw[:1] == b"\xff" else self.pass_on(raw)
+    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
+        return b"" if raw == b"\xffA" else self.pass_on(raw)
 
 
 class _WantsASize(CommandFirmware):
@@ -306,6 +306,21 @@ class _NeverBusy(CommandFirmware):
     def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
         said = self.pass_on(raw)
         return self._letter if isinstance(frame.message, c.ReadStatus) else said
+
+
+class _OnPaper(CommandFirmware):
+    """Tells the top speed that was written, and goes on with the one that it had."""
+
+    def __init__(self) -> None:
+        self._told: dict[int, bytes] = {}
+
+    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
+        if isinstance(frame.message, c.WriteTopSpeed):
+            self._told[raw[0]] = raw[3:5]
+            return b""
+        said = self.pass_on(raw)
+        is_asked = isinstance(frame.message, c.ReadMaximumSpeed)
+        return self._told.get(raw[0], said) if is_asked else said
 
 
 class _Stale(CommandFirmware):
@@ -361,7 +376,7 @@ COMMANDS = (
     _made("A write is confirmed", "readback", lambda r: _Confirms(c.WriteIncrementValue), "WRITE_INCREMENT_VALUE"),
     _made("A move is confirmed", _MOVES, lambda r: _Confirms(c.WriteTargetPosition), "WRITE_TARGET_POSITION"),
     _made("Every colon ends a command", "marks-in-data colon readback", lambda r: _CutsAtColons()),
-    _made("Setup commands are not known", "formats", lambda r: _NoSetup()),
+    _made("The low-level format cannot be left", "formats", lambda r: _NoWayBack()),
     _made("A size slot is wanted everywhere", "sizes reads stop-start", lambda r: _WantsASize()),
     _made("A size of 0 is not understood", "sizes joystick move-increment", lambda r: _WantsNoSize()),
     _made("An unknown command upsets it", "silence", lambda r: _Upset(lambda raw: raw[:1] != b"\xff")),
@@ -383,7 +398,7 @@ COMMANDS = (
     _write("A stop is ignored", "stop-start move-vector", _nothing, c.StopMotor),
     _write("A vector speed is ignored", "move-vector", _nothing, c.WriteVectorSpeed),
     _write("The counter cannot be set", "counter", _nothing, c.WriteMotorPosition),
-    _write("The top speed has no effect", "top-speed", _nothing, c.WriteTopSpeed),
+    _made("The top speed has no effect", "top-speed ramps", lambda r: _OnPaper()),
     _write("The joystick cannot be disabled", "joystick", _nothing, c.JoystickDisable),
     _write("The joystick cannot be enabled", "joystick", _nothing, c.JoystickEnable),
 )

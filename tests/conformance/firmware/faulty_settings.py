@@ -168,9 +168,15 @@ def _bit(draw: Draw, *, stuck: bool) -> tuple[Firmware, str]:
     return Takes(setting.is_set, change), setting.set
 
 
+def _has_several(setting: _Setting) -> bool:
+    """Whether a check writes several values of a list; of the switches it writes two."""
+    values = setting.field.get("enum")
+    return isinstance(values, dict) and len(values) > 2 and "LIMSWITCH" not in setting.set
+
+
 def _one_value(draw: Draw) -> tuple[Firmware, str]:
     """Do not take one of the documented values."""
-    setting = _setting(draw, (How.LISTED,), lambda s: len(s.field.get("enum", {})) > 2)  # type: ignore[arg-type]
+    setting = _setting(draw, (How.LISTED,), _has_several)
     values = setting.field["enum"]
     assert isinstance(values, dict)
     refused = draw.random.choice([v for v in values.values() if v not in (setting.present, 0x80)])

@@ -423,5 +423,5 @@ STATUS = (
     Defect("It falls silent after twenty messages", _ALIVE, _silent_soon),
     Defect("Signs of life are answered", _ALIVE | {"identify"}, _sign_answered),
     Defect("It stays silent once it has fallen silent", _ALIVE, _never_back),
-    Defect("Updates say for ever what the first one said", _UPDATES | _STATE | _MORE_MOVES, lambda draw: (_StaleUpdates(), _status(draw, *_MOTORS))),
+    Defect("Updates say for ever what the first one said", frozenset({"move-updates"}), lambda draw: (_StaleUpdates(), _status(draw, *_MOTORS))),
 )

@@ -59,6 +59,11 @@ class Bench:
         """All checks of the unit."""
         return plan(self.declared, self.allowed)
 
+    @property
+    def status(self) -> str:
+        """Which layout a status has on the unit; of a rack of modules that of the first one."""
+        return next((place.status for place in self.declared.places if place.status), "")
+
     def line(self, seed: int = 0) -> SteppedLink:
         """Make the controller, and a line to it in stepped time."""
         return SteppedLink(self.make(seed=seed))

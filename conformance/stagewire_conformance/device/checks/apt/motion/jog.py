@@ -53,7 +53,13 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         allowed,
         "move-jog",
         title="MOT_MOVE_JOG moves {} by one step, and the end is told once",
-        messages=("MOT_MOVE_JOG", "MOT_SET_JOGPARAMS", "MOT_REQ_JOGPARAMS", COMPLETED),
+        messages=(
+            "MOT_MOVE_JOG",
+            "MOT_SET_JOGPARAMS",
+            "MOT_REQ_JOGPARAMS",
+            "MOT_GET_JOGPARAMS",
+            COMPLETED,
+        ),
         run=_run,
         does="sets single steps of a small size with MOT_SET_JOGPARAMS, jogs all motors at once forward and "
         "in reverse within {}, and puts the parameters back",

@@ -179,7 +179,16 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         allowed,
         "limits",
         title="A limit switch of {} stops a motion and is told",
-        messages=("MOT_MOVE_VELOCITY", "MOT_REQ_LIMSWITCHPARAMS", COMPLETED, "MOT_SET_VELPARAMS"),
+        messages=(
+            "MOT_MOVE_VELOCITY",
+            "MOT_MOVE_ABSOLUTE",
+            "MOT_REQ_LIMSWITCHPARAMS",
+            "MOT_GET_LIMSWITCHPARAMS",
+            "MOT_SET_VELPARAMS",
+            "MOT_REQ_VELPARAMS",
+            "MOT_GET_VELPARAMS",
+            COMPLETED,
+        ),
         run=_run,
         does="runs all motors at once slowly into the limit switch at an end of the travel that lies within "
         "{}, and goes back",

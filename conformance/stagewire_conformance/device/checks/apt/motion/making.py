@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["Motor", "Moving", "lacks_range", "motor_checks", "motors"]
+__all__ = ["Motor", "Moving", "lacks_range", "motor_checks", "motors", "unseen"]
 
 Motor = tuple["Place", int]
 """A channel of a place."""
@@ -130,14 +130,19 @@ def _name(group: Sequence[Motor]) -> str:
     return "+".join(f"{place.name}/{channel}" for place, channel in group)
 
 
+def unseen(place: Place) -> str:
+    """Return why nobody can see where a motor is, which only the PICS can say; empty where it can be seen."""
+    query = place.unit.status_query
+    return place.why_not(query.req.layout.message) if query and query.req else ""
+
+
 def _skip(place: Place, messages: tuple[str, ...]) -> str:
     """Return why a motor cannot be looked at, which only the PICS can say; empty where it can.
 
-    Whoever moves something has to be told of it and must be able to stop it.
+    Whoever moves something has to see where it is, must be able to stop it, and to bring it back.
     """
-    query = place.unit.status_query
-    asked = (query.req.layout.message,) if query and query.req else ()
-    return next(filter(None, map(place.why_not, (*messages, *asked, "MOT_MOVE_STOP"))), "")
+    every = (*messages, "MOT_MOVE_STOP", "MOT_MOVE_ABSOLUTE")
+    return unseen(place) or next(filter(None, map(place.why_not, every)), "")
 
 
 def _run(trial: Trial, group: Sequence[Motor], moving: Moving) -> None:

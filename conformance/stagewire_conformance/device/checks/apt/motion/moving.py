@@ -112,6 +112,7 @@ def go_back(axes: Sequence[Axis]) -> None:
             away[axis] = axis.start - status.position
     if not away:
         return
+    axes[0].trial.line.listen(0)  # ends of what was stopped before are not those of the way back
 
     def goes_away(axis: Axis, status: Status) -> bool:
         distance = abs(away[axis]) + abs(axis.backlash)

@@ -68,7 +68,11 @@ def _stop(ways: Mapping[Axis, int], mode: StopMode) -> dict[Axis, tuple[int, int
     words = f"MOT_MOVE_STOP {mode.name.lower()}"
 
     def on_its_way(axis: Axis, status: Status) -> bool:
-        return abs(status.position - axis.start) >= max(JITTER + 1, abs(ways[axis]) * _SHARE)
+        gone = abs(status.position - axis.start)
+        left = abs(axis.start + ways[axis] - status.position)
+        return gone >= max(JITTER + 1, abs(ways[axis]) * _SHARE) and left > axis.tolerance(
+            ways[axis]
+        )
 
     for axis, way in ways.items():
         axis.send(absolute(axis, axis.start + way).message)
@@ -112,7 +116,7 @@ def _slow_down(axis: Axis, distance: int) -> bool:
 def _judge(axis: Axis, target: int, seen: Watched, stop: str) -> int | None:
     """Say how a move that was stopped ended, and return where; None: not to be told."""
     told = f"{stop} in a move to {target}"
-    if seen.stopped is None:
+    if seen.stopped is None or _was_over(axis, target, seen):
         if seen.ends and seen.strayed is None:
             axis.trial.inconclusive(
                 f"{axis.text}: the move to {target} was over before it could be stopped"
@@ -134,6 +138,13 @@ def _judge(axis: Axis, target: int, seen: Watched, stop: str) -> int | None:
         f"{target}",
     )
     return place
+
+
+def _was_over(axis: Axis, target: int, seen: Watched) -> bool:
+    """Return whether a motor arrived in the instant in which it was told to stop."""
+    names = [end.name for end in seen.ends]
+    missed = abs(axis.status().position - target)
+    return names == [COMPLETED, _STOPPED] and missed <= axis.tolerance(target - axis.start)
 
 
 def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:

@@ -95,13 +95,13 @@ def _make_stored(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         ("MOT_MOVE_ABSOLUTE", "MOVEABSPARAMS", _stored_absolute),
         ("MOT_MOVE_RELATIVE", "MOVERELPARAMS", _stored_relative),
     ):
-        setting, asking = f"MOT_SET_{parameter}", f"MOT_REQ_{parameter}"
+        setting, *telling = (f"MOT_{role}_{parameter}" for role in ("SET", "REQ", "GET"))
         yield from motor_checks(
             declared,
             allowed,
             "move-stored",
             title=f"{message} without data moves {{}} by what {setting} stored",
-            messages=(message, setting, asking, COMPLETED),
+            messages=(message, setting, *telling, COMPLETED),
             run=run,
             does=f"stores targets with {setting}, moves all motors at once to them within {{}}, and back",
             settings=True,

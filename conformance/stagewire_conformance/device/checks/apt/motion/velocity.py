@@ -192,6 +192,7 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
             _STOPPED,
             "MOT_SET_VELPARAMS",
             "MOT_REQ_VELPARAMS",
+            "MOT_GET_VELPARAMS",
         ),
         run=_run,
         does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {}, runs them at once "

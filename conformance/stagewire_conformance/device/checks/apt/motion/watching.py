@@ -124,8 +124,13 @@ def _take(seen: Mapping[Axis, Watched], heard: Sequence[Heard], seconds: float) 
 
 
 def _whose(seen: Mapping[Axis, Watched], heard: Heard) -> Axis:
-    """Return whose message it is; of one that says nothing known, a motor that still waits for its end."""
-    for axis in seen:
-        if heard.source == axis.place.address and heard.channel in (axis.channel, None):
-            return axis
-    return next((axis for axis in seen if not seen[axis].over), next(iter(seen)))
+    """Return whose message it is, by its addresses, in either order, and by its channel.
+
+    Of one that says nothing known it is a motor that still waits for its end.
+    """
+    axes = list(seen)
+    from_it = [axis for axis in axes if axis.place.address == heard.source]
+    to_it = [axis for axis in axes if axis.place.address == heard.dest]
+    likely = from_it or to_it or axes
+    likely = [axis for axis in likely if heard.channel in (axis.channel, None)] or likely
+    return next((axis for axis in likely if not seen[axis].over), likely[0])

@@ -12,7 +12,7 @@ from stagewire_apt.flags import BpcStatusBits, DcStatusBits
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks.apt.enabling import ENABLED_SETS, enable_state, put_back
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
-from stagewire_conformance.device.checks.apt.motion.making import lacks_range, motors
+from stagewire_conformance.device.checks.apt.motion.making import lacks_range, motors, unseen
 from stagewire_conformance.device.checks.apt.outputs.making import lacks_unit, output_checks
 from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_are_printed
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
@@ -118,6 +118,7 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         "may go to 0",
         lacks=lacks,
         also=_bits_of,
+        skip=lambda place: unseen(place) if (place, 1) in moving else "",
     )
 
 

@@ -14,7 +14,7 @@ from stagewire_apt.enumerations import EnableState
 from stagewire_conformance.device.check import Check, Kind, Need
 from stagewire_conformance.device.checks.apt.enabling import ENABLED_SETS, switch
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
-from stagewire_conformance.device.checks.apt.motion.making import lacks_range
+from stagewire_conformance.device.checks.apt.motion.making import lacks_range, unseen
 from stagewire_conformance.device.checks.apt.settings.care import CARE, When
 from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
 from stagewire_conformance.device.checks.apt.settings.readback import write_and_read
@@ -42,7 +42,7 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
                 needs=frozenset({Need.SETTINGS, Need.MOTION}),
                 does=f"disables each channel, makes {', '.join(care.fields)} of {spot.set.set} a little "
                 "smaller, puts them back, and enables it again",
-                skip=spot.set.skip,
+                skip=spot.set.skip or unseen(spot.place),
                 lacks=lacks_range(declared, allowed, (spot.place, spot.channel or 1)),
             )
 

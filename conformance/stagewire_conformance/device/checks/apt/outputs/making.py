@@ -36,6 +36,7 @@ def output_checks(
     seconds: float = 1.0,
     lacks: Callable[[Place], str] = lambda place: "",
     also: Callable[[Place], tuple[str, ...]] = lambda place: (),
+    skip: Callable[[Place], str] = lambda place: "",
 ) -> Iterator[Check]:
     """Make a check for each channel of each place whose list has some messages.
 
@@ -43,6 +44,7 @@ def output_checks(
     :param run: looks at a channel of a place.
     :param settings: whether it changes settings, too.
     :param also: gives what else is used of what a place claims.
+    :param skip: says why a place cannot be looked at, beside the messages, by the PICS.
     :param lacks: says why what was allowed does not suffice at a place.
     """
     needs = {Need.MOTION} | ({Need.SETTINGS} if settings else set())
@@ -58,7 +60,7 @@ def output_checks(
                 needs=frozenset(needs),
                 does=does,
                 seconds=seconds,
-                skip=next(filter(None, map(place.why_not, messages)), ""),
+                skip=next(filter(None, map(place.why_not, messages)), "") or skip(place),
                 lacks=lacks(place),
             )
 

@@ -119,14 +119,13 @@ class Spot:
 
     def expected(self, trial: Trial, values: Values, came: Heard) -> bytes:
         """Return the bytes of the GET that would have said these values, addressed as the one that came."""
-        message: Any = trial.declared.make(self.set.get, self.channel, **values)
-        raw: bytes = message.pack(came.dest, came.source)
+        raw: bytes = self._message(trial, self.set.get, values).pack(came.dest, came.source)
         return raw
 
     def write(self, trial: Trial, values: Values) -> None:
         """Write values, and see that what the document has come because of that does."""
         line, place = trial.line, self.place
-        line.send(trial.declared.make(self.set.set, self.channel, **values), place.address)
+        line.send(self._message(trial, self.set.set, values), place.address)
         missing = {name for name in self.set.announces if name in place.messages}
         if not missing:
             return
@@ -139,6 +138,20 @@ class Spot:
         line.heard[:0] = [each for each in came if each.name not in self.set.announces]
         for name in sorted(missing):
             trial.must(False, f"{self.text}: {self.set.set} was sent, and no {name} came by itself")
+
+    def _message(self, trial: Trial, name: str, values: Values) -> Any:
+        """Return a SET or a GET with some values, which may be ones that the document does not allow.
+
+        A controller may have had them before, and then they are put back.
+        """
+        allowed = {
+            field: max(facts["minimum"], min(values[field], facts["maximum"]))
+            if facts["kind"] == "integer"
+            else values[field]
+            for field, facts in self.set.fields.items()
+        }
+        message = trial.declared.make(name, self.channel, **allowed)
+        return type(message).keep({**message.values(), **values})
 
     def write_and_ask(self, trial: Trial, values: Values) -> Heard:
         """Write values and return what is then told; the check ends where nothing answers.
@@ -157,7 +170,7 @@ class Spot:
         Raises :class:`~stagewire.errors.StagewireError` with what to do where they are not.
         """
         line, declared = trial.line, trial.declared
-        line.send(declared.make(self.set.set, self.channel, **values), self.place.address)
+        line.send(self._message(trial, self.set.set, values), self.place.address)
         if self.set.announces:
             line.listen(_SHORT)
         came = line.ask(declared.make(self.set.req, self.channel), self.place.address)

@@ -33,9 +33,13 @@ _COUNTS_PER_SPEED: Final = POSITION.counts_per_unit / SPEED.counts_per_unit
 
 
 class Sample(NamedTuple):
-    """What an axis says at about one instant."""
+    """What an axis says at about one instant.
+
+    ``time`` is when it had told its speed, ``blur`` how many seconds before it was asked for.
+    """
 
     time: float
+    blur: float
     busy: bool
     status: StatusBits
     position: int
@@ -122,9 +126,10 @@ class Mover(Axis):
 
     # Moving
 
-    def begin(self, command: Command) -> None:
-        """Send a command that moves, and see that it is busy at once."""
+    def begin(self, command: Command) -> float:
+        """Send a command that moves, see that it is busy at once, and return when it was sent."""
         self.line.send(command, self.address)
+        began = self.line.now
         self.trial.must(
             self.is_busy,
             f"right after {command.layout.message}, READ_STATUS of axis {self.name} tells b: a host would "
@@ -132,13 +137,16 @@ class Mover(Axis):
             wanted=b"B",
             came=b"b",
         )
+        return began
 
     def sample(self) -> Sample:
         """Return what it says now."""
         both = self.ask(m.ReadMotorPositionAndStatus(), quiet=0.0)
         assert isinstance(both, m.ReadMotorPositionAndStatusReply)
+        asked = self.line.now
         speed = self.speed
-        return Sample(self.line.now, self.is_busy, StatusBits(both.status), both.position, speed)
+        now = self.line.now
+        return Sample(now, now - asked, self.is_busy, StatusBits(both.status), both.position, speed)
 
     def follow(
         self, what: str, counts: int, until: Callable[[Sample], bool] | None = None
@@ -191,7 +199,8 @@ class Mover(Axis):
             self.follow("on its way back", abs(self.start - self.position))
             found = self.position
         except EnoughError:
-            self.line.halt()
+            self.line.send(m.StopMotor(), self.address)
+            self.line.moving.discard(self.address)
             text = f"axis {self.name} was at {self.start}, and is stopped where it is"
             self.trial.must(False, f"not restored: {text}")
         else:

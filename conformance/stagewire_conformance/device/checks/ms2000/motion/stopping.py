@@ -9,9 +9,10 @@ from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
-from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover
+from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover, Sample
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
 
 __all__ = ["KIND", "stop"]
@@ -59,7 +60,10 @@ def _stop_and_start(mover: Mover) -> None:
     goal = mover.goal(0.6)
     far = abs(goal - mover.start)
     mover.begin(m.WriteTargetPosition(goal))
-    mover.follow("on its way", far, until=lambda at: abs(at.position - mover.start) > far // 3)
+    seen = mover.follow(
+        "on its way", far, until=lambda at: abs(at.position - mover.start) > far // 3
+    )
+    _is_in_time(mover, seen[-1], goal)
     stood = stop(mover)
     trial.must(
         abs(stood - goal) > ARRIVED,
@@ -77,6 +81,18 @@ def _stop_and_start(mover: Mover) -> None:
     mover.begin(m.WriteTargetPosition(goal))
     mover.follow("enabled again", abs(goal - stood) + far)
     judge_rest(mover, goal)
+
+
+def _is_in_time(mover: Mover, last: Sample, goal: int) -> None:
+    """End the check where replies are so slow that an axis may have arrived before it is stopped."""
+    left = abs(goal - last.position) / mover.counts_in(1.0)
+    late = mover.line.now - last.time + 2 * last.blur  # since its position was told
+    if not last.busy or late > left / 2:
+        mover.trial.inconclusive(
+            f"replies are too slow to stop axis {mover.name} on its way: {left:.2f} s are left, and what it "
+            f"told was {late:.2f} s old"
+        )
+        raise EnoughError
 
 
 def _judge_letter(mover: Mover, stood: int) -> None:

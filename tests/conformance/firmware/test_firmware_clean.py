@@ -1,0 +1,29 @@
+"""A controller that is right passes: every unit, with all permissions, whatever is left to chance."""
+
+from __future__ import annotations
+
+import pytest
+from firmware_bench import BENCHES, bench
+
+from stagewire_conformance.device.results import Result
+
+SEEDS = range(3)
+RUNS = [(name, seed) for seed in SEEDS for name in BENCHES]
+
+
+def test_there_are_enough_runs() -> None:
+    assert len(RUNS) >= 100
+
+
+@pytest.mark.parametrize(("name", "seed"), RUNS)
+def test_nothing_is_wrong_with_a_controller_that_is_right(name: str, seed: int) -> None:
+    unit = bench(name)
+    report = unit.run(unit.line(seed), seed=seed)
+    assert not report.unfinished, report.unfinished
+    wrong = {
+        outcome.check.id: [finding.text for finding in outcome.findings]
+        for outcome in report.outcomes
+        if outcome.result in (Result.FAIL, Result.NON_STRICT)
+    }
+    assert not wrong
+    assert any(outcome.result is Result.PASS for outcome in report.outcomes)
