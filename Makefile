@@ -3,7 +3,8 @@
 #   make test   formatting, types, import rules and all tests
 # What takes long or needs a quiet machine is apart:
 #   make bench  speed and memory against their bounds
-#   make soak   256 virtual controllers for a minute, and as many sessions; a day of ten axes; eight threads
+#   make soak   256 virtual controllers for a minute, and as many sessions; a day of ten axes; eight threads;
+#               the conformance suite on every unit in real time
 #   make fuzz   thirty million executions of the codecs, everything that a user can feed to the command, and that a
 #               host can say to a virtual controller
 # Each has its own virtual environment below .venv/.
@@ -15,7 +16,7 @@ REPORT := build/junit.xml
 
 BENCHMARKS := codec_speed framing_speed commands columns start_up round_trip opening stop_latency silent framing_time \
 	capture_memory framing_experiment c_speed
-SOAKS := virtual_soak many_sessions threads endurance
+SOAKS := virtual_soak many_sessions threads endurance conformance_time
 EXECUTIONS := 10000000
 C_EXECUTIONS := 20000000
 SECONDS := 60

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-__all__ = ["CALLED_WRONGLY", "OK", "WRONG", "CalledWronglyError"]
+__all__ = ["CALLED_WRONGLY", "INTERRUPTED", "OK", "WRONG", "CalledWronglyError"]
 
 OK = 0
 WRONG = 1
 """What the command checked is wrong."""
 CALLED_WRONGLY = 2
+INTERRUPTED = 130
+"""By Ctrl-C or SIGTERM; what shells say of a program that Ctrl-C ended."""
 
 
 class CalledWronglyError(Exception):

@@ -1,7 +1,7 @@
 """The command: its sub-commands, and the last word on errors.
 
-Exit codes: 0 when it did its job, 1 when what it checked is wrong, 2 when it was called wrongly. Bad input
-never gives a traceback.
+Exit codes: 0 when it did its job, 1 when what it checked is wrong, 2 when it was called wrongly, 130 when it
+was interrupted; a command that has more lists them in its help. Bad input never gives a traceback.
 """
 
 from __future__ import annotations
@@ -34,12 +34,10 @@ from stagewire_cli import (
     testee,
     virtual,
 )
-from stagewire_cli.errors import CALLED_WRONGLY, OK, WRONG, CalledWronglyError
+from stagewire_cli.errors import CALLED_WRONGLY, INTERRUPTED, OK, WRONG, CalledWronglyError
 from stagewire_cli.terminal import printable
 
 __all__ = ["app", "main", "run"]
-
-_INTERRUPTED = 130
 
 EXAMPLE = """\b
 Examples:
@@ -124,7 +122,7 @@ def main(arguments: Sequence[str]) -> int:
         named = f"{error.filename}: " if error.filename else ""
         return _fail(f"{named}{error.strerror or error}", CALLED_WRONGLY)
     except KeyboardInterrupt:
-        return _fail("interrupted", _INTERRUPTED)
+        return _fail("interrupted", INTERRUPTED)
     return OK
 
 

@@ -22,12 +22,11 @@ from stagewire_cli.devices import (
     parts_of,
     title_of,
 )
-from stagewire_cli.errors import WRONG, CalledWronglyError
+from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
 from stagewire_cli.status import numbers_of, status_of
 
 __all__ = ["Target", "Where", "refuse_silence", "run_home", "run_move", "run_stop"]
 
-_INTERRUPTED = 130
 _PIECE = 0.25  # seconds
 _STOP_TIMEOUT = 10.0  # seconds until a stage that was told to stands still
 _ENABLE = "; a stop disables the motor: enable it again (start_motor() of the library), then move"
@@ -240,7 +239,7 @@ def _act(
         end = _end_of(motion, device.session.now, timeout)
     except KeyboardInterrupt:
         typer.echo(f"interrupted: {_stopped(part)}", err=True)
-        raise typer.Exit(_INTERRUPTED) from None
+        raise typer.Exit(INTERRUPTED) from None
     except MotionTimeout:
         typer.echo(f"it took longer than {timeout:g} s: {_stopped(part)}", err=True)
         raise

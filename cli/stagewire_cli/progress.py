@@ -1,10 +1,13 @@
-"""Progress of what takes longer than two seconds: a status line on a terminal, plain lines elsewhere."""
+"""Progress of what takes longer than two seconds: a status line on a terminal, plain lines elsewhere.
+
+Where it is known how much there is, a terminal gets a bar.
+"""
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -13,7 +16,7 @@ from stagewire_cli.terminal import console
 if TYPE_CHECKING:
     from rich.status import Status
 
-__all__ = ["Progress", "progress"]
+__all__ = ["Progress", "bar", "progress"]
 
 _PATIENCE = 2.0
 
@@ -61,3 +64,25 @@ def progress(*, lines: bool = True, quiet: bool = False) -> Iterator[Progress]:
         yield shown
     finally:
         shown.stop()
+
+
+@contextmanager
+def bar(first: str) -> Iterator[Callable[[int, int, str], None]]:
+    """Give what shows on a terminal how many of how many are done, and what is done now.
+
+    :param first: what is done before it is known how many there are.
+    """
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        BarColumn(bar_width=30),
+        TextColumn("{task.completed}/{task.total}"),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}", markup=False),
+    )
+    with Bar(*columns, console=console(error=True), transient=True) as shown:
+        task = shown.add_task(first, total=None)
+        yield lambda done, total, text: shown.update(
+            task, completed=done, total=total, description=text
+        )

@@ -310,6 +310,7 @@ def test_on_a_terminal_there_is_a_bar_and_colour_unless_unwanted(colour: bool) -
     ("words", "said"),
     [
         ([GOOD], "what is there? give --unit"),
+        ([GOOD, "--unit", "RACK"], "what is in the bays of a rack only a PICS says"),
         (["--unit", "TDC001"], "which line?"),
         ([GOOD, "--unit", "TDC999"], "there is no unit TDC999"),
         ([GOOD, "--unit", "TDC001", "--allow-motion", "5..1mm"], "the lower end comes first"),

@@ -11,9 +11,9 @@ from spoiled_apt import Spoil, SpoiledLink
 import stagewire_virtual
 from stagewire.links import Link
 from stagewire_apt import PROTOCOL, stages
-from stagewire_conformance.device.apt_line import AptLine
 from stagewire_conformance.device.checks.apt.requests import requests_of
 from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 from stagewire_conformance.device.planning import plan
@@ -29,8 +29,8 @@ CASES = [(name, stage) for name, entry in UNITS.items() for stage in (None, *ent
 
 SETTINGS = ("readback", "counters", "channels", "bays-apart", "loops", "eeprom")
 OUTPUTS = (
-    "enable", "digital-outputs", "piezo-volts", "piezo-position", "piezo-mode", "piezo-lut", "piezo-zero",
-    "solenoid-state", "solenoid-mode", "interlock-mode",
+    "enable", "digital-outputs", "piezo-volts", "piezo-position", "piezo-mode", "piezo-slew", "piezo-lut",
+    "piezo-zero", "solenoid-state", "solenoid-mode", "interlock-mode",
 )  # fmt: skip
 MOVES = (
     "move-absolute", "move-relative", "move-stored", "move-jog", "move-velocity", "move-stop", "suspend",

@@ -26,8 +26,8 @@ from stagewire.commands import CommandReceived
 from stagewire.errors import TransportLost
 from stagewire_conformance.device.check import Need
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes, harmless_value
-from stagewire_conformance.device.command_line import CommandLine
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
+from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.planning import plan
 from stagewire_conformance.device.results import Result

@@ -142,6 +142,50 @@ def without_sign(raw: bytes) -> bytes:
     return raw[:8] + abs(int.from_bytes(raw[8:10], "little", signed=True)).to_bytes(2, "little")
 
 
+def acts_on(change: Change) -> Spoil:
+    """Act on other parameters of a waveform than those that are told."""
+    told_last = [b""]
+
+    def note(raw: bytes) -> bytes:
+        if name_of(raw) == "PZ_SET_OUTPUTLUTPARAMS":
+            told_last[0] = raw
+            return change(raw)
+        return raw
+
+    def answer(raw: bytes) -> bytes:
+        if name_of(raw) == "PZ_GET_OUTPUTLUTPARAMS" and told_last[0]:
+            return raw[:6] + told_last[0][6:]
+        return raw
+
+    return Spoil(to_host=answer, to_controller=note)
+
+
+def stops_after_a_cycle() -> Spoil:
+    return acts_on(lambda raw: byte(8, 2)(raw) if raw[8] == 1 else raw)
+
+
+def without_delay() -> Spoil:
+    """Hold each sample for a tenth of a second, whatever is said."""
+    return acts_on(lambda raw: raw[:16] + (99).to_bytes(4, "little") + raw[20:])
+
+
+def without_rests() -> Spoil:
+    return acts_on(lambda raw: raw[:20] + bytes(8) + raw[28:])
+
+
+def second_stop_dropped() -> Spoil:
+    """Heed no stop in a move by a distance."""
+    last = [""]
+
+    def note(raw: bytes) -> bytes:
+        if name_of(raw).startswith("MOT_MOVE_") and name_of(raw) != "MOT_MOVE_STOP":
+            last[0] = name_of(raw)
+        unheard = name_of(raw) == "MOT_MOVE_STOP" and last[0] == "MOT_MOVE_RELATIVE"
+        return b"" if unheard else raw
+
+    return Spoil(to_controller=note)
+
+
 def frozen() -> Spoil:
     """Say of bay 2 what it was at first, unless somebody asks."""
     asked = [False]
@@ -206,6 +250,10 @@ SETTINGS = [
            told("MOT_SET_VELPARAMS", byte(6, 1))),
     Broken("channels", "MPZ601", ("0x21 channel 2", "PZ_SET_IOSETTINGS wrote amp_lp_filter"),
            told("PZ_SET_IOSETTINGS", lambda raw: dropped(raw) if raw[6] == 2 else raw)),
+    Broken("bays-apart", "BBD102", ("0x21", "MOT_SET_JOGPARAMS to 0x22", "unchanged there"),
+           told("MOT_SET_JOGPARAMS", of_dest(0x22, also_to(0x21)))),
+    Broken("readback", "TST001", ("MOT_SET_AVMODES did not set mode_bits: 3 was written",),
+           told("MOT_SET_AVMODES", with_bit(8, 0x08))),
     Broken("bays-apart", "BBD103", ("0x21", "MOT_SET_VELPARAMS to 0x23", "unchanged there"),
            told("MOT_SET_VELPARAMS", of_dest(0x23, also_to(0x21)))),
     Broken("eeprom", "TST001", ("after MOT_SET_EEPROMPARAMS", "nobody asked for"),
@@ -255,6 +303,12 @@ OUTPUTS = [
            told("PZ_SET_OUTPUTLUTPARAMS", followed_by(frame("PZ_START_LUTOUTPUT", 1, 0, 0x50, 1)))),
     Broken("piezo-lut", "BPC301", ("PZ_SET_OUTPUTLUTPARAMS was sent", "nothing was put out"),
            told("PZ_SET_OUTPUTLUTPARAMS", byte(10, 9))),
+    Broken("piezo-lut", "BPC301", ("a continuous waveform", "it should go on until PZ_STOP_LUTOUTPUT"),
+           stops_after_a_cycle),
+    Broken("piezo-lut", "BPC301", ("the first sample of a cycle was put out for 0.",), without_rests),
+    Broken("piezo-lut", "BPC301", ("each sample of a waveform was put out for",), without_delay),
+    Broken("piezo-slew", "BPC301", ("with slew_open = 1 the output went",),
+           told("PZ_SET_TPZ_SLEWRATES", dropped)),
     Broken("piezo-zero", "BPC301", ("0x50", "PZ_SET_ZERO was sent", "does not say zeroed"),
            told("PZ_SET_ZERO", dropped)),
     Broken("piezo-zero", "TSG001", ("0x50", "PZ_SET_ZERO was sent", "PZ_GET_TSG_READING"),
@@ -330,6 +384,15 @@ MOTION = [
            told("MOT_MOVE_VELOCITY", of_dest(0x22, dropped))),
     Broken("move-velocity", "TDC001", ("MOT_MOVE_STOP in MOT_MOVE_VELOCITY", "no MOT_MOVE_STOPPED"),
            said("MOT_MOVE_STOPPED", dropped)),
+    Broken("home", "TDC001", ("MOT_MOVE_STOP in MOT_MOVE_HOME", "it should be MOT_MOVE_STOPPED"),
+           told("MOT_MOVE_STOP", dropped), stage="Z8"),
+    Broken("move-absolute", "BBD102",
+           (f"0x22 channel 1: {DONE}", "a move is complete when the axis has settled"),
+           said(DONE, of_source(0x22, without_bit(BITS + 1, 0x20))), strict=False),
+    Broken("move-absolute", "BBD102", ("0x21 channel 1: on its way", "it is settled at rest only"),
+           said(STATUS, of_source(0x21, with_bit(BITS + 1, 0x20)))),
+    Broken("move-stop", "TDC001", ("0x50", "in MOT_MOVE_RELATIVE", "it should be MOT_MOVE_STOPPED"),
+           second_stop_dropped),
     Broken("move-stop", "TDC001", ("0x50", "MOT_MOVE_STOP", "it should be MOT_MOVE_STOPPED"),
            told("MOT_MOVE_STOP", dropped)),
     Broken("move-stop", "BBD102", ("0x22", "MOT_MOVE_STOP", "it should be MOT_MOVE_STOPPED"),

@@ -16,10 +16,11 @@ from changing_apt import (
     run_on,
     spoiled,
 )
-from spoiled_apt import Spoil, dropped, frame, of
+from spoiled_apt import Spoil, frame, of
 from suite_lines import WatchedLink
 
 from stagewire.errors import TransportLost
+from stagewire.links import Link
 from stagewire_apt import PROTOCOL
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.planning import plan
@@ -39,9 +40,9 @@ def id_of(raw: bytes) -> int:
     return int.from_bytes(raw[:2], "little")
 
 
-def watched(on: Bench) -> tuple[WatchedLink, list[int]]:
+def watched(on: Bench, line: Link | None = None) -> tuple[WatchedLink, list[int]]:
     """Return a line, and the positions of all motors of the bench whenever it is read."""
-    link = WatchedLink(on.link)
+    link = WatchedLink(line or on.link)
     seen: list[int] = []
     motors = [
         on.behaviour(channel, None if place.bay is None else place.bay - 1)
@@ -118,18 +119,23 @@ def test_piezo_outside_of_the_range_is_left_alone() -> None:
     assert all(EFFECTS[id_of(raw)] == "none" for raw in link.writes)
 
 
+@pytest.mark.parametrize(("unit", "stage"), [("TDC001", "Z8"), ("BBD103", "MLS203")])
 @pytest.mark.parametrize("kind", ["move-velocity", "move-stop", "move-absolute"])
-def test_motor_that_heeds_no_stop_is_called_back(kind: str) -> None:
-    on = bench("TDC001", "Z8", ends=False)
-    spoil = Spoil(to_controller=of("MOT_MOVE_STOP", dropped))
-    link = WatchedLink(spoiled(on, spoil))
-    seen: list[int] = []
-    link.before_read = lambda: seen.append(on.behaviour().position()["position"])
+def test_motor_that_heeds_no_stop_is_called_back(unit: str, stage: str, kind: str) -> None:
+    """Of a rack it is the first bay that does not, and the others are stopped all the same."""
+    on = bench(unit, stage, ends=False)
+    first = next(place.address for place in on.declared.places if place.channels)
+
+    def unheard(raw: bytes) -> bytes:
+        return b"" if raw[4] == first else raw
+
+    link, seen = watched(on, spoiled(on, Spoil(to_controller=of("MOT_MOVE_STOP", unheard))))
     allowed = Permissions(settings=True, motion=Range.parse("0..100000counts"))
     run_on(on, (kind,), link=link, allowed=allowed)
     assert min(seen) >= -5_000
     assert max(seen) <= 105_000
-    assert seen[-1] == 0
+    bays = len([place for place in on.declared.places if place.channels])
+    assert seen[-bays:] == [0] * bays
 
 
 @pytest.mark.parametrize("kind", ["move-absolute", "move-relative", "move-jog", "move-velocity"])

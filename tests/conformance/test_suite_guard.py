@@ -14,9 +14,9 @@ from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Received
 from stagewire_apt import messages as m
 from stagewire_apt import stages
-from stagewire_conformance.device.apt_line import AptLine
 from stagewire_conformance.device.declared import Declared, declare, known_units
 from stagewire_conformance.device.errors import NotAllowedError
+from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import ChannelPics, Pics
 from stagewire_conformance.device.planning import plan

@@ -109,8 +109,7 @@ def wanted_of(field: Json, here: tuple[str, str]) -> Iterator[tuple[Any, ...]]:
     if field["role"] == "reserved":
         yield *here, "decode", name, "kept"
         yield *here, "encode", name, "kept"
-        if here[1] != "header":
-            yield *here, "encode", "out_of_range", name
+        yield *here, "encode", "out_of_range", name
         return
     if field["kind"] == "integer":
         least, greatest = field["minimum"], field["maximum"]

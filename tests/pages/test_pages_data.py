@@ -21,7 +21,7 @@ from fenced import ROOT, blocks
 from stagewire.capture import read_capture
 from stagewire.protocol import load_protocol
 from stagewire_cli.main import main
-from stagewire_conformance.device.pics_file import parse_pics
+from stagewire_conformance.device.pics.file import parse_pics
 from stagewire_conformance.testee import Testee
 from stagewire_conformance.testees import plan, read_expected
 from stagewire_generator.codes import CODES

@@ -12,10 +12,11 @@ from pathlib import Path
 import typer
 
 from stagewire.protocol import Protocol
-from stagewire_cli.conformance.device_plan import as_typed
 from stagewire_cli.conformance.files import UNFINISHED, ReportFiles, code_of
 from stagewire_cli.conformance.screen import show_end, show_results
-from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.conformance.typed import as_typed
+from stagewire_cli.errors import INTERRUPTED, CalledWronglyError
+from stagewire_cli.progress import bar
 from stagewire_cli.terminal import console, printable, table
 from stagewire_conformance.reports import Grade
 from stagewire_conformance.reports.of_codec import sheet_of
@@ -37,7 +38,6 @@ from stagewire_conformance.testees.running import Progress
 
 __all__ = ["Asked", "run_session", "show_list"]
 
-_INTERRUPTED = 130
 _EVERY = 2.0
 """Seconds between two lines that say how far it is, where there is no terminal."""
 
@@ -119,7 +119,7 @@ def run_session(asked: Asked, files: ReportFiles) -> int:
     if report.unfinished:
         typer.echo(printable(f"not finished: {report.unfinished}"), err=True)
     show_end(sheet, files.write(sheet))
-    return _INTERRUPTED if report.interrupted else code_of(sheet)
+    return INTERRUPTED if report.interrupted else code_of(sheet)
 
 
 def _show_testee(report: Report) -> None:
@@ -139,25 +139,15 @@ def _progressing() -> Iterator[Progress]:
     if not sys.stderr.isatty():
         yield _Lines()
         return
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    columns = (
-        BarColumn(bar_width=30),
-        TextColumn("{task.completed}/{task.total}"),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}", markup=False),
-    )
-    with Bar(*columns, console=console(error=True), transient=True) as bar:
-        task = bar.add_task("starting the testee", total=None)
+    with bar("starting the testee") as show:
         failed = 0
 
-        def show(done: int, total: int, result: Result) -> None:
+        def hear(done: int, total: int, result: Result) -> None:
             nonlocal failed
             failed += result.failed
-            bar.update(task, completed=done, total=total, description=_state(result, failed))
+            show(done, total, _state(result, failed))
 
-        yield show
+        yield hear
 
 
 class _Lines:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import shlex
-import subprocess
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from stagewire.errors import StagewireError
+from stagewire_cli.conformance.typed import as_typed
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_conformance.device.check import Check
-from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.declared import RACK, Declared, declare
 from stagewire_conformance.device.permissions import Permissions, Range
-from stagewire_conformance.device.pics_file import read_pics
+from stagewire_conformance.device.pics.file import read_pics
 from stagewire_conformance.device.planning import plan
 
 __all__ = ["Planned", "planned"]
@@ -83,6 +80,11 @@ def planned(
             "what is there? give --unit, such as --unit TDC001, or --pics; "
             "stagewire conformance pics --from URL writes one"
         )
+    if pics is None and str(unit).upper() == RACK:
+        raise CalledWronglyError(
+            "what is in the bays of a rack only a PICS says: stagewire conformance pics --from URL "
+            f"--unit {RACK} --out pics.toml writes one, and --pics pics.toml uses it"
+        )
     try:
         declared = declare(read_pics(pics) if pics is not None else str(unit))
         allowed = Permissions(
@@ -103,8 +105,3 @@ def _range(text: str) -> Range:
         return Range.parse(text)
     except StagewireError as error:
         raise CalledWronglyError(f"--allow-motion: {error}") from None
-
-
-def as_typed(words: Sequence[str]) -> str:
-    """Return words as they are typed at a prompt of this system."""
-    return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 import typer
 
 from stagewire_cli.conformance.device_plan import Planned
+from stagewire_cli.progress import bar
 from stagewire_cli.terminal import console, printable, table
 from stagewire_conformance.device.check import Check, Need
 from stagewire_conformance.device.report import Report
@@ -84,21 +85,8 @@ def progressing() -> Iterator[Callable[[Check, int, int], None]]:
     if not sys.stderr.isatty():
         yield _KindLines()
         return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        BarColumn(bar_width=30),
-        TextColumn("{task.completed}/{task.total}"),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}", markup=False),
-    )
-    with Progress(*columns, console=console(error=True), transient=True) as bar:
-        task = bar.add_task("asking what is there", total=None)
-
-        def show(check: Check, before: int, total: int) -> None:
-            bar.update(task, completed=before, total=total, description=check.id)
-
-        yield show
+    with bar("asking what is there") as show:
+        yield lambda check, before, total: show(before, total, check.id)
 
 
 class _KindLines:

@@ -15,7 +15,7 @@ from stagewire_cli.conformance.device_screen import progressing, show_beginning,
 from stagewire_cli.conformance.files import ReportFiles, code_of
 from stagewire_cli.conformance.recorded import recorded
 from stagewire_cli.conformance.screen import show_end, show_results
-from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.errors import INTERRUPTED, CalledWronglyError
 from stagewire_conformance.device.digests import digests_of
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.report import Report
@@ -23,8 +23,6 @@ from stagewire_conformance.device.run import RunInterrupted, run
 from stagewire_conformance.reports.of_device import sheet_of
 
 __all__ = ["run_session"]
-
-_INTERRUPTED = 130
 
 
 def run_session(url: str, planned: Planned, files: ReportFiles, log: Path | None) -> int:
@@ -55,7 +53,7 @@ def run_session(url: str, planned: Planned, files: ReportFiles, log: Path | None
             if report.unfinished:
                 show_cut_short(report)
             show_end(sheet, written)
-    return _INTERRUPTED if interrupted else code_of(sheet)
+    return INTERRUPTED if interrupted else code_of(sheet)
 
 
 def _run(url: str, planned: Planned, log: Path | None, written: list[Path]) -> Report:

@@ -55,8 +55,8 @@ def pics(
     """
     from stagewire.errors import BadValueError, StagewireError, TransportError
     from stagewire.links import open_link
-    from stagewire_conformance.device.asking import ask_pics
     from stagewire_conformance.device.errors import NothingAnswersError
+    from stagewire_conformance.device.pics.asking import ask_pics
 
     if out is not None:
         check_output(out, None, "--out")

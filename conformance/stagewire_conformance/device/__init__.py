@@ -16,7 +16,7 @@ written.
 What a check can rely on:
 
 - **Nothing is sent that was not allowed.** The line refuses it by the message's effect in the registry
-  (:mod:`.guard`, :mod:`.command_guard`), whatever a check tries.
+  (:mod:`.lines.apt_guard`, :mod:`.lines.command_guard`), whatever a check tries.
 - **Whatever ends it, what moves is stopped first**, and then what it noted by :meth:`.Trial.undo` is put back
   (:mod:`.run`, :mod:`.restoring`): at its end, on an error in it, on Ctrl-C and SIGTERM.
 - **Time is that of the line.** Nothing sleeps; waiting is listening. So a run in memory takes no time, and is
@@ -27,11 +27,13 @@ What a check can rely on:
 ==============================  =========================================================================
 what                            where
 ==============================  =========================================================================
-declared of a controller        :mod:`.pics` (data), :mod:`.pics_file` (reading), :mod:`.asking` (a first
-                                one), :mod:`.declared`, :mod:`.places`
+declared of a controller        :mod:`.pics` (a file of it, and a first one by asking), :mod:`.declared`,
+                                :mod:`.places`
 may be done to it               :mod:`.permissions`
-the line to it                  :mod:`.line`; :mod:`.apt_line` (frames), :mod:`.command_line` (commands)
-checks, and their run           :mod:`.planning`, :mod:`.run`, :mod:`.trial`
+the line to it                  :mod:`.lines`
+checks, and their run           :mod:`.checks`, :mod:`.planning`, :mod:`.run`, :mod:`.trial`,
+                                :mod:`.restoring`
+rules, and what sees them       :mod:`.rules`, :mod:`.rules_page`
 was found                       :mod:`.report`, :mod:`.results`
 ==============================  =========================================================================
 """

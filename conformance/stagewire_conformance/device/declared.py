@@ -58,6 +58,12 @@ class Declared:
         return registry_of(self.protocol)
 
     @property
+    def framed(self) -> FramedProtocol:
+        """The protocol, of a controller whose messages have frames; no check asks another for it."""
+        assert isinstance(self.protocol, FramedProtocol)
+        return self.protocol
+
+    @property
     def unsupported(self) -> Mapping[str, str]:
         """The messages that the PICS says are not taken, with its reasons."""
         return self.pics.unsupported

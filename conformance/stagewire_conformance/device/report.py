@@ -41,6 +41,7 @@ class Entry:
     :param sent: whether the suite sent it.
     :param raw: its bytes.
     :param keep_alive: whether it was sent by itself, to keep the controller talking.
+    :param tell: says what it is, when somebody wants to know: most entries nobody reads.
     """
 
     time: float

@@ -12,14 +12,14 @@ from types import MappingProxyType
 from stagewire.commands import CommandProtocol
 from stagewire.errors import StagewireError, TransportLost
 from stagewire.links import Link
-from stagewire_conformance.device.apt_line import AptLine
 from stagewire_conformance.device.check import Check
-from stagewire_conformance.device.command_line import CommandLine
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.digests import digests_of
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
-from stagewire_conformance.device.jitter import jitter_of
-from stagewire_conformance.device.line import Line
+from stagewire_conformance.device.lines.apt_line import AptLine
+from stagewire_conformance.device.lines.command_line import CommandLine
+from stagewire_conformance.device.lines.jitter import jitter_of
+from stagewire_conformance.device.lines.line import Line
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.report import Entry, Finding, Outcome, Report
 from stagewire_conformance.device.restoring import Restoring

@@ -3,66 +3,53 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from stagewire_conformance.reports.model import Case, Grade, Message, Place, Rule, Sheet
 
-__all__ = ["MessageRow", "PageRow", "RuleRow", "messages", "pages", "worst"]
-
-_GRAVITY = tuple(Grade)
+__all__ = ["MessageRow", "PageRow", "RuleRow", "messages", "pages"]
 
 
-def worst(grades: Iterable[Grade]) -> Grade | None:
-    """Return the gravest grade; None of none."""
-    return min(grades, key=_GRAVITY.index, default=None)
-
-
-@dataclass(frozen=True, slots=True)
-class MessageRow:
-    """How far a message is covered.
+@dataclass(frozen=True, kw_only=True)
+class _Row:
+    """How far something is covered.
 
     :param counts: cases that are about it, by grade.
     """
 
-    message: Message
-    counts: Mapping[Grade, int]
+    counts: Counter[Grade]
 
     @property
     def grade(self) -> Grade | None:
         """The gravest grade of its cases; None where there is no case."""
-        return worst(grade for grade, number in self.counts.items() if number)
+        return next((grade for grade in Grade if self.counts[grade]), None)
 
 
-@dataclass(frozen=True, slots=True)
-class RuleRow:
-    """How far a rule is covered.
+@dataclass(frozen=True, kw_only=True)
+class MessageRow(_Row):
+    """How far a message is covered."""
 
-    :param counts: cases that hold to it, by grade.
-    """
+    message: Message
+
+
+@dataclass(frozen=True, kw_only=True)
+class RuleRow(_Row):
+    """How far a rule is covered."""
 
     rule: Rule
-    counts: Mapping[Grade, int]
-
-    @property
-    def grade(self) -> Grade | None:
-        """The gravest grade of its cases; None where there is no case."""
-        return worst(grade for grade, number in self.counts.items() if number)
 
 
-@dataclass(frozen=True, slots=True)
-class PageRow:
+@dataclass(frozen=True, kw_only=True)
+class PageRow(_Row):
     """How far a page of a document is covered.
 
     :param rules: the rules that stand there.
     :param messages: the messages that are described there.
-    :param counts: cases that are about either, by grade.
     """
 
     place: Place
     rules: tuple[RuleRow, ...]
     messages: tuple[str, ...]
-    counts: Mapping[Grade, int]
 
 
 def messages(sheet: Sheet) -> list[MessageRow]:
@@ -71,7 +58,9 @@ def messages(sheet: Sheet) -> list[MessageRow]:
     for case in sheet.cases():
         for name in case.messages:
             counts.setdefault(name, Counter())[case.grade] += 1
-    return [MessageRow(one, counts.get(one.name, Counter())) for one in sheet.messages]
+    return [
+        MessageRow(message=one, counts=counts.get(one.name, Counter())) for one in sheet.messages
+    ]
 
 
 def pages(sheet: Sheet) -> list[PageRow]:
@@ -103,7 +92,15 @@ def pages(sheet: Sheet) -> list[PageRow]:
             for case in cases
         }
         rows = tuple(
-            RuleRow(rule, Counter(case.grade for case in by_rule.get(rule.id, []))) for rule in here
+            RuleRow(rule=rule, counts=Counter(case.grade for case in by_rule.get(rule.id, [])))
+            for rule in here
         )
-        found.append(PageRow(place, rows, tuple(names), Counter(touching.values())))
+        found.append(
+            PageRow(
+                place=place,
+                rules=rows,
+                messages=tuple(names),
+                counts=Counter(touching.values()),
+            )
+        )
     return found

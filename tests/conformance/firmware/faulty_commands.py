@@ -3,131 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from random import Random
 
-from stagewire.commands import Command, CommandFrame, CommandReceived
-from stagewire.links import Link
-from stagewire_conformance.device.results import Result
+from firmware_commands import (
+    CommandDefect,
+    CommandFirmware,
+    Reply,
+    SaysReplies,
+    TakesCommands,
+)
+
+from stagewire.commands import Command, CommandFrame
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as c
 
-__all__ = ["COMMANDS", "CommandDefect", "CommandFirmware", "FaultyCommandLink"]
+__all__ = ["COMMANDS"]
 
-_UNITS = ("MS2000", "MFC2000")
 _X, _Y = 0x18, 0x19
-
-
-class CommandFirmware:
-    """What stands between a host and the controller as it should be. Made anew for each run."""
-
-    pass_on: Callable[[bytes], bytes]
-    """Gives bytes to the controller, and returns what it says at once."""
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        """Return what is said to a whole command."""
-        return self.pass_on(raw)
-
-    def takes_odd(self, raw: bytes) -> bytes:
-        """Return what is said to bytes that are no command: unknown ones, setup commands, rubbish."""
-        return self.pass_on(raw)
-
-
-class FaultyCommandLink(Link):
-    """A line in stepped time to an MS-2000 with broken firmware.
-
-    :param link: to the controller as it should be.
-    """
-
-    def __init__(self, link: Link, firmware: CommandFirmware) -> None:
-        self.url = link.url
-        self.clock = link.clock
-        self._link = link
-        self._firmware = firmware
-        self._framer = PROTOCOL.framer()
-        self._said = b""
-        firmware.pass_on = self._pass_on
-
-    def _pass_on(self, raw: bytes) -> bytes:
-        self._link.write(raw)
-        return self._link.read(0)
-
-    def read(self, timeout: float) -> bytes:
-        """Return what was said, or what comes."""
-        said, self._said = self._said, b""
-        return said or self._link.read(timeout)
-
-    def write(self, data: bytes) -> None:
-        """Give the firmware what the host sends, command by command."""
-        for event in self._framer.feed(data):
-            if isinstance(event, CommandReceived):
-                self._said += self._firmware.takes(event.frame, event.raw)
-            else:
-                self._said += self._firmware.takes_odd(event.raw)
-
-    def write_now(self, data: bytes) -> None:
-        """Do as :meth:`write` does."""
-        self.write(data)
-
-    def wake(self) -> None:
-        """Let the next read return at once."""
-        self._link.wake()
-
-    def close(self) -> None:
-        """Hang up."""
-        self._link.close()
-
-
-@dataclass(frozen=True)
-class CommandDefect:
-    """A way in which the firmware of an MS-2000 is wrong; see :class:`.Defect`."""
-
-    name: str
-    found_by: frozenset[str]
-    make: Callable[[Random], tuple[CommandFirmware, str]]
-    result: Result = Result.FAIL
-
-    def draw(self, seed: int) -> tuple[str, CommandFirmware, str]:
-        """Return a unit, the firmware, and the command that the check has to name; empty: any."""
-        random = Random(f"{self.name}/{seed}")
-        unit = random.choice(_UNITS)
-        firmware, about = self.make(random)
-        return unit, firmware, about
-
-
+_ALL_READS = "reads identification status"
+_STATUS = (c.ReadStatusByte, c.ReadMotorPositionAndStatus)
+_MOVES = "move-target move-increment move-together move-vector stop-start limits"
+_WIDE = (c.ReadMotorPosition, c.ReadIncrementValue, c.ReadTargetPosition)
 _READS: tuple[type[Command], ...] = tuple(
     cls
     for cls in PROTOCOL.messages
-    if issubclass(cls, Command) and cls.__name__.startswith("Read") and "StartSpeed" not in cls.__name__
+    if issubclass(cls, Command)
+    and cls.__name__.startswith("Read")
+    and "StartSpeed" not in cls.__name__
 )
-Reply = Callable[[bytes], bytes]
-
-
-class _Says(CommandFirmware):
-    """Says the replies to some commands otherwise."""
-
-    def __init__(self, change: Reply, *commands: type[Command], axis: int | None = None) -> None:
-        self._change = change
-        self._commands = commands
-        self._axis = axis
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        said = self.pass_on(raw)
-        mine = isinstance(frame.message, self._commands or Command)
-        return self._change(said) if mine and said and self._axis in (None, raw[0]) else said
-
-
-class _Takes(CommandFirmware):
-    """Takes some commands for others."""
-
-    def __init__(self, change: Callable[[bytes], bytes], *commands: type[Command]) -> None:
-        self._change = change
-        self._commands = commands
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        mine = isinstance(frame.message, self._commands)
-        changed = self._change(raw) if mine else raw
-        return self.pass_on(changed) if changed else b""
 
 
 def _name(cls: type[Command]) -> str:
@@ -141,9 +44,9 @@ def _read(
 
     def make(random: Random) -> tuple[CommandFirmware, str]:
         command = random.choice(commands or _READS)
-        return _Says(change(random), command), _name(command)
+        return SaysReplies(change(random), command), _name(command)
 
-    return CommandDefect(name, frozenset((found_by or "reads identification status").split()), make)
+    return CommandDefect(name, frozenset((found_by or _ALL_READS).split()), make)
 
 
 def _write(
@@ -153,7 +56,7 @@ def _write(
 
     def make(random: Random) -> tuple[CommandFirmware, str]:
         command = random.choice(commands)
-        return _Takes(change, command), _name(command)
+        return TakesCommands(change, command), _name(command)
 
     return CommandDefect(name, frozenset(found_by.split()), make)
 
@@ -273,8 +176,7 @@ class _WantsNoSize(CommandFirmware):
 class _Upset(CommandFirmware):
     """Takes the next command for a part of what was wrong."""
 
-    def __init__(self, by: Callable[[bytes], bool]) -> None:
-        self._by = by
+    def __init__(self) -> None:
         self._upset = False
 
     def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
@@ -282,12 +184,12 @@ class _Upset(CommandFirmware):
         return b"" if upset else self.pass_on(raw)
 
     def takes_odd(self, raw: bytes) -> bytes:
-        self._upset = self._upset or self._by(raw)
+        self._upset = raw[:1] != b"\xff"
         return self.pass_on(raw)
 
 
-class _Slow(CommandFirmware):
-    """Has room for a few commands only until it has been read."""
+class _HardOfHearing(CommandFirmware):
+    """Does not hear every twentieth command."""
 
     def __init__(self) -> None:
         self._count = 0
@@ -295,17 +197,6 @@ class _Slow(CommandFirmware):
     def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
         self._count += 1
         return b"" if self._count % 20 == 0 else self.pass_on(raw)
-
-
-class _NeverBusy(CommandFirmware):
-    """Says that it is not busy, whatever it does."""
-
-    def __init__(self, letter: bytes) -> None:
-        self._letter = letter
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        said = self.pass_on(raw)
-        return self._letter if isinstance(frame.message, c.ReadStatus) else said
 
 
 class _OnPaper(CommandFirmware):
@@ -340,6 +231,7 @@ class _Stale(CommandFirmware):
 def _made(
     name: str, found_by: str, make: Callable[[Random], CommandFirmware], about: str = ""
 ) -> CommandDefect:
+    """Return a defect in how the controller works."""
     return CommandDefect(name, frozenset(found_by.split()), lambda random: (make(random), about))
 
 
@@ -347,9 +239,16 @@ def _bit(mask: int, *, on: bool) -> Reply:
     return lambda said: said[:-1] + bytes((said[-1] | mask if on else said[-1] & ~mask,))
 
 
-_STATUS = (c.ReadStatusByte, c.ReadMotorPositionAndStatus)
-_MOVES = "move-target move-increment move-together move-vector stop-start limits"
-_WIDE = (c.ReadMotorPosition, c.ReadIncrementValue, c.ReadTargetPosition)
+def _one_less(data: bytes) -> bytes:
+    """Return a target that is a tenth nearer to zero."""
+    target = int.from_bytes(data, "little", signed=True) * 9 // 10
+    return target.to_bytes(3, "little", signed=True)
+
+
+def _always_told(letter: bytes) -> Callable[[Random], CommandFirmware]:
+    return lambda random: SaysReplies(lambda said: letter, c.ReadStatus)
+
+
 COMMANDS = (
     _read("A command is never answered", _always(_nothing)),
     _read("A reply is too short", _always(lambda said: said[:-1])),
@@ -359,46 +258,55 @@ COMMANDS = (
     _read("A reply is said twice", _always(lambda said: said + said)),
     _read(
         "A reply has its bytes in the wrong order", _always(lambda said: said[::-1]),
-        c.ReadMaximumSpeed, c.ReadIncrementValue, found_by="readback reads marks-in-data status",
+        c.ReadMaximumSpeed, c.ReadIncrementValue, found_by="readback",
     ),
     _read("The identification is another text", _always(lambda said: b"EFIL :"), c.ReadIdentification),
     _read("The identification lacks its blank", _always(lambda said: b"EMOT:"), c.ReadIdentification),
     _read("The busy letter is another one", _always(lambda said: b"N"), c.ReadStatus),
     _read("The servo bit is not set", _always(_bit(0x02, on=False)), *_STATUS),
     _read("The moving bit is stuck on", _always(_bit(0x01, on=True)), *_STATUS),
-    _read("The moving bit is stuck off", _always(_bit(0x01, on=False)), c.ReadStatusByte, found_by=_MOVES + " top-speed ramps"),
+    _read("The moving bit is stuck off", _always(_bit(0x01, on=False)), c.ReadStatusByte, found_by=_MOVES),
     _read("Both limit bits are set", _always(_bit(0xC0, on=True)), *_STATUS),
-    _read("The joystick bit is stuck", _always(_bit(0x08, on=True)), c.ReadStatusByte, found_by="joystick status"),
-    _made("One reply in fifty is lost", "back-to-back reads", lambda r: _Drops(r.choice((40, 50)))),
-    _made("It has room for a few commands only", "back-to-back", lambda r: _Slow()),
-    _made("Y is answered as X", "reads readback status move-target", lambda r: _OtherAxis(_Y, _X, *_WIDE)),
+    _read("The joystick bit is stuck", _always(_bit(0x08, on=True)), c.ReadStatusByte, found_by="joystick"),
+    _made("One reply in fifty is lost", "back-to-back", lambda r: _Drops(r.choice((40, 50)))),
+    _made("One command in twenty is lost", "back-to-back", lambda r: _HardOfHearing()),
+    _made("Y is answered as X", "readback", lambda r: _OtherAxis(_Y, _X, *_WIDE)),
     _made("What is wrong is answered with an error", "silence", lambda r: _Complains()),
-    _made("A write is confirmed", "readback", lambda r: _Confirms(c.WriteIncrementValue), "WRITE_INCREMENT_VALUE"),
+    _made("A write is confirmed", "readback", lambda r: _Confirms(c.WriteTopSpeed), "WRITE_TOP_SPEED"),
     _made("A move is confirmed", _MOVES, lambda r: _Confirms(c.WriteTargetPosition), "WRITE_TARGET_POSITION"),
-    _made("Every colon ends a command", "marks-in-data colon readback", lambda r: _CutsAtColons()),
+    _made("Every colon ends a command", "marks-in-data", lambda r: _CutsAtColons()),
     _made("The low-level format cannot be left", "formats", lambda r: _NoWayBack()),
-    _made("A size slot is wanted everywhere", "sizes reads stop-start", lambda r: _WantsASize()),
-    _made("A size of 0 is not understood", "sizes joystick move-increment", lambda r: _WantsNoSize()),
-    _made("An unknown command upsets it", "silence", lambda r: _Upset(lambda raw: raw[:1] != b"\xff")),
-    _made("It is never busy", _MOVES, lambda r: _NeverBusy(b"b")),
-    _made("It is always busy", "status " + _MOVES, lambda r: _NeverBusy(b"B")),
+    _made("A size slot is wanted everywhere", "reads", lambda r: _WantsASize()),
+    _made("A size of 0 is not understood", "joystick move-increment", lambda r: _WantsNoSize()),
+    _made("An unknown command upsets it", "silence", lambda r: _Upset()),
+    _made("It is never busy", _MOVES, _always_told(b"b")),
+    _made("It is always busy", f"status {_MOVES}", _always_told(b"B")),
     _made("The position is stale", _MOVES, lambda r: _Stale(c.ReadMotorPosition)),
     _made("The status byte is stale", _MOVES, lambda r: _Stale(c.ReadStatusByte)),
-    _made("A move goes to both axes", "move-target move-together move-increment", lambda r: _BothAxes(c.WriteTargetPosition, c.IncrementMoveUp)),
-    _made("Settings go to both axes", "readback", lambda r: _BothAxes(c.WriteIncrementValue, c.WriteTopSpeed)),
+    _made("A move goes to both axes", _MOVES, lambda r: _BothAxes(c.WriteTargetPosition, c.IncrementMoveUp)),
+    _made("Settings go to both axes", "readback", lambda r: _BothAxes(c.WriteTopSpeed)),
     _made("X and Y are mixed up in moves", _MOVES, lambda r: _OtherAxis(_X, _Y, c.WriteTargetPosition)),
-    _write("A write is ignored", "readback", _nothing, c.WriteIncrementValue, c.WriteRampingTime, c.WriteTopSpeed),
-    _write("A value is off by one", "readback", _data(_plus_one), c.WriteIncrementValue, c.WriteRampingTime, c.WriteTopSpeed),
-    _write("A value is kept in the wrong order of bytes", "readback", _data(lambda d: d[::-1]), c.WriteIncrementValue, c.WriteTopSpeed),
+    _write("A write is ignored", "readback", _nothing, c.WriteIncrementValue, c.WriteTopSpeed),
+    _write(
+        "A value is off by one", "readback", _data(_plus_one),
+        c.WriteIncrementValue, c.WriteRampingTime, c.WriteTopSpeed,
+    ),
+    _write(
+        "A value is kept in the wrong order of bytes", "readback", _data(lambda data: data[::-1]),
+        c.WriteIncrementValue, c.WriteTopSpeed,
+    ),
     _write("Only 16 bits of an increment are kept", "readback", _data(_without_top), c.WriteIncrementValue),
     _write("A target is ignored", _MOVES, _nothing, c.WriteTargetPosition),
-    _write("A target is off by a tenth", _MOVES, _data(lambda d: (int.from_bytes(d, "little", signed=True) * 9 // 10).to_bytes(3, "little", signed=True)), c.WriteTargetPosition),
-    _write("Moves by the increment are ignored", "move-increment", _nothing, c.IncrementMoveUp, c.IncrementMoveDown),
+    _write("A target is off by a tenth", _MOVES, _data(_one_less), c.WriteTargetPosition),
+    _write(
+        "Moves by the increment are ignored", "move-increment", _nothing,
+        c.IncrementMoveUp, c.IncrementMoveDown,
+    ),
     _write("A step down goes up", "move-increment", lambda raw: raw.replace(b"-", b"+"), c.IncrementMoveDown),
-    _write("A stop is ignored", "stop-start move-vector", _nothing, c.StopMotor),
+    _write("A stop is ignored", "stop-start", _nothing, c.StopMotor),
     _write("A vector speed is ignored", "move-vector", _nothing, c.WriteVectorSpeed),
     _write("The counter cannot be set", "counter", _nothing, c.WriteMotorPosition),
     _made("The top speed has no effect", "top-speed ramps", lambda r: _OnPaper()),
     _write("The joystick cannot be disabled", "joystick", _nothing, c.JoystickDisable),
     _write("The joystick cannot be enabled", "joystick", _nothing, c.JoystickEnable),
-)
+)  # fmt: skip

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from firmware_defects import Change, Defect, Draw, NotHereError, Says, Takes
-from firmware_frames import HOST, Frame
+from firmware_defects import Change, Defect, Draw, Echoes, NotHereError, Says, Takes, named, of
+from firmware_frames import Frame
 from firmware_line import Firmware
 
 from stagewire_conformance.device.results import Result
@@ -15,37 +15,55 @@ __all__ = ["MOVES"]
 _COMPLETED = "MOT_MOVE_COMPLETED"
 _STOPPED = "MOT_MOVE_STOPPED"
 _HOMED = "MOT_MOVE_HOMED"
-_ENDS = (_COMPLETED, _STOPPED, _HOMED)
-_STARTS = (
-    "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE", "MOT_MOVE_JOG", "MOT_MOVE_VELOCITY", "MOT_MOVE_HOME",
-)  # fmt: skip
-_TO = frozenset({"move-absolute", "move-relative", "move-stored", "move-jog", "move-alone"})
-_STOP = frozenset({"move-stop", "move-velocity"})
-_ANY = _TO | _STOP | {"home", "suspend", "limits"}
-_WITH_SWITCHES = ("TDC001", "TST001", "OST001", "ODC001", "BSC002", "BSC102")
+_ABSOLUTE = "MOT_MOVE_ABSOLUTE"
+_RELATIVE = "MOT_MOVE_RELATIVE"
+_JOG = "MOT_MOVE_JOG"
+_VELOCITY = "MOT_MOVE_VELOCITY"
+_HOME = "MOT_MOVE_HOME"
+_STOP = "MOT_MOVE_STOP"
+_TO = "move-absolute move-relative move-stored move-jog move-alone"
+_STOPS = "move-stop move-velocity"
+_ANY = f"{_TO} {_STOPS} home suspend limits"
 
 
-def _said(name: str, found_by: frozenset[str], change: Change, *which: str, **more: Result) -> Defect:
+def _said(
+    name: str,
+    found_by: str,
+    change: Change,
+    end: str = _COMPLETED,
+    result: Result = Result.FAIL,
+) -> Defect:
     """Return a defect in an end message."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
-        end = draw.one_of(*which) if which else _COMPLETED
         draw.moves()
         draw.claims(end)
-        return Says(lambda frame: frame.name == end, change), end
+        return Says(named(end), change), end
 
-    return Defect(name, found_by, make, **more)
+    return Defect(name, of(found_by), make, result=result)
 
 
-def _taken(name: str, found_by: frozenset[str], start: str, change: Change) -> Defect:
+def _taken(name: str, found_by: str, start: str, change: Change) -> Defect:
     """Return a defect in what becomes of a message that moves something."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
         draw.moves()
         draw.claims(start)
-        return Takes(lambda frame: frame.name == start, change), start
+        return Takes(named(start), change), start
 
-    return Defect(name, found_by, make)
+    return Defect(name, of(found_by), make)
+
+
+def _moving_ones(
+    name: str, make: Callable[[Draw], tuple[Firmware, str]], found_by: str = _ANY
+) -> Defect:
+    """Return a defect of units that move stages."""
+
+    def checked(draw: Draw) -> tuple[Firmware, str]:
+        draw.moves()
+        return make(draw)
+
+    return Defect(name, of(found_by), checked)
 
 
 def _bare(frame: Frame) -> list[bytes]:
@@ -67,7 +85,7 @@ class _Ends(Firmware):
     def takes(self, frame: Frame) -> None:
         self.pass_on(frame.raw)
         known = self._status.get(frame.dest)
-        if frame.name in ("MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE") and known:
+        if frame.name in (_ABSOLUTE, _RELATIVE) and known:
             self.say(known.renamed(_COMPLETED).raw, after=0.01)
 
     def says(self, frame: Frame) -> None:
@@ -77,11 +95,6 @@ class _Ends(Firmware):
             self.say(frame.raw)
 
 
-def _too_soon(draw: Draw, *, again: bool) -> tuple[Firmware, str]:
-    draw.moves()
-    return _Ends(again=again), _COMPLETED
-
-
 class _LateEnds(Firmware):
     """Says the end of a move long after it."""
 
@@ -89,36 +102,40 @@ class _LateEnds(Firmware):
         self.say(frame.raw, after=12.0 if frame.name == _COMPLETED else 0.0)
 
 
-def _too_late(draw: Draw) -> tuple[Firmware, str]:
-    draw.moves()
-    return _LateEnds(), _COMPLETED
+def _two_bays(draw: Draw) -> tuple[int, int]:
+    """Choose two bays that move stages."""
+    bays = [place.address for place in draw.places if place.bay and place.moves_stages]
+    if len(bays) < 2:
+        raise NotHereError
+    one, other = draw.random.sample(bays, 2)
+    return one, other
 
 
 def _other_bay(draw: Draw) -> tuple[Firmware, str]:
     """Say the end of a move in one bay with the address of another."""
-    bays = [p.address for p in draw.places if p.bay and "MOT_MOVE_ABSOLUTE" in p.messages]
-    if len(bays) < 2:
-        raise NotHereError
-    one, other = draw.random.sample(bays, 2)
+    one, other = _two_bays(draw)
     return Says(
         lambda f: f.name == _COMPLETED and f.source == one, lambda f: [f.coming_from(other)]
     ), _COMPLETED
 
 
 def _all_bays(draw: Draw) -> tuple[Firmware, str]:
-    """Say the end of a move for every bay at once."""
-    bays = [p.address for p in draw.places if p.bay and "MOT_MOVE_ABSOLUTE" in p.messages]
-    if len(bays) < 2:
-        raise NotHereError
+    """Say the end of a move for two bays at once."""
+    bays = _two_bays(draw)
     return Says(
-        lambda f: f.name == _COMPLETED, lambda f: [f.coming_from(bay) for bay in bays]
+        lambda f: f.name == _COMPLETED and f.source in bays,
+        lambda f: [f.coming_from(bay) for bay in bays],
     ), _COMPLETED
+
+
+def _with_two_channels(draw: Draw) -> None:
+    if not any(2 in place.channels and place.moves_stages for place in draw.places):
+        raise NotHereError
 
 
 def _other_channel(draw: Draw) -> tuple[Firmware, str]:
     """Say the end of a move of channel 2 as that of channel 1."""
-    if all(2 not in p.channels or "MOT_MOVE_ABSOLUTE" not in p.messages for p in draw.places):
-        raise NotHereError
+    _with_two_channels(draw)
     return Says(
         lambda f: f.name == _COMPLETED and f.channel == 2, lambda f: [f.with_("chan_ident", 1)]
     ), _COMPLETED
@@ -126,30 +143,18 @@ def _other_channel(draw: Draw) -> tuple[Firmware, str]:
 
 def _both_bays_move(draw: Draw) -> tuple[Firmware, str]:
     """Move another bay as well."""
-    bays = [p.address for p in draw.places if p.bay and "MOT_MOVE_ABSOLUTE" in p.messages]
-    if len(bays) < 2:
-        raise NotHereError
-    one, other = draw.random.sample(bays, 2)
+    one, other = _two_bays(draw)
     return Takes(
-        lambda f: f.name == "MOT_MOVE_ABSOLUTE" and f.dest == one, lambda f: [f, f.to(other)]
-    ), "MOT_MOVE_ABSOLUTE"
+        lambda f: f.name == _ABSOLUTE and f.dest == one, lambda f: [f, f.to(other)]
+    ), _ABSOLUTE
 
 
 def _both_channels_move(draw: Draw) -> tuple[Firmware, str]:
-    if all(2 not in p.channels or not p.moves_stages for p in draw.places):
-        raise NotHereError
+    _with_two_channels(draw)
     return Takes(
-        lambda f: f.name == "MOT_MOVE_ABSOLUTE" and f.channel == 1,
+        lambda f: f.name == _ABSOLUTE and f.channel == 1,
         lambda f: [f, f.with_("chan_ident", 2)],
-    ), "MOT_MOVE_ABSOLUTE"
-
-
-def _other_layout(draw: Draw) -> tuple[Firmware, str]:
-    """Leave a field out of the status at the end of a move: the rest is packed two bytes earlier."""
-    draw.moves()
-    return Says(
-        lambda f: f.name == _COMPLETED, lambda f: [f.with_packet(f.packet[:-2])]
-    ), _COMPLETED
+    ), _ABSOLUTE
 
 
 class _WithoutMoving(Firmware):
@@ -160,7 +165,7 @@ class _WithoutMoving(Firmware):
 
     def takes(self, frame: Frame) -> None:
         known = self._status.get(frame.dest)
-        if frame.name == "MOT_MOVE_ABSOLUTE" and known:
+        if frame.name == _ABSOLUTE and known:
             self.say(known.renamed(_COMPLETED).raw, after=0.3)
         else:
             self.pass_on(frame.raw)
@@ -171,48 +176,21 @@ class _WithoutMoving(Firmware):
         self.say(frame.raw)
 
 
-def _without_moving(draw: Draw) -> tuple[Firmware, str]:
-    draw.moves()
-    return _WithoutMoving(), "MOT_MOVE_ABSOLUTE"
-
-
-class _Confirms(Firmware):
-    """Answers what moves something, at once, with an empty message of the same id."""
-
-    def takes(self, frame: Frame) -> None:
-        self.pass_on(frame.raw)
-        if frame.name in _STARTS:
-            self.say(frame.raw[:2] + bytes((frame.channel or 0, 0, HOST, frame.dest)))
-
-
-def _confirmed(draw: Draw) -> tuple[Firmware, str]:
-    draw.moves()
-    return _Confirms(), ""
-
-
-def _stop_as_completed(draw: Draw) -> tuple[Firmware, str]:
-    draw.claims("MOT_MOVE_STOP")
-    return Says(lambda f: f.name == _STOPPED, lambda f: [f.renamed(_COMPLETED)]), _STOPPED
-
-
 def _one_stop_mode(draw: Draw) -> tuple[Firmware, str]:
     """Take one of the two ways to stop only."""
-    draw.claims("MOT_MOVE_STOP")
     mode = draw.random.choice((1, 2))
-    return Takes(
-        lambda f: f.name == "MOT_MOVE_STOP" and f["stop_mode"] == mode, lambda f: []
-    ), "MOT_MOVE_STOP"
+    return Takes(lambda f: f.name == _STOP and f["stop_mode"] == mode, lambda f: []), _STOP
 
 
 def _short_form(draw: Draw) -> tuple[Firmware, str]:
     """Take the form without a target for no message at all."""
-    start = draw.one_of("MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE")
+    start = draw.random.choice((_ABSOLUTE, _RELATIVE))
     return Takes(lambda f: f.name == start and not f.has_packet, lambda f: []), start
 
 
 def _stored_is_forgotten(draw: Draw) -> tuple[Firmware, str]:
     """Go by what the last long form said, not by what was stored."""
-    start = draw.one_of("MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE")
+    start = draw.random.choice((_ABSOLUTE, _RELATIVE))
 
     class Forgets(Firmware):
         def __init__(self) -> None:
@@ -236,45 +214,49 @@ def _other_direction(frame: Frame) -> list[Frame]:
     return [frame.with_("direction", 3 - frame["direction"])]
 
 
+def _halved(field: str) -> Change:
+    return _off(field, lambda count: count // 2)
+
+
 MOVES = (
-    _said("The end of a move is never told", _ANY, lambda frame: []),
-    _said("The end of a move is told twice", _ANY, lambda frame: [frame, frame]),
+    _said("The end of a move is never told", _ANY, lambda f: []),
+    _said("The end of a move is told twice", _ANY, lambda f: [f, f]),
     _said("The end of a move is a header alone", _ANY, _bare, result=Result.NON_STRICT),
     _said("The end of a move says that it moves", _ANY, _moving),
     _said("The end of a move is about channel 0", _ANY, lambda f: [f.with_("chan_ident", 0)]),
     _said("The end of a move is told as a stop", _ANY, lambda f: [f.renamed(_STOPPED)]),
-    _said("The end of homing is never told", frozenset({"home"}), lambda frame: [], _HOMED),
-    _said("The end of homing is told as that of a move", frozenset({"home"}), lambda f: [f.renamed(_COMPLETED)], _HOMED),
-    _said("The end of homing is told twice", frozenset({"home"}), lambda f: [f, f], _HOMED),
-    _said("A stop is never told", _STOP, lambda frame: [], _STOPPED),
-    _said("A stop is told twice", _STOP, lambda frame: [frame, frame], _STOPPED),
-    Defect("A stop is told as a completed move", _STOP, _stop_as_completed),
-    Defect("The end of a move is told before it", _ANY, lambda draw: _too_soon(draw, again=False)),
-    Defect("The end of a move is told before it and after it", _ANY, lambda draw: _too_soon(draw, again=True)),
-    Defect("The end of a move is told too late", _ANY, _too_late),
-    Defect("The end of a move comes from another bay", _ANY, _other_bay),
-    Defect("The end of a move is told for every bay", _ANY, _all_bays),
-    Defect("The end of a move is told for another channel", _ANY, _other_channel),
-    Defect("The end of a move has a packet of another length", _ANY, _other_layout),
-    Defect("Another bay moves, too", _ANY, _both_bays_move),
-    Defect("Another channel moves, too", _ANY, _both_channels_move),
-    Defect("A move is told to be complete and was none", _ANY, _without_moving),
-    Defect("A move is confirmed when it begins", _ANY, _confirmed),
-    _taken("An absolute move is ignored", _TO, "MOT_MOVE_ABSOLUTE", lambda f: []),
-    _taken("A relative move is ignored", _TO, "MOT_MOVE_RELATIVE", lambda f: []),
-    _taken("A jog is ignored", _TO, "MOT_MOVE_JOG", lambda f: []),
-    _taken("A move at constant velocity is ignored", _STOP, "MOT_MOVE_VELOCITY", lambda f: []),
-    _taken("Homing is ignored", frozenset({"home"}), "MOT_MOVE_HOME", lambda f: []),
-    _taken("A stop is ignored", _STOP, "MOT_MOVE_STOP", lambda f: []),
-    Defect("One way to stop is ignored", _STOP, _one_stop_mode),
-    _taken("A move falls short", _TO, "MOT_MOVE_ABSOLUTE", _off("absolute_distance", lambda n: n - n // 16)),
-    _taken("A relative move goes twice as far", _TO, "MOT_MOVE_RELATIVE", _off("relative_distance", lambda n: n * 2)),
-    _taken("A relative move goes half as far", _TO, "MOT_MOVE_RELATIVE", _off("relative_distance", lambda n: n // 2)),
-    _taken("A relative move is taken for an absolute one", _TO, "MOT_MOVE_RELATIVE", lambda f: [f.renamed("MOT_MOVE_ABSOLUTE")]),
-    _taken("A jog goes in the other direction", _TO, "MOT_MOVE_JOG", _other_direction),
-    _taken("A move at constant velocity goes in the other direction", _STOP, "MOT_MOVE_VELOCITY", _other_direction),
-    Defect("A move without a target is not understood", frozenset({"move-stored"}), _short_form),
-    Defect("A move without a target goes by the last one", frozenset({"move-stored"}), _stored_is_forgotten),
-    _taken("End messages cannot be suspended", frozenset({"suspend"}), "MOT_SUSPEND_ENDOFMOVEMSGS", lambda f: []),
-    _taken("End messages cannot be resumed", frozenset({"suspend"}), "MOT_RESUME_ENDOFMOVEMSGS", lambda f: []),
-)
+    _said("The end of a move has a packet of another length", _ANY, lambda f: [f.with_packet(f.packet[:-2])]),
+    _said("The end of homing is never told", "home", lambda f: [], _HOMED),
+    _said("The end of homing is told as that of a move", "home", lambda f: [f.renamed(_COMPLETED)], _HOMED),
+    _said("The end of homing is told twice", "home", lambda f: [f, f], _HOMED),
+    _said("A stop is never told", _STOPS, lambda f: [], _STOPPED),
+    _said("A stop is told twice", _STOPS, lambda f: [f, f], _STOPPED),
+    _said("A stop is told as a completed move", _STOPS, lambda f: [f.renamed(_COMPLETED)], _STOPPED),
+    _moving_ones("The end of a move is told before it", lambda draw: (_Ends(again=False), _COMPLETED)),
+    _moving_ones("The end of a move is told twice, too early", lambda draw: (_Ends(again=True), _COMPLETED)),
+    _moving_ones("The end of a move is told too late", lambda draw: (_LateEnds(), _COMPLETED)),
+    _moving_ones("The end of a move comes from another bay", _other_bay),
+    _moving_ones("The end of a move is told for two bays", _all_bays),
+    _moving_ones("The end of a move is told for another channel", _other_channel),
+    _moving_ones("Another bay moves, too", _both_bays_move),
+    _moving_ones("Another channel moves, too", _both_channels_move),
+    _moving_ones("A move is told to be complete and was none", lambda draw: (_WithoutMoving(), _ABSOLUTE)),
+    _moving_ones("A move is confirmed when it begins", lambda draw: (Echoes(named(_ABSOLUTE, _HOME)), "")),
+    _taken("An absolute move is ignored", _TO, _ABSOLUTE, lambda f: []),
+    _taken("A relative move is ignored", _TO, _RELATIVE, lambda f: []),
+    _taken("A jog is ignored", "move-jog", _JOG, lambda f: []),
+    _taken("A move at constant velocity is ignored", "move-velocity", _VELOCITY, lambda f: []),
+    _taken("Homing is ignored", "home", _HOME, lambda f: []),
+    _taken("A stop is ignored", _STOPS, _STOP, lambda f: []),
+    _moving_ones("One way to stop is ignored", _one_stop_mode, _STOPS),
+    _taken("A move falls short", _TO, _ABSOLUTE, _off("absolute_distance", lambda n: n - n // 16)),
+    _taken("A relative move goes twice as far", _TO, _RELATIVE, _off("relative_distance", lambda n: n * 2)),
+    _taken("A relative move goes half as far", _TO, _RELATIVE, _halved("relative_distance")),
+    _taken("A relative move is taken for an absolute one", _TO, _RELATIVE, lambda f: [f.renamed(_ABSOLUTE)]),
+    _taken("A jog goes in the other direction", "move-jog", _JOG, _other_direction),
+    _taken("A move at constant velocity goes in the other direction", _STOPS, _VELOCITY, _other_direction),
+    _moving_ones("A move without a target is not understood", _short_form, "move-stored"),
+    _moving_ones("A move without a target goes by the last one", _stored_is_forgotten, "move-stored"),
+    _taken("End messages cannot be suspended", "suspend", "MOT_SUSPEND_ENDOFMOVEMSGS", lambda f: []),
+    _taken("End messages cannot be resumed", "suspend", "MOT_RESUME_ENDOFMOVEMSGS", lambda f: []),
+)  # fmt: skip

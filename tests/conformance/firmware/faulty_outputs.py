@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from firmware_defects import Change, Defect, Draw, NotHereError, Says, Takes
+from firmware_defects import Change, Defect, Draw, NotHereError, Says, Takes, named, of
 from firmware_frames import Frame
 from firmware_line import Firmware
 
 __all__ = ["OUTPUTS"]
 
-_PIEZO = frozenset({"piezo-volts", "piezo-position", "piezo-mode", "piezo-lut", "piezo-zero"})
+_PIEZO = "piezo-volts piezo-position piezo-mode piezo-lut piezo-zero"
+_VOLTS = "PZ_SET_OUTPUTVOLTS"
+_POSITION = "PZ_SET_OUTPUTPOS"
+_MODE = "PZ_SET_POSCONTROLMODE"
+_SAMPLE = "PZ_SET_OUTPUTLUT"
+_LOOP = "piezo-mode piezo-position"
+_STATUS = "PZ_GET_PZSTATUSUPDATE"
+_SOLENOID = ("MOT_SET_SOL_STATE", "MOT_SET_SOL_OPERATINGMODE")
 
 
 def _taken(name: str, found_by: str, message: str, change: Change) -> Defect:
@@ -18,11 +25,11 @@ def _taken(name: str, found_by: str, message: str, change: Change) -> Defect:
 
     def make(draw: Draw) -> tuple[Firmware, str]:
         draw.claims(message, message.replace("_SET_", "_REQ_"))
-        if message != "PZ_SET_OUTPUTVOLTS":
+        if message != _VOLTS:
             _senses(draw)
-        return Takes(lambda frame: frame.name == message, change), message
+        return Takes(named(message), change), message
 
-    return Defect(name, frozenset(found_by.split()), make)
+    return Defect(name, of(found_by), make)
 
 
 def _senses(draw: Draw) -> None:
@@ -36,9 +43,9 @@ def _command(name: str, found_by: str, message: str, change: Change) -> Defect:
     def make(draw: Draw) -> tuple[Firmware, str]:
         draw.claims(message)
         _senses(draw)
-        return Takes(lambda frame: frame.name == message, change), message
+        return Takes(named(message), change), message
 
-    return Defect(name, frozenset(found_by.split()), make)
+    return Defect(name, of(found_by), make)
 
 
 def _said(name: str, found_by: str, message: str, change: Change) -> Defect:
@@ -46,9 +53,9 @@ def _said(name: str, found_by: str, message: str, change: Change) -> Defect:
         draw.claims(message)
         if "closed loop" in name:
             _senses(draw)
-        return Says(lambda frame: frame.name == message, change), message
+        return Says(named(message), change), message
 
-    return Defect(name, frozenset(found_by.split()), make)
+    return Defect(name, of(found_by), make)
 
 
 def _in_any_mode(setter: str, other: str, mode: int) -> Callable[[Draw], tuple[Firmware, str]]:
@@ -59,7 +66,7 @@ def _in_any_mode(setter: str, other: str, mode: int) -> Callable[[Draw], tuple[F
     """
 
     def make(draw: Draw) -> tuple[Firmware, str]:
-        draw.claims(setter, other, "PZ_SET_POSCONTROLMODE")
+        draw.claims(setter, other, _MODE)
         _senses(draw)
 
         class TakesAll(Firmware):
@@ -68,7 +75,7 @@ def _in_any_mode(setter: str, other: str, mode: int) -> Callable[[Draw], tuple[F
 
             def takes(self, frame: Frame) -> None:
                 key = frame.dest, frame.channel
-                if frame.name == "PZ_SET_POSCONTROLMODE":
+                if frame.name == _MODE:
                     self._mode[key] = frame["mode"]
                 wrong = frame.name == setter and self._mode.get(key, 1) % 2 != mode % 2
                 self.pass_on(frame.renamed(other).raw if wrong else frame.raw)
@@ -78,9 +85,9 @@ def _in_any_mode(setter: str, other: str, mode: int) -> Callable[[Draw], tuple[F
     return make
 
 
-def _other_solenoid(draw: Draw) -> tuple[Firmware, str]:
-    setter = draw.one_of("MOT_SET_SOL_STATE", "MOT_SET_SOL_OPERATINGMODE")
-    return Takes(lambda frame: frame.name == setter, lambda frame: []), setter
+def _disobedient_solenoid(draw: Draw) -> tuple[Firmware, str]:
+    setter = draw.one_of(*_SOLENOID)
+    return Takes(named(setter), lambda frame: []), setter
 
 
 def _enabling(state: int) -> Callable[[Draw], tuple[Firmware, str]]:
@@ -117,35 +124,52 @@ def _never_announced(draw: Draw) -> tuple[Firmware, str]:
     return Silent(), "PZ_SET_OUTPUTMAXVOLTS"
 
 
-def _digital(draw: Draw, change: Callable[[int], int]) -> tuple[Firmware, str]:
-    draw.claims("RACK_SET_DIGOUTPUTS", "RACK_REQ_DIGOUTPUTS")
-    return Takes(
-        lambda f: f.name == "RACK_SET_DIGOUTPUTS", lambda f: [f.with_("dig_op", change(f["dig_op"]))]
-    ), "RACK_SET_DIGOUTPUTS"
+def _digital(name: str, change: Callable[[int], int]) -> Defect:
+    def make(draw: Draw) -> tuple[Firmware, str]:
+        setter = draw.one_of("RACK_SET_DIGOUTPUTS")
+        return Takes(named(setter), lambda f: [f.with_("dig_op", change(f["dig_op"]))]), setter
+
+    return Defect(name, of("digital-outputs"), make)
+
+
+def _without(bits: int) -> Change:
+    return lambda frame: [frame.with_("status_bits", frame["status_bits"] & ~bits)]
+
+
+def _times(field: str, share: float) -> Change:
+    return lambda frame: [frame.with_(field, int(frame[field] * share))]
+
+
+def _shifted(frame: Frame) -> list[Frame]:
+    return [frame.with_("index", frame["index"] + 1)]
+
+
+def _without_second(frame: Frame) -> list[Frame]:
+    return [] if frame["index"] == 1 else [frame]
 
 
 OUTPUTS = (
-    _taken("A voltage is ignored", "piezo-volts", "PZ_SET_OUTPUTVOLTS", lambda f: []),
-    _taken("A voltage is halved", "piezo-volts", "PZ_SET_OUTPUTVOLTS", lambda f: [f.with_("voltage", f["voltage"] // 2)]),
-    _taken("A voltage changes its sign", "piezo-volts", "PZ_SET_OUTPUTVOLTS", lambda f: [f.with_("voltage", -f["voltage"])]),
-    _taken("A position is ignored", "piezo-position", "PZ_SET_OUTPUTPOS", lambda f: []),
-    _taken("A position is halved", "piezo-position", "PZ_SET_OUTPUTPOS", lambda f: [f.with_("position_sw", f["position_sw"] // 2)]),
-    _taken("The loop is never closed", "piezo-mode piezo-position", "PZ_SET_POSCONTROLMODE", lambda f: [] if f["mode"] in (2, 4) else [f]),
-    _taken("The smooth modes are not known", "piezo-mode piezo-position", "PZ_SET_POSCONTROLMODE", lambda f: [] if f["mode"] > 2 else [f]),
-    Defect("A voltage is taken in closed loop", _PIEZO, _in_any_mode("PZ_SET_OUTPUTVOLTS", "PZ_SET_OUTPUTPOS", 1)),
-    Defect("A position is taken in open loop", _PIEZO, _in_any_mode("PZ_SET_OUTPUTPOS", "PZ_SET_OUTPUTVOLTS", 2)),
-    _said("The status tells half of the voltage", "piezo-volts status", "PZ_GET_PZSTATUSUPDATE", lambda f: [f.with_("op_voltage", f["op_voltage"] // 2)]),
-    _said("The status never tells a closed loop", "piezo-mode piezo-position status", "PZ_GET_PZSTATUSUPDATE", lambda f: [f.with_("status_bits", f["status_bits"] & ~0x400)]),
+    _taken("A voltage is ignored", "piezo-volts", _VOLTS, lambda f: []),
+    _taken("A voltage is halved", "piezo-volts", _VOLTS, _times("voltage", 0.5)),
+    _taken("A voltage changes its sign", "piezo-volts", _VOLTS, _times("voltage", -1)),
+    _taken("A position is ignored", "piezo-position", _POSITION, lambda f: []),
+    _taken("A position is halved", "piezo-position", _POSITION, _times("position_sw", 0.5)),
+    _taken("The loop is never closed", _LOOP, _MODE, lambda f: [] if f["mode"] in (2, 4) else [f]),
+    _taken("The smooth modes are not known", _LOOP, _MODE, lambda f: [] if f["mode"] > 2 else [f]),
+    Defect("A voltage is taken in closed loop", of(_PIEZO), _in_any_mode(_VOLTS, _POSITION, 1)),
+    Defect("A position is taken in open loop", of(_PIEZO), _in_any_mode(_POSITION, _VOLTS, 2)),
+    _said("The status tells half of the voltage", "piezo-volts status", _STATUS, _times("op_voltage", 0.5)),
+    _said("The status never tells a closed loop", f"{_LOOP} status", _STATUS, _without(0x400)),
     _command("A waveform cannot be started", "piezo-lut", "PZ_START_LUTOUTPUT", lambda f: []),
     _command("A waveform cannot be stopped", "piezo-lut", "PZ_STOP_LUTOUTPUT", lambda f: []),
-    _command("Samples of a waveform are shifted by one", "piezo-lut", "PZ_SET_OUTPUTLUT", lambda f: [f.with_("index", f["index"] + 1)]),
-    _command("A waveform loses its second sample", "piezo-lut", "PZ_SET_OUTPUTLUT", lambda f: [] if f["index"] == 1 else [f]),
+    _command("Samples of a waveform are shifted by one", "piezo-lut", _SAMPLE, _shifted),
+    _command("A waveform loses its second sample", "piezo-lut", _SAMPLE, _without_second),
     _command("Zeroing is ignored", "piezo-zero", "PZ_SET_ZERO", lambda f: []),
-    Defect("A new maximum voltage is not announced", frozenset({"readback"}), _never_announced),
-    Defect("A solenoid does not obey", frozenset({"solenoid-state", "solenoid-mode"}), _other_solenoid, ("TSC001",)),
-    Defect("A channel cannot be disabled", frozenset({"enable"}), _enabling(2)),
-    Defect("A channel cannot be enabled", frozenset({"enable"}), _enabling(1)),
-    Defect("Digital outputs cannot be set", frozenset({"digital-outputs"}), lambda draw: _digital(draw, lambda n: 0)),
-    Defect("A digital output is stuck", frozenset({"digital-outputs"}), lambda draw: _digital(draw, lambda n: n | 0x04)),
-    Defect("Digital outputs are exchanged", frozenset({"digital-outputs"}), lambda draw: _digital(draw, lambda n: n >> 1 | n << 3 & 0x08)),
-)
+    Defect("A new maximum voltage is not announced", of("readback"), _never_announced),
+    Defect("A solenoid does not obey", of("solenoid-state solenoid-mode"), _disobedient_solenoid),
+    Defect("A channel cannot be disabled", of("enable"), _enabling(2)),
+    Defect("A channel cannot be enabled", of("enable"), _enabling(1)),
+    _digital("Digital outputs cannot be set", lambda bits: 0),
+    _digital("A digital output is stuck", lambda bits: bits | 0x04),
+    _digital("Digital outputs are exchanged", lambda bits: bits >> 1 | bits << 3 & 0x08),
+)  # fmt: skip

@@ -1,10 +1,10 @@
-"""Firmware that trips over what it receives: rubbish, unknown ids, wrong lengths, others' addresses, haste."""
+"""Firmware that trips over what it receives: rubbish, unknown ids, wrong lengths, haste."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from firmware_defects import Defect, Draw, NotHereError, Says
+from firmware_defects import Defect, Draw, NotHereError, of
 from firmware_frames import HOST, ID, Frame, is_whole
 from firmware_line import Firmware
 
@@ -12,6 +12,7 @@ from stagewire_conformance.device.results import Result
 
 __all__ = ["RECEPTION"]
 
+_DOCUMENTED = frozenset({HOST, 0x11, 0x50, *range(0x21, 0x2B)})
 _DEAF = 5.0
 """Seconds for which something has upset the firmware."""
 
@@ -22,9 +23,8 @@ class _Upset(Firmware):
     :param by: says what does.
     """
 
-    def __init__(self, by: Callable[[bytes], bool], seconds: float = _DEAF) -> None:
+    def __init__(self, by: Callable[[bytes], bool]) -> None:
         self._by = by
-        self._seconds = seconds
         self._until = 0.0
 
     def takes(self, frame: Frame) -> None:
@@ -35,7 +35,7 @@ class _Upset(Firmware):
         if self.now() >= self._until:
             self.pass_on(raw)
         if self._by(raw):
-            self._until = self.now() + self._seconds
+            self._until = self.now() + _DEAF
 
 
 def _is_unknown(raw: bytes) -> bool:
@@ -56,8 +56,13 @@ def _is_rubbish(raw: bytes) -> bool:
     return not is_whole(raw)
 
 
+def _made(firmware: Callable[[], Firmware]) -> Callable[[Draw], tuple[Firmware, str]]:
+    """Return a defect that any unit can have."""
+    return lambda draw: (firmware(), "")
+
+
 def _upset(by: Callable[[bytes], bool]) -> Callable[[Draw], tuple[Firmware, str]]:
-    return lambda draw: (_Upset(by), "")
+    return _made(lambda: _Upset(by))
 
 
 class _WaitsForTheRest(Firmware):
@@ -105,7 +110,7 @@ class _FillsUp(Firmware):
             self.pass_on(raw)
 
 
-class _NeverLooksAtTheLength(Firmware):
+class _ReadsPackets(Firmware):
     """Reads an unknown frame as a header, and its packet as messages."""
 
     def takes_odd(self, raw: bytes) -> None:
@@ -139,10 +144,6 @@ class _TakesEveryAddress(Firmware):
         self.pass_on(frame.to(self._mine[0]).raw if others else frame.raw)
 
 
-def _documented(draw: Draw) -> frozenset[int]:
-    return frozenset({HOST, 0x11, 0x50, *range(0x21, 0x2B)})
-
-
 def _takes_every_address(draw: Draw) -> tuple[Firmware, str]:
     return _TakesEveryAddress([place.address for place in draw.places]), ""
 
@@ -152,12 +153,12 @@ def _takes_documented_addresses(draw: Draw) -> tuple[Firmware, str]:
     mine = [place.address for place in draw.places]
     if len(mine) > 1:
         raise NotHereError
-    others = frozenset(range(0x80)) - _documented(draw)
+    others = frozenset(range(0x80)) - _DOCUMENTED
     return _TakesEveryAddress(mine, others), ""
 
 
-class _OneAtATime(Firmware):
-    """Has room for one message only: what comes within two milliseconds of another is lost."""
+class _SmallBuffer(Firmware):
+    """Has room for so many messages: what else comes within two milliseconds is lost."""
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -187,124 +188,24 @@ class _Swaps(Firmware):
             self.say(frame.raw)
 
 
-def _identify_answered(draw: Draw) -> tuple[Firmware, str]:
-    class Confirms(Firmware):
-        def takes(self, frame: Frame) -> None:
-            self.pass_on(frame.raw)
-            if frame.name == "MOD_IDENTIFY":
-                self.say(frame.to(HOST).coming_from(frame.dest).raw)
-
-    draw.claims("MOD_IDENTIFY")
-    return Confirms(), "MOD_IDENTIFY"
-
-
-def _identify_upsets(draw: Draw) -> tuple[Firmware, str]:
-    """Hear nothing while the light flashes."""
-    draw.claims("MOD_IDENTIFY")
-
-    class Deaf(_Upset):
-        def takes(self, frame: Frame) -> None:
-            super().takes(frame)
-            if frame.name == "MOD_IDENTIFY":
-                self._until = self.now() + 3.0
-
-    return Deaf(lambda raw: False), "MOD_IDENTIFY"
-
-
-# Bays, and what a unit says of itself
-
-
-def _bays(change: Callable[[Frame], Frame]) -> Callable[[Draw], tuple[Firmware, str]]:
-    def make(draw: Draw) -> tuple[Firmware, str]:
-        draw.claims("RACK_REQ_BAYUSED")
-        return Says(lambda f: f.name == "RACK_GET_BAYUSED", lambda f: [change(f)]), "RACK_GET_BAYUSED"
-
-    return make
-
-
-def _from_one(draw: Draw) -> tuple[Firmware, str]:
-    draw.claims("RACK_REQ_BAYUSED")
-
-    class CountsFromOne(Firmware):
-        def takes(self, frame: Frame) -> None:
-            if frame.name != "RACK_REQ_BAYUSED":
-                self.pass_on(frame.raw)
-            elif frame["bay_ident"]:
-                self.pass_on(frame.with_("bay_ident", frame["bay_ident"] - 1).raw)
-            else:  # there is none
-                self.pass_on(frame.with_("bay_ident", 9).raw)  # an empty one
-
-        def says(self, frame: Frame) -> None:
-            counts = frame.name == "RACK_GET_BAYUSED"
-            ident = (frame["bay_ident"] + 1) % 10 if counts else 0
-            self.say(frame.with_("bay_ident", ident).raw if counts else frame.raw)
-
-    return CountsFromOne(), "RACK_GET_BAYUSED"
-
-
-def _empty_bay_answers(draw: Draw) -> tuple[Firmware, str]:
-    """Answer for a bay in which nothing is."""
-    bays = [place.address for place in draw.places if place.bay is not None]
-    empty = [a for a in range(0x21, 0x24) if a not in bays]
-    if not bays or not empty:
-        raise NotHereError
-
-    class Ghost(Firmware):
-        def takes(self, frame: Frame) -> None:
-            self.pass_on(frame.to(bays[0]).raw if frame.dest == empty[0] else frame.raw)
-
-    return Ghost(), ""
-
-
-def _info(field: str, change: Callable[[int], int]) -> Callable[[Draw], tuple[Firmware, str]]:
-    def make(draw: Draw) -> tuple[Firmware, str]:
-        place = draw.random.choice([p for p in draw.places if not p.is_motherboard])
-        return Says(
-            lambda f: f.name == "HW_GET_INFO" and f.source == place.address,
-            lambda f: [f.with_(field, change(f[field]))],
-        ), "HW_GET_INFO"
-
-    return make
-
-
-def _of_another_unit(draw: Draw) -> tuple[Firmware, str]:
-    units = {place.unit.card_usb_prefix if place.bay else place.unit.usb_prefix for place in draw.places}
-    if None in units:
-        raise NotHereError
-    return _info("serial_number", lambda n: 99_000_000 + n % 1_000_000)(draw)
-
-
-def _unreadable(draw: Draw) -> tuple[Firmware, str]:
-    return Says(
-        lambda f: f.name == "HW_GET_INFO", lambda f: [f.patched(10, b"\xff\xfe\x80\x01\x02\x03\x04\x05")]
-    ), "HW_GET_INFO"
-
-
-_INFO = frozenset({"identification"})
-_ODD = frozenset({"unknown-id"})
 RECEPTION = (
-    Defect("An unknown id upsets it", _ODD, _upset(_is_unknown)),
-    Defect("The packet of an unknown message is read as messages", _ODD, lambda draw: (_NeverLooksAtTheLength(), "")),
-    Defect("What it does not know it sends back", _ODD | {"wrong-length"}, lambda draw: (_Parrot(), "")),
-    Defect("A packet where none belongs upsets it", frozenset({"wrong-length"}), _upset(_has_odd_length)),
-    Defect("A frame that is cut short upsets it", frozenset({"truncated"}), _upset(_is_cut_short)),
-    Defect("Rubbish upsets it", frozenset({"garbage"}), _upset(_is_rubbish)),
-    Defect("It waits for ever for the rest of a frame", frozenset({"truncated"}), lambda draw: (_WaitsForTheRest(), "")),
-    Defect("It fills up a frame with the next one", frozenset({"truncated"}), lambda draw: (_FillsUp(), ""), result=Result.NON_STRICT),
-    Defect("It answers to every address", frozenset({"foreign-destination"}), _takes_every_address),
-    Defect("It answers to addresses of other units", frozenset({"foreign-destination"}), _takes_documented_addresses, result=Result.NON_STRICT),
-    Defect("It takes five messages at a time", frozenset({"back-to-back"}), lambda draw: (_OneAtATime(5), "")),
-    Defect("It takes ten messages at a time", frozenset({"back-to-back"}), lambda draw: (_OneAtATime(10), "")),
-    Defect("Replies come in another order", frozenset({"back-to-back"}), lambda draw: (_Swaps(), "")),
-    Defect("MOD_IDENTIFY is answered", frozenset({"identify"}), _identify_answered),
-    Defect("Nothing is heard while the light flashes", frozenset({"identify"}), _identify_upsets),
-    Defect("Occupied and empty bays are exchanged", frozenset({"bays"}), _bays(lambda f: f.with_("bay_state", 3 - f["bay_state"]))),
-    Defect("Another bay is told", frozenset({"bays"}), _bays(lambda f: f.with_("bay_ident", f["bay_ident"] + 2))),
-    Defect("Bays are counted from one", frozenset({"bays"}), _from_one, result=Result.NON_STRICT),
-    Defect("An empty bay answers", frozenset({"bays"}), _empty_bay_answers, ("RACK", "BSC103 with an empty bay", "BBD102", "BPC102")),
-    Defect("It tells another number of channels", _INFO, _info("nchs", lambda n: n + 1)),
-    Defect("Its serial number has seven digits", _INFO, _info("serial_number", lambda n: n // 10)),
-    Defect("Its serial number is that of another unit", _INFO, _of_another_unit, result=Result.NON_STRICT),
-    Defect("A card says that it is a motherboard", _INFO, _info("type", lambda n: 45)),
-    Defect("Its model number cannot be read", _INFO, _unreadable),
-)
+    Defect("An unknown id upsets it", of("unknown-id"), _upset(_is_unknown)),
+    Defect("The packet of an unknown message is read as messages", of("unknown-id"), _made(_ReadsPackets)),
+    Defect("What it does not know it sends back", of("unknown-id wrong-length"), _made(_Parrot)),
+    Defect("A packet where none belongs upsets it", of("wrong-length"), _upset(_has_odd_length)),
+    Defect("A frame that is cut short upsets it", of("truncated"), _upset(_is_cut_short)),
+    Defect("Rubbish upsets it", of("garbage"), _upset(_is_rubbish)),
+    Defect("It waits for ever for the rest of a frame", of("truncated"), _made(_WaitsForTheRest)),
+    Defect(
+        "It fills up a frame with the next one", of("truncated"), _made(_FillsUp),
+        result=Result.NON_STRICT,
+    ),
+    Defect("It answers to every address", of("foreign-destination"), _takes_every_address),
+    Defect(
+        "It answers to addresses of other units", of("foreign-destination"), _takes_documented_addresses,
+        result=Result.NON_STRICT,
+    ),
+    Defect("It takes five messages at a time", of("back-to-back"), _made(lambda: _SmallBuffer(5))),
+    Defect("It takes ten messages at a time", of("back-to-back"), _made(lambda: _SmallBuffer(10))),
+    Defect("Replies come in another order", of("back-to-back"), _made(_Swaps)),
+)  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from firmware_defects import Asked, Change, Defect, Draw, NotHereError, Says
+from firmware_defects import Asked, Change, Defect, Draw, NotHereError, Says, of
 from firmware_frames import HOST, ID, Frame, entry
 from firmware_line import Firmware
 
@@ -12,7 +12,7 @@ from stagewire_conformance.device.results import Result
 
 __all__ = ["REPLIES"]
 
-_ANYWHERE = frozenset({"answers", "identification", "frames"})
+_ANYWHERE = of("answers identification frames")
 
 
 def _always(asked: Asked) -> bool:
@@ -191,7 +191,7 @@ REPLIES = (
     _reply("Another message follows a reply", _two_in_a_row),
     Defect("One reply in fifty is lost", _ANYWHERE | {"back-to-back"}, _drops),
     Defect("A reply comes after more than a second", _ANYWHERE, _too_late),
-    Defect("Replies take longer than was promised", frozenset({"timing"}), _slow),
+    Defect("Replies take longer than was promised", of("timing"), _slow),
     Defect("Channel 2 is answered as channel 1", _ANYWHERE, _other_channel_answers),
     Defect("Two bays are mixed up", _ANYWHERE | {"bays"}, _bays_mixed_up),
 )

@@ -1,4 +1,4 @@
-"""Firmware that keeps what it is told wrongly: not, elsewhere, shifted, cut short, in the wrong order of bytes."""
+"""Firmware that keeps what it is told wrongly: not, elsewhere, cut short, in another order of bytes."""
 
 from __future__ import annotations
 
@@ -6,22 +6,21 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
-from firmware_defects import Asked, Change, Defect, Draw, NotHereError, Says, Takes
-from firmware_frames import Frame, entry, fields_of
+from firmware_defects import Asked, Change, Defect, Draw, Echoes, NotHereError, Says, Takes, of
+from firmware_frames import Frame, entry
 from firmware_line import Firmware
 
 from stagewire_conformance.device.checks.apt.settings.care import CARE, How
 from stagewire_conformance.device.results import Result
 
-__all__ = ["SETTINGS"]
+__all__ = ["NUMBERS", "SETTINGS", "Setting", "a_setting"]
 
-_READ_BACK = frozenset({"readback", "loops"})
-_NUMBERS = (How.NEAR, How.LOWER, How.HIGHER)
-_NOT_TOLD = frozenset({"MOT_SET_PMDSTAGEAXISPARAMS"})
+_READ_BACK = of("readback loops")
+NUMBERS = (How.NEAR, How.LOWER, How.HIGHER)
 
 
 @dataclass(frozen=True)
-class _Setting:
+class Setting:
     """A field of a parameter set, at one channel.
 
     :param asked: what tells it.
@@ -46,7 +45,7 @@ class _Setting:
         return mine and (self.asked.channel is None or frame.channel == self.asked.channel)
 
 
-def _settings(draw: Draw, hows: Iterable[How] = ()) -> list[_Setting]:
+def _settings(draw: Draw, hows: Iterable[How] = ()) -> list[Setting]:
     """Return every field that a check may change, with those that a loop would feel."""
     found = []
     for asked in draw.all_asked():
@@ -58,13 +57,13 @@ def _settings(draw: Draw, hows: Iterable[How] = ()) -> list[_Setting]:
         said = draw.present(asked)
         for name, varied in care.fields.items():
             if name in said.fields and (not hows or varied.how in hows) and not varied.advised:
-                found.append(_Setting(asked, setter, said.fields[name], said[name]))
+                found.append(Setting(asked, setter, said.fields[name], said[name]))
     return found
 
 
-def _setting(
-    draw: Draw, hows: Iterable[How] = (), allow: Callable[[_Setting], bool] = lambda s: True
-) -> _Setting:
+def a_setting(
+    draw: Draw, hows: Iterable[How] = (), allow: Callable[[Setting], bool] = lambda s: True
+) -> Setting:
     found = [setting for setting in _settings(draw, hows) if allow(setting)]
     if not found:
         raise NotHereError
@@ -73,32 +72,32 @@ def _setting(
 
 def _taken(
     name: str,
-    change: Callable[[_Setting], Change],
+    change: Callable[[Setting], Change],
     hows: Iterable[How] = (),
-    allow: Callable[[_Setting], bool] = lambda s: True,
+    allow: Callable[[Setting], bool] = lambda s: True,
     result: Result = Result.FAIL,
 ) -> Defect:
     """Return a defect in what becomes of a SET."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
-        setting = _setting(draw, hows, allow)
+        setting = a_setting(draw, hows, allow)
         return Takes(setting.is_set, change(setting)), setting.set
 
     return Defect(name, _READ_BACK, make, result=result)
 
 
-def _is_wide(setting: _Setting) -> bool:
+def _is_wide(setting: Setting) -> bool:
     """Whether its value has a meaning beyond half of its bytes."""
     return setting.field["size"] == 4 and abs(setting.present) > 0x2_0000
 
 
-def _turns_round(setting: _Setting) -> bool:
+def _turns_round(setting: Setting) -> bool:
     size = int(str(setting.field["size"]))
     data = (setting.present % (1 << 8 * size)).to_bytes(size, "little")
     return size > 1 and data != data[::-1]
 
 
-def _reversed(setting: _Setting) -> Change:
+def _reversed(setting: Setting) -> Change:
     size = int(str(setting.field["size"]))
 
     def change(frame: Frame) -> list[Frame]:
@@ -108,34 +107,34 @@ def _reversed(setting: _Setting) -> Change:
     return change
 
 
-def _off_by_one(setting: _Setting) -> Change:
+def _off_by_one(setting: Setting) -> Change:
     return lambda frame: [frame.with_(setting.name, frame[setting.name] + 1)]
 
 
-def _half(setting: _Setting) -> Change:
+def _half(setting: Setting) -> Change:
     return lambda frame: [frame.with_(setting.name, frame[setting.name] & 0xFFFF)]
 
 
-def _kept(setting: _Setting) -> Change:
+def _kept(setting: Setting) -> Change:
     return lambda frame: [frame.with_(setting.name, setting.present)]
 
 
-def _rounded(setting: _Setting) -> Change:
+def _rounded(setting: Setting) -> Change:
     step = max(2, abs(setting.present) // 64)
     return lambda frame: [frame.with_(setting.name, frame[setting.name] // step * step)]
 
 
-def _can_be_rounded(setting: _Setting) -> bool:
+def _can_be_rounded(setting: Setting) -> bool:
     step = max(2, abs(setting.present) // 64)
     return abs(setting.present) > 4096 and setting.present % step == 0
 
 
 def _swapped(draw: Draw) -> tuple[Firmware, str]:
     """Exchange two fields of one size on their way in; on their way out they stay where they are."""
-    setting = _setting(draw, _NUMBERS)
+    setting = a_setting(draw, NUMBERS)
     others = [
         other
-        for other in _settings(draw, _NUMBERS)
+        for other in _settings(draw, NUMBERS)
         if other.asked == setting.asked
         and other.name != setting.name
         and other.field["size"] == setting.field["size"]
@@ -153,7 +152,7 @@ def _swapped(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _bit(draw: Draw, *, stuck: bool) -> tuple[Firmware, str]:
-    setting = _setting(draw, (How.BITS,))
+    setting = a_setting(draw, (How.BITS,))
     masks = setting.field["flags"]
     assert isinstance(masks, dict)
     mask = draw.random.choice(
@@ -168,7 +167,7 @@ def _bit(draw: Draw, *, stuck: bool) -> tuple[Firmware, str]:
     return Takes(setting.is_set, change), setting.set
 
 
-def _has_several(setting: _Setting) -> bool:
+def _has_several(setting: Setting) -> bool:
     """Whether a check writes several values of a list; of the switches it writes two."""
     values = setting.field.get("enum")
     return isinstance(values, dict) and len(values) > 2 and "LIMSWITCH" not in setting.set
@@ -176,7 +175,7 @@ def _has_several(setting: _Setting) -> bool:
 
 def _one_value(draw: Draw) -> tuple[Firmware, str]:
     """Do not take one of the documented values."""
-    setting = _setting(draw, (How.LISTED,), _has_several)
+    setting = a_setting(draw, (How.LISTED,), _has_several)
     values = setting.field["enum"]
     assert isinstance(values, dict)
     refused = draw.random.choice([v for v in values.values() if v not in (setting.present, 0x80)])
@@ -190,14 +189,14 @@ def _one_value(draw: Draw) -> tuple[Firmware, str]:
 
 def _elsewhere(draw: Draw, *, bays: bool) -> tuple[Firmware, str]:
     """Set it in another bay, or on another channel, as well."""
-    setting = _setting(draw)
+    setting = a_setting(draw)
     asked = setting.asked
     if bays:
         others = [p.address for p in draw.places if p.bay and p is not asked.place]
         others = [a for a in others if setting.set in _messages_at(draw, a)]
     else:
         others = [channel for channel in asked.place.channels if channel != asked.channel]
-    if asked.channel is None and not bays or not others:
+    if not others or (asked.channel is None and not bays):
         raise NotHereError
     other = draw.random.choice(others)
 
@@ -213,20 +212,13 @@ def _messages_at(draw: Draw, address: int) -> frozenset[str]:
 
 def _answered(draw: Draw) -> tuple[Firmware, str]:
     """Confirm a SET with the GET that nobody asked for."""
-    setting = _setting(draw)
-
-    class Confirms(Firmware):
-        def takes(self, frame: Frame) -> None:
-            self.pass_on(frame.raw)
-            if setting.is_set(frame):
-                self.say(frame.renamed(setting.asked.answer).to(1).coming_from(frame.dest).raw)
-
-    return Confirms(), setting.set
+    setting = a_setting(draw)
+    return Echoes(setting.is_set, setting.asked.answer), setting.set
 
 
 def _one_late(draw: Draw) -> tuple[Firmware, str]:
     """Set it only after the next message has been taken."""
-    setting = _setting(draw)
+    setting = a_setting(draw)
 
     class Hesitates(Firmware):
         def __init__(self) -> None:
@@ -246,7 +238,7 @@ def _one_late(draw: Draw) -> tuple[Firmware, str]:
 
 def _as_it_woke(draw: Draw) -> tuple[Firmware, str]:
     """Tell for ever what it held when the unit woke."""
-    setting = _setting(draw)
+    setting = a_setting(draw)
     first: dict[bytes, Frame] = {}
     return Says(
         setting.asked.is_answer, lambda frame: [first.setdefault(frame.raw[4:8], frame)]
@@ -255,10 +247,10 @@ def _as_it_woke(draw: Draw) -> tuple[Firmware, str]:
 
 def _neighbour(draw: Draw) -> tuple[Firmware, str]:
     """Write into the next parameter set, too: a wrong address in memory."""
-    setting = _setting(draw)
+    setting = a_setting(draw)
     others = [
         other
-        for other in _settings(draw, _NUMBERS)
+        for other in _settings(draw, NUMBERS)
         if other.asked.place is setting.asked.place
         and other.asked.channel == setting.asked.channel
         and other.set != setting.set
@@ -283,119 +275,21 @@ def _neighbour(draw: Draw) -> tuple[Firmware, str]:
     return Spills(), setting.set
 
 
-def _not_zero(draw: Draw) -> tuple[Firmware, str]:
-    """Tell a start velocity, which is always zero."""
-    asked = draw.asked(lambda a: a.answer in ("MOT_GET_VELPARAMS", "MOT_GET_JOGPARAMS"))
-    name = "min_velocity" if "VEL" in asked.answer else "jog_min_velocity"
-    return Says(asked.is_answer, lambda frame: [frame.with_(name, 1000)]), asked.answer
-
-
-def _beyond_its_range(draw: Draw) -> tuple[Firmware, str]:
-    """Tell a value that the document does not have: beyond a range, or in no list."""
-    ranged = []
-    for asked in draw.all_asked():
-        for field in draw.present(asked).fields.values():
-            if field["kind"] != "integer" or field["role"] != "value" or field["name"] == "chan_ident":
-                continue
-            top = (1 << 8 * field["size"] - field["signed"]) - 1
-            closed = "enum" in field and not field.get("open")
-            if closed or field["maximum"] < top:
-                ranged.append((asked, field["name"], top))
-    if not ranged:
-        raise NotHereError
-    asked, name, top = draw.random.choice(ranged)
-    return Says(asked.is_answer, lambda frame: [frame.with_(name, top)]), asked.answer
-
-
-def _counter(name: str, change: Change) -> Defect:
-    def make(draw: Draw) -> tuple[Firmware, str]:
-        setter = draw.one_of("MOT_SET_POSCOUNTER", "MOT_SET_ENCCOUNTER")
-        return Takes(lambda frame: frame.name == setter, change), setter
-
-    return Defect(name, frozenset({"counters"}), make)
-
-
-def _field_of_counter(frame: Frame) -> str:
-    return next(name for name in frame.fields if name != "chan_ident")
-
-
-def _saving_answered(draw: Draw) -> tuple[Firmware, str]:
-    saving = draw.one_of("MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS")
-
-    class Confirms(Firmware):
-        def takes(self, frame: Frame) -> None:
-            self.pass_on(frame.raw)
-            if frame.name == saving:
-                self.say(frame.to(1).coming_from(frame.dest).raw)
-
-    return Confirms(), saving
-
-
-def _saving_spoils(draw: Draw) -> tuple[Firmware, str]:
-    """Spoil a value when parameters are saved."""
-    saving = draw.one_of("MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS")
-    setting = _setting(draw, _NUMBERS, lambda s: entry(s.set)["effect"] == "settings")
-    whole = draw.present(setting.asked).renamed(setting.set).to(setting.asked.place.address)
-    spoilt = whole.coming_from(1).with_(setting.name, setting.present + 1)
-
-    class Spoils(Firmware):
-        def takes(self, frame: Frame) -> None:
-            self.pass_on(frame.raw)
-            same = frame.channel in (None, setting.asked.channel or frame.channel)
-            if frame.name == saving and same and frame.place == setting.asked.place.address:
-                self.pass_on(spoilt.raw)
-
-    return Spoils(), saving
-
-
-def _saving_takes_its_time(draw: Draw) -> tuple[Firmware, str]:
-    """Hear nothing for two seconds after parameters were saved."""
-    saving = draw.one_of("MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS")
-
-    class Deaf(Firmware):
-        def __init__(self) -> None:
-            self._until = 0.0
-
-        def takes(self, frame: Frame) -> None:
-            if self.now() >= self._until:
-                self.pass_on(frame.raw)
-            if frame.name == saving:
-                self._until = self.now() + 2.0
-
-    return Deaf(), saving
-
-
 SETTINGS = (
     _taken("A SET is ignored", lambda setting: lambda frame: []),
     _taken("One value of a SET is not kept", _kept),
-    _taken("A value is off by one", _off_by_one, _NUMBERS),
-    _taken("A value is kept in the wrong order of bytes", _reversed, _NUMBERS, _turns_round),
-    _taken("Half of the bytes of a value are kept", _half, _NUMBERS, _is_wide),
-    _taken(
-        "A value is rounded", _rounded, _NUMBERS, _can_be_rounded, Result.NON_STRICT
-    ),
+    _taken("A value is off by one", _off_by_one, NUMBERS),
+    _taken("A value is kept in the wrong order of bytes", _reversed, NUMBERS, _turns_round),
+    _taken("Half of the bytes of a value are kept", _half, NUMBERS, _is_wide),
+    _taken("A value is rounded", _rounded, NUMBERS, _can_be_rounded, Result.NON_STRICT),
     Defect("Two values of a SET are exchanged", _READ_BACK, _swapped),
     Defect("A bit of a mask is lost", _READ_BACK, partial(_bit, stuck=False), ("TDC001",)),
     Defect("A bit of a mask is stuck", _READ_BACK, partial(_bit, stuck=True), ("TDC001",)),
     Defect("A documented value is refused", _READ_BACK, _one_value, result=Result.NON_STRICT),
-    Defect(
-        "A SET sets another channel, too", frozenset({"channels"}), partial(_elsewhere, bays=False)
-    ),
-    Defect(
-        "A SET sets another bay, too", frozenset({"bays-apart"}), partial(_elsewhere, bays=True)
-    ),
+    Defect("A SET sets another channel, too", of("channels"), partial(_elsewhere, bays=False)),
+    Defect("A SET sets another bay, too", of("bays-apart"), partial(_elsewhere, bays=True)),
     Defect("A SET is answered", _READ_BACK, _answered),
     Defect("A SET comes into force one message late", _READ_BACK, _one_late),
     Defect("A GET tells for ever what it told first", _READ_BACK, _as_it_woke),
     Defect("A SET writes into another parameter set", _READ_BACK, _neighbour),
-    Defect("A start velocity is not zero", _READ_BACK | {"answers"}, _not_zero),
-    Defect("A value is told that is beyond its range", frozenset({"answers"}), _beyond_its_range),
-    _counter("A counter cannot be set", lambda frame: []),
-    _counter(
-        "A counter loses its sign",
-        lambda f: [f.with_(_field_of_counter(f), abs(f[_field_of_counter(f)]))],
-    ),
-    Defect("Saving is answered", frozenset({"eeprom"}), _saving_answered),
-    Defect("Saving spoils a value", frozenset({"eeprom"}), _saving_spoils),
-    Defect("Nothing is heard while parameters are saved", frozenset({"eeprom"}), _saving_takes_its_time),
-)
+)  # fmt: skip

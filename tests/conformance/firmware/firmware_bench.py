@@ -1,4 +1,4 @@
-"""Virtual controllers as a vendor would declare them: with stages, travel, switches, and bays that are empty."""
+"""Virtual controllers as a vendor would declare them: with stages, travel, and bays that are empty."""
 
 from __future__ import annotations
 
@@ -95,9 +95,7 @@ def _on_stage(unit: str, stage: str, travel: str, motion: str, bays: int = 0) ->
     )
     pics = Pics(unit=unit, channels=channels, timing=Timing(reply_p99_ms=REPLY_MS))
     factory = getattr(stagewire_virtual, unit)
-    return Bench(
-        pics, motion, lambda **given: factory(stage=getattr(stages, stage), **given)
-    )
+    return Bench(pics, motion, lambda **given: factory(stage=getattr(stages, stage), **given))
 
 
 def _in_counts(unit: str, channels: int = 1, bays: int = 0, **given: Any) -> Bench:
@@ -110,9 +108,7 @@ def _in_counts(unit: str, channels: int = 1, bays: int = 0, **given: Any) -> Ben
     )
     pics = Pics(unit=unit, channels=declared, timing=Timing(reply_p99_ms=REPLY_MS))
     factory = getattr(stagewire_virtual, unit)
-    return Bench(
-        pics, f"0..{travel}counts", lambda **more: factory(travel=travel, **given, **more)
-    )
+    return Bench(pics, f"0..{travel}counts", lambda **more: factory(travel=travel, **given, **more))
 
 
 def _rack() -> Bench:

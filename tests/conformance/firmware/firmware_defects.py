@@ -13,7 +13,10 @@ from firmware_line import Firmware
 from stagewire_conformance.device.declared import Place
 from stagewire_conformance.device.results import Result
 
-__all__ = ["Asked", "Change", "Defect", "Draw", "Drawn", "NotHereError", "Says", "Takes"]
+__all__ = [
+    "Asked", "Change", "Deaf", "Defect", "Draw", "Drawn", "Echoes", "NotHereError", "Says", "Takes",
+    "named", "of",
+]  # fmt: skip
 
 Change = Callable[[Frame], Iterable[Frame | bytes]]
 """What becomes of a message: nothing, others, or several."""
@@ -127,7 +130,7 @@ class Draw:
         if key not in self._present:
             link = self.bench.line()
             params = [layout["param1"] for layout in entry(asked.request)["layouts"]]
-            given = asked.channel or params[0] and params[0]["constant"] or 0
+            given = asked.channel or (params[0] and params[0]["constant"]) or 0
             raw = ID[asked.request].to_bytes(2, "little")
             link.write(raw + bytes((given, 0, asked.place.address, HOST)))
             self._present[key] = Frame(link.read(0.5), asked.place.status or "")
@@ -158,6 +161,16 @@ class Draw:
         return self.random.choice(found)
 
 
+def of(kinds: str) -> frozenset[str]:
+    """Return kinds of checks, written one behind the other."""
+    return frozenset(kinds.split())
+
+
+def named(*names: str) -> Callable[[Frame], bool]:
+    """Return whether a message has one of some names."""
+    return lambda frame: frame.name in names
+
+
 class Says(Firmware):
     """Says some messages otherwise.
 
@@ -186,3 +199,39 @@ class Takes(Firmware):
     def takes(self, frame: Frame) -> None:
         for taken in self._change(frame) if self._which(frame) else (frame,):
             self.pass_on(taken if isinstance(taken, bytes) else taken.raw)
+
+
+class Echoes(Firmware):
+    """Answers messages that have no answer.
+
+    :param which: those.
+    :param answer: the name of the answer; empty: they are sent back themselves.
+    """
+
+    def __init__(self, which: Callable[[Frame], bool], answer: str = "") -> None:
+        self._which = which
+        self._answer = answer
+
+    def takes(self, frame: Frame) -> None:
+        self.pass_on(frame.raw)
+        if self._which(frame):
+            answer = frame.renamed(self._answer or frame.name)
+            self.say(answer.to(HOST).coming_from(frame.dest).raw)
+
+
+class Deaf(Firmware):
+    """Hears nothing for some seconds after a message.
+
+    :param which: after which.
+    """
+
+    def __init__(self, which: Callable[[Frame], bool], seconds: float) -> None:
+        self._which = which
+        self._seconds = seconds
+        self._until = 0.0
+
+    def takes(self, frame: Frame) -> None:
+        if self.now() >= self._until:
+            self.pass_on(frame.raw)
+        if self._which(frame):
+            self._until = self.now() + self._seconds

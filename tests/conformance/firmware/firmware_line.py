@@ -1,7 +1,7 @@
 """A line to a virtual controller whose firmware has a defect: it cuts frames both ways and spoils them.
 
-A defect is a :class:`Firmware` with one of its methods overridden. As it stands it is right, and what passes is
-what would have passed without it, byte for byte and at the same instant.
+A defect is a :class:`Firmware` with one of its methods overridden. As it stands it is right, and what passes
+is what would have passed without it, byte for byte and at the same instant.
 """
 
 from __future__ import annotations

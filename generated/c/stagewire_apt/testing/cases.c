@@ -2,19 +2,19 @@
  * @file
  * Boundaries, names, bits and refusals of every layout of Thorlabs APT.
  *
- * 4538 of 6901 cases are here, in 3201 vectors: what is the same there and back is one.
+ * 4538 of 6904 cases are here, in 3201 vectors: what is the same there and back is one.
  * C has no way to say the others:
  * - 21 with a line that is no request
  * - 27 with a message or a form without a layout
  * - 4 with a refusal as bad_value
  * - 294 with a stream, which testees cut
  * - 6 with a text or bytes of another length
- * - 944 with a value that its type does not hold
+ * - 946 with a value that its type does not hold
  * - 8 with an address that its type does not hold
  * - 1 with another operation of testees
  * - 2 with bytes that no layout is asked for
  * - 169 with the refusal bad_length on encode, which the compiler sees
- * - 279 with the refusal bad_value on encode, which the compiler sees
+ * - 280 with the refusal bad_value on encode, which the compiler sees
  * - 435 with the refusal missing_field on encode, which the compiler sees
  * - 172 with the refusal unknown_field on encode, which the compiler sees
  * - 1 with the refusal unknown_message on encode, which the compiler sees

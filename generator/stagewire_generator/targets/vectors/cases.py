@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.vectors.case import Case
-from stagewire_generator.targets.vectors.contents import contents
+from stagewire_generator.targets.vectors.contents import UNNAMED, contents
 from stagewire_generator.targets.vectors.framing import Framing
 from stagewire_generator.targets.vectors.header import HeaderFraming
 from stagewire_generator.targets.vectors.packet import PacketFraming
@@ -70,7 +70,7 @@ def _refused(of: Subject) -> Iterator[Case]:
     given = of.plain.given
     kinds = set()
     for field in of.fields:
-        if field.role == "reserved" and of.layout.form == "header":
+        if field.role == "reserved" and field.name in UNNAMED:
             continue  # in most headers both parameters are; one is as good as another
         refused = [(*case, "out_of_range") for case in unfit_values(field)]
         if field.format.kind not in kinds:  # what is no number is none in any field

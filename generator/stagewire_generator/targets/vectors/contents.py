@@ -18,9 +18,10 @@ from stagewire_generator.targets.vectors.values import (
     plain,
 )
 
-__all__ = ["Content", "contents", "plain_content", "shown"]
+__all__ = ["UNNAMED", "Content", "contents", "plain_content", "shown"]
 
-_UNNAMED = ("param1", "param2")  # header parameters that the document gives no name
+UNNAMED = ("param1", "param2")
+"""Header parameters that the document gives no name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,5 +98,5 @@ def shown(fields: Iterable[Field], held: Json) -> Json:
     return {
         field.name: held[field.name]
         for field in fields
-        if held[field.name] or field.name not in _UNNAMED or field.constant
+        if held[field.name] or field.name not in UNNAMED or field.constant
     }

@@ -1,43 +1,24 @@
-"""The checks of Thorlabs APT, kind by kind: those that only ask first, then those that change something."""
+"""The checks of Thorlabs APT: those that only ask first, then those that change something.
+
+A folder each; beside the folders stands what several of them use.
+"""
 
 from __future__ import annotations
 
+from typing import Final
+
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt import (
-    answers,
-    bays,
-    bursts,
-    damage,
-    frames,
-    identification,
-    identify,
-    keep_alive,
     motion,
-    odd_frames,
     outputs,
-    quiet,
+    reading,
     settings,
-    status,
-    timing,
-    updates,
 )
 
 __all__ = ["KINDS"]
 
-KINDS: tuple[Kind, ...] = (
-    quiet.KIND,
-    identification.KIND,
-    bays.KIND,
-    frames.KIND,
-    answers.KIND,
-    status.KIND,
-    identify.KIND,
-    bursts.KIND,
-    timing.KIND,
-    *odd_frames.KINDS,
-    *damage.KINDS,
-    updates.KIND,
-    keep_alive.KIND,
+KINDS: Final[tuple[Kind, ...]] = (
+    *reading.KINDS,
     *settings.KINDS,
     *outputs.KINDS,
     *motion.KINDS,

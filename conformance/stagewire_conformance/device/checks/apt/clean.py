@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.checks.apt.replies import described, joined, judge_unasked, raw_of
+from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.requests import Request, a_request
+from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Place
-    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.lines.heard import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["SILENCE", "clean", "clean_request", "identity_of", "is_error", "unheeded"]

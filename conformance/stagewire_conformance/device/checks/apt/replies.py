@@ -6,34 +6,27 @@ them, or those of the request as they came, and packets that are longer than the
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
-from stagewire.errors import CodecError, TrailingBytesError
-from stagewire.framing import Garbage
 from stagewire.header import DATA_FLAG, HEADER_SIZE
 from stagewire_conformance.device.checks.apt.requests import Request
 from stagewire_conformance.device.checks.apt.values import faults_of
-from stagewire_conformance.device.heard import Heard
+from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
+from stagewire_conformance.device.lines.heard import Heard
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Place
     from stagewire_conformance.device.trial import Trial
 
 __all__ = [
     "ask_all",
-    "described",
-    "joined",
     "judge_addresses",
     "judge_answer",
     "judge_message",
     "judge_unasked",
-    "raw_of",
     "with_value",
 ]
-
-_SHOWN: Final = 4
-"""Messages that a sentence names, at most."""
 
 
 def ask_all(trial: Trial, request: Request, wait: float = 1.0, after: float = 0.03) -> list[Heard]:
@@ -88,11 +81,12 @@ def judge_message(trial: Trial, place: Place, channel: int | None, heard: Heard)
         f"are documented; it should have {due}",
         came=heard.raw,
     )
-    if channel is not None and heard.channel is not None:
+    field = trial.declared.framed.channel
+    if field is not None and channel is not None and heard.channel is not None:
         trial.must(
             heard.channel == channel,
             f"{heard.name} is about channel {heard.channel}; it should be about channel {channel}",
-            wanted=with_value(heard, _channel_field(trial.declared), channel),
+            wanted=with_value(heard, field, channel),
             came=heard.raw,
         )
     for fault in faults_of(trial.declared, message):
@@ -102,7 +96,7 @@ def judge_message(trial: Trial, place: Place, channel: int | None, heard: Heard)
 
 def judge_addresses(trial: Trial, place: Place, heard: Heard) -> None:
     """Say what is wrong with the addresses of a message from a place to the host."""
-    host = _host(trial.declared)
+    host = trial.declared.framed.host
     came = heard.dest, heard.source
     if came == (host, place.address):
         return
@@ -131,89 +125,6 @@ def judge_unasked(trial: Trial, heard: Heard, when: str) -> None:
         trial.must(False, text, came=heard.raw)
 
 
-def described(trial: Trial, heard: Iterable[Heard]) -> str:
-    """Return what came, in words, for a sentence: ``MOT_GET_VELPARAMS from 0x50 to 0x01, …``."""
-    every = joined(heard)
-    if not every:
-        return "nothing"
-    said = ", then ".join(_said(trial.declared, each) for each in every[:_SHOWN])
-    more = len(every) - _SHOWN
-    return f"{said}, and {more} more" if more > 0 else said
-
-
-def joined(heard: Iterable[Heard]) -> list[Heard]:
-    """Return what came with bytes that belong together in one piece, if they are no message."""
-    pieces: list[Heard] = []
-    for each in heard:
-        if pieces and pieces[-1].kind == each.kind == "garbage":
-            pieces[-1] = Heard(each.time, Garbage(pieces[-1].raw + each.raw))
-        else:
-            pieces.append(each)
-    return pieces
-
-
-def raw_of(heard: Iterable[Heard]) -> bytes | None:
-    """Return all bytes that came; None where none did."""
-    return b"".join(each.raw for each in heard) or None
-
-
-def _said(declared: Declared, heard: Heard) -> str:
-    addresses = f"from {heard.source:#04x} to {heard.dest:#04x}" if heard.kind != "garbage" else ""
-    match heard.kind:
-        case "message" | "undocumented":
-            channel = "" if heard.channel is None else f" for channel {heard.channel}"
-            return f"{heard.name}{channel} {addresses}"
-        case "unknown":
-            id = int.from_bytes(heard.raw[:2], "little")
-            return f"a message {addresses} with the id {id:#06x}, which no message has"
-        case "bad_length":
-            name, lengths = _of_id(declared, heard.raw)
-            length = len(heard.raw) - HEADER_SIZE
-            return (
-                f"{name} {addresses} with a packet of {length} bytes, which should have {lengths}"
-            )
-    return f"{heard.raw.hex(' ')}, which is no message ({_why_none(declared, heard.raw)})"
-
-
-def _of_id(declared: Declared, raw: bytes) -> tuple[str, str]:
-    """Return the name of the message that bytes have the id of, and the lengths that its packet has."""
-    id = int.from_bytes(raw[:2], "little")
-    entry = next(each for each in declared.registry.messages.values() if each["id"] == id)
-    lengths = sorted({layout["length"] for layout in entry["layouts"] if layout["length"]})
-    return entry["name"], " or ".join(map(str, lengths))
-
-
-def _why_none(declared: Declared, raw: bytes) -> str:
-    """Return why bytes are no message, by the frame that they begin with."""
-    protocol: Any = declared.protocol
-    has_packet = len(raw) >= HEADER_SIZE and bool(raw[4] & DATA_FLAG)
-    packet = int.from_bytes(raw[2:4], "little") if has_packet else 0
-    try:
-        frame = protocol.decode(raw[: HEADER_SIZE + packet])
-    except CodecError as error:
-        if len(raw) > HEADER_SIZE and not has_packet:
-            return _why_no_packet(protocol, raw) or str(error)
-        return str(error)
-    name = frame.message.layout.message
-    if declared.registry.messages[name]["direction"] == "to_controller":
-        return f"read as {name} it is what only a host sends"
-    return (
-        f"read as {name} it goes from {frame.source:#04x} to {frame.dest:#04x}: not from a controller to "
-        f"the host"
-    )
-
-
-def _why_no_packet(protocol: Any, raw: bytes) -> str:
-    """Return what is wrong with a frame whose packet is not announced; empty where that is not it."""
-    try:
-        protocol.decode(raw)
-    except TrailingBytesError as error:
-        return str(error)
-    except CodecError:
-        pass
-    return ""
-
-
 def _whose(trial: Trial, place: Place, heard: Heard) -> str:
     other = None if heard.source is None else trial.declared.place_at(heard.source)
     if other is None or other.address == place.address:
@@ -236,13 +147,3 @@ def with_value(heard: Heard, field: str, value: int) -> bytes:
 
 def _readdressed(raw: bytes, dest: int, source: int) -> bytes:
     return raw[:4] + bytes((raw[4] & DATA_FLAG | dest, source)) + raw[6:]
-
-
-def _host(declared: Declared) -> int:
-    protocol: Any = declared.protocol
-    return int(protocol.host)
-
-
-def _channel_field(declared: Declared) -> str:
-    protocol: Any = declared.protocol
-    return str(protocol.channel)

@@ -9,7 +9,7 @@ from stagewire.framed_message import FramedMessage
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Place
-    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.lines.heard import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["Stream", "stream_of", "streams_of"]

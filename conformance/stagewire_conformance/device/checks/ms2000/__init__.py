@@ -1,4 +1,7 @@
-"""The checks of the MS-2000 and the MFC-2000, in the order in which they run: first those that only ask."""
+"""The checks of the MS-2000 and the MFC-2000: those that only ask first, then those that change something.
+
+A folder each; beside the folders stands what several of them use.
+"""
 
 from __future__ import annotations
 
@@ -6,41 +9,16 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000 import (
-    back_to_back,
-    colons,
-    formats,
-    identification,
-    joystick,
-    marks_in_data,
     motion,
-    quiet,
-    readback,
-    reads,
-    silence,
-    sizes,
-    status,
-    timing,
-    written_size,
-    wrong_size,
+    reading,
+    settings,
 )
 
 __all__ = ["KINDS"]
 
 KINDS: Final[tuple[Kind, ...]] = (
-    identification.KIND,
-    reads.KIND,
-    sizes.KIND,
-    status.KIND,
-    quiet.KIND,
-    silence.KIND,
-    wrong_size.KIND,
-    colons.KIND,
-    back_to_back.KIND,
-    timing.KIND,
-    formats.KIND,
-    readback.KIND,
-    written_size.KIND,
-    marks_in_data.KIND,
-    joystick.KIND,
+    *reading.KINDS,
+    *settings.KINDS,
     *motion.KINDS,
 )
+"""In the order in which they are run."""

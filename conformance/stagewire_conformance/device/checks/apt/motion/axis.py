@@ -21,7 +21,7 @@ from stagewire_conformance.device.trial import EnoughError
 if TYPE_CHECKING:
     from stagewire import FramedMessage
     from stagewire_conformance.device.declared import Place
-    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.lines.heard import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["HELD", "JITTER", "POLL", "Axis", "Status"]
@@ -97,6 +97,8 @@ class Axis:
         self.start = 0
         """Where it goes back to at the end."""
         self.backlash = 0
+        self.settle_time: int | None = None
+        """The cycles that it settles after a move (page 67); None: it has no such parameter."""
         self.pace = Pace(1.0, 1.0, known=False)
 
     def inside(self) -> Status:
@@ -125,9 +127,13 @@ class Axis:
         switch(self.trial, self.place, self.channel, EnableState.ENABLE)
         self.pace = pace_of(self.trial, self.place, self.channel)
         if status.bits.homed and "MOT_REQ_PMDSTAGEAXISPARAMS" in self.place.messages:
-            told = self.ask(m.MotReqPmdStageAxisParams(self.channel)).message  # page 76
+            # Such a controller knows the travel of its stage (page 76), which a range may exceed.
+            told = self.ask(m.MotReqPmdStageAxisParams(self.channel)).message
             self.low = min(max(self.low, told.min_pos), self.start)
             self.high = max(min(self.high, told.max_pos), self.start)
+        if "MOT_REQ_PMDTRACKSETTLEPARAMS" in self.place.messages:
+            told = self.ask(m.MotReqPmdTrackSettleParams(self.channel)).message
+            self.settle_time = told.time
         if "MOT_REQ_GENMOVEPARAMS" in self.place.messages:
             reply = self.ask(m.MotReqGenMoveParams(self.channel))
             self.backlash = reply.message.backlash_distance
@@ -184,14 +190,15 @@ class Axis:
 
     # Where it may go
 
-    def room(self, position: int, direction: int, *, margin: int | None = None) -> int:
+    def room(self, position: int, direction: int) -> int:
         """Return how many counts it may go in a direction (1 forward, -1 reverse) from a position.
 
         Against the backlash it goes beyond the target and comes back (page 34), so that much is kept free,
         and a margin on top of it.
         """
-        margin = (self.high - self.low) // 50 if margin is None else margin
-        beyond = margin + (abs(self.backlash) if direction * self.backlash < 0 else 0)
+        beyond = (self.high - self.low) // 50
+        if direction * self.backlash < 0:
+            beyond += abs(self.backlash)
         end = self.high if direction > 0 else self.low
         return max(0, (end - position) * direction - beyond)
 
@@ -243,16 +250,6 @@ class Axis:
     def halt(self) -> Status:
         """Stop it now, whatever it does, and wait until it stands."""
         self.send(m.MotMoveStop(self.channel, StopMode.IMMEDIATE))
-        return self.standing()
-
-    def call_back(self) -> Status:
-        """Stop it where it must not be; one that does not heed that is told to go back to where it began."""
-        self.send(m.MotMoveStop(self.channel, StopMode.IMMEDIATE))
-        first = self.status()
-        self._pause(2 * POLL)
-        second = self.status()
-        if abs(second.position - first.position) > JITTER:
-            self.send(m.MotMoveAbsolute(self.channel, self.start))
         return self.standing()
 
     def tolerance(self, distance: int) -> int:

@@ -26,12 +26,15 @@ if TYPE_CHECKING:
 __all__ = ["KIND"]
 
 _HOMED: Final = "MOT_MOVE_HOMED"
+_STOPPED: Final = "MOT_MOVE_STOPPED"
 _LIMIT: Final = 180.0
 """Seconds after which homing is given up while the motor still moves."""
 _NEAR: Final = 64
 """Counts within which a servo holds its stage."""
 _MOVES: Final = 8
 """Counts by which a motor has moved between two looks at it, if they are more."""
+_LOOKS: Final = 3
+"""Looks at a motor on its way home before it is stopped."""
 _TOLD: Final = "MOT_MOVE_HOME"
 
 
@@ -45,11 +48,36 @@ def _home(axes: Sequence[Axis]) -> None:
     if not safe:
         return
     before = {axis: axis.status() for axis in safe}
+    _stop_homing(safe)
     for axis in safe:
         axis.send(m.MotMoveHome(axis.channel))
     seen = watch(safe, dict.fromkeys(safe, _LIMIT), strays=None)
     for axis in safe:
         _judge(axis, before[axis], seen[axis])
+
+
+def _stop_homing(axes: Sequence[Axis]) -> None:
+    """Begin to home, stop it on the way, and judge what comes; one that is at home already has no way."""
+    began = {axis: axis.status().position for axis in axes}
+    looks = dict.fromkeys(axes, 0)
+
+    def on_its_way(axis: Axis, status: Status) -> bool:
+        looks[axis] += 1
+        return looks[axis] >= _LOOKS and abs(status.position - began[axis]) > _MOVES
+
+    for axis in axes:
+        axis.send(m.MotMoveHome(axis.channel))
+    seen = watch(axes, dict.fromkeys(axes, _LIMIT), stop=on_its_way, strays=None)
+    for axis in axes:
+        each = seen[axis]
+        _judge_way(axis, each.statuses)
+        was_over = [end.name for end in each.ends] == [_HOMED, _STOPPED]
+        if each.stopped is None or was_over:
+            continue
+        told = "MOT_MOVE_STOP in MOT_MOVE_HOME"
+        end = judge_end(axis, told, each, _STOPPED)
+        if end is not None:
+            judge_rest(axis, told, end)
 
 
 def _judge(axis: Axis, before: Status, seen: Watched) -> None:
@@ -134,10 +162,10 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         allowed,
         "home",
         title="MOT_MOVE_HOME homes {}, and the end is told once",
-        messages=("MOT_MOVE_HOME", _HOMED),
+        messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED),
         run=_home,
-        does="homes all motors at once: each runs to its switch or index mark wherever that is, counts from "
-        "there as 0, and goes back to where it stood",
+        does="homes all motors at once, stopping each on its way first: each runs to its switch or "
+        "index mark wherever that is, counts from there as 0, and goes back to where it stood",
         seconds=10.0,
         lacks=lacks,
         also=("MOT_REQ_POSCOUNTER", "MOT_GET_POSCOUNTER"),
@@ -154,6 +182,7 @@ KIND = Kind(
         "position-after-homing",
         "position-counter-absolute",
         "encoder-counter-after-homing",
+        "stop-any-move",
         *MOTION_BITS,
         *APART,
     ),

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.pace import status_velocity
 from stagewire_conformance.device.checks.apt.motion.watching import Watched
-from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked, raw_of
+from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
+from stagewire_conformance.device.checks.apt.wording import raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.lines.heard import Heard
 
 __all__ = ["judge_course", "judge_end", "judge_place", "judge_rest"]
 
@@ -21,14 +22,11 @@ _MIDWAY = 20
 """A motor is on its way while it is a twentieth of it from both ends."""
 
 
-def judge_end(
-    axis: Axis, told: str, seen: Watched, wanted: str, *, missing_ok: bool = False
-) -> Heard | None:
+def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Heard | None:
     """Say how a motion ended, and return the message that told it; a motor that did not end is stopped.
 
     :param told: what it was told, for sentences: ``MOT_MOVE_ABSOLUTE to 1000``.
     :param wanted: the message that has to tell the end, once.
-    :param missing_ok: leave it to the caller to say that none came.
     """
     trial = axis.trial
     for other in seen.others:
@@ -37,8 +35,7 @@ def judge_end(
         trial.must(
             False,
             f"{axis.text}: after {told} it was at {seen.strayed.position}, outside of "
-            f"{axis.low}..{axis.high} "
-            "or further than it should have gone; it was called back",
+            f"{axis.low}..{axis.high} or further than it should have gone; it was called back",
             came=seen.strayed.heard.raw,
         )
         return None
@@ -47,7 +44,7 @@ def judge_end(
         says = f"; it is at {last.position} and says {_names(last)}" if last else ""
         axis.halt()
         trial.must(
-            missing_ok,
+            False,
             f"{axis.text}: after {told} no {wanted} came within {seen.seconds:.1f} s{says}; it was stopped",
         )
         return None
@@ -84,6 +81,14 @@ def _judge_status_of_end(axis: Axis, told: str, end: Heard) -> None:
         f"{axis.text}: {end.name} after {told} says {_names(status)}; at its end nothing should be moving",
         came=end.raw,
     )
+    if axis.settle_time is not None and end.name == "MOT_MOVE_COMPLETED":
+        # page 66: with a settle time of 0 a move is complete wherever it is
+        (trial.must if axis.settle_time else trial.should)(
+            status.bits.settled,
+            f"{axis.text}: {end.name} after {told} says {_names(status)}; a move is complete when the "
+            "axis has settled",
+            came=end.raw,
+        )
 
 
 def judge_course(
@@ -115,6 +120,13 @@ def judge_course(
         ):
             return
         bits = status.bits
+        if axis.settle_time is not None and not axis.trial.must(
+            not bits.settled,
+            f"{axis.text}: on its way after {told}, {status.heard.name} says {_names(status)}; it is "
+            "settled at rest only",
+            came=status.heard.raw,
+        ):
+            return
         jogs = bits.jogging_forward if forward else bits.jogging_reverse
         if jogging and not axis.trial.must(
             jogs,
@@ -142,8 +154,7 @@ def _judge_velocity(axis: Axis, told: str, midway: Sequence[Status]) -> None:
         (axis.trial.must if unit else axis.trial.should)(
             any(told_speeds),
             f"{axis.text}: on its way after {told} it went {speed:.0f} counts/s, and {last.heard.name} "
-            "went on "
-            "to say a velocity of 0",
+            "went on to say a velocity of 0",
             came=last.heard.raw,
         )
     if unit and axis.pace.known:
@@ -151,8 +162,7 @@ def _judge_velocity(axis: Axis, told: str, midway: Sequence[Status]) -> None:
         axis.trial.must(
             max(told_speeds) <= most,
             f"{axis.text}: on its way after {told}, {last.heard.name} said a velocity of "
-            f"{max(told_speeds)}; its "
-            f"velocity parameters allow {axis.pace.velocity / unit:.0f}",
+            f"{max(told_speeds)}; its velocity parameters allow {axis.pace.velocity / unit:.0f}",
             came=last.heard.raw,
         )
 

@@ -156,8 +156,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
     axis.trial.must(
         hard or getattr(bits, f"{name}_software_limit", False),
         f"{axis.text}: after {end.told} it is at {status.position}, and {status.heard.name} does not "
-        "say that "
-        f"its {name} limit switch is active",
+        f"say that its {name} limit switch is active",
         came=status.heard.raw,
     )
 

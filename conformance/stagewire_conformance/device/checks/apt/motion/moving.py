@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stagewire import FramedMessage
     from stagewire_conformance.device.checks.apt.motion.pace import Pace
 
-__all__ = ["COMPLETED", "Move", "absolute", "distances", "go_back", "move", "returning"]
+__all__ = ["COMPLETED", "Move", "absolute", "distances", "go_back", "move", "relative", "returning"]
 
 COMPLETED: Final = "MOT_MOVE_COMPLETED"
 
@@ -54,6 +54,13 @@ def absolute(axis: Axis, target: int, about: str = "") -> Move:
         target,
         f"MOT_MOVE_ABSOLUTE to {target}{about}",
     )
+
+
+def relative(axis: Axis, way: int) -> Move:
+    """Return the move by a distance, from where it is."""
+    target = axis.status().position + way
+    message = m.MotMoveRelative(axis.channel, way)
+    return Move(axis, message, target, f"MOT_MOVE_RELATIVE by {way}")
 
 
 def distances(axes: Sequence[Axis], seconds: float) -> dict[Axis, int]:

@@ -14,8 +14,10 @@ COMPLETION: Final = (
     "move-completed",
     "move-completed-status",
     "move-complete-when-settled",
+    "settled-at-rest",
     "status-position",
     "dc-status-position",
+    "dc-status-velocity",
     *MOTION_BITS,
 )
 """What holds for every move to a target."""

@@ -12,9 +12,11 @@ from stagewire_conformance.device.checks.apt.motion.judging import judge_end, ju
 from stagewire_conformance.device.checks.apt.motion.making import motor_checks
 from stagewire_conformance.device.checks.apt.motion.moving import (
     COMPLETED,
+    Move,
     absolute,
     distances,
     move,
+    relative,
 )
 from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
 from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
@@ -48,39 +50,42 @@ def _run(axes: Sequence[Axis]) -> None:
                 "settings, so that it can be made slower"
             )
             return
-    at_once = _stop(ways, StopMode.IMMEDIATE)
+    at_once = _stop(
+        {axis: absolute(axis, axis.start + way) for axis, way in ways.items()}, StopMode.IMMEDIATE
+    )
     if not move([absolute(axis, axis.start, " after a stop") for axis in axes]):
         return
-    slowly = _stop(ways, StopMode.PROFILED)
+    slowly = _stop({axis: relative(axis, way) for axis, way in ways.items()}, StopMode.PROFILED)
     for axis in at_once.keys() & slowly.keys():
         (_, short), (gone, long) = at_once[axis], slowly[axis]
         axis.trial.should(
             gone < _TELLING or long > short + JITTER,
             f"{axis.text}: MOT_MOVE_STOP with a profile ran out {long} counts, and at once {short}; a "
-            "profiled "
-            "stop should slow down",
+            "profiled stop should slow down",
         )
 
 
-def _stop(ways: Mapping[Axis, int], mode: StopMode) -> dict[Axis, tuple[int, int]]:
+def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, tuple[int, int]]:
     """Begin moves, stop them, and judge what comes; return how far each had gone, and how far it ran out."""
-    axes = list(ways)
-    words = f"MOT_MOVE_STOP {mode.name.lower()}"
+    axes = list(moves)
+    starts = {axis: axis.status().position for axis in axes}
+    ways = {axis: one.target - starts[axis] for axis, one in moves.items()}
 
     def on_its_way(axis: Axis, status: Status) -> bool:
-        gone = abs(status.position - axis.start)
-        left = abs(axis.start + ways[axis] - status.position)
+        gone, left = abs(status.position - starts[axis]), abs(moves[axis].target - status.position)
         return gone >= max(JITTER + 1, abs(ways[axis]) * _SHARE) and left > axis.tolerance(
             ways[axis]
         )
 
-    for axis, way in ways.items():
-        axis.send(absolute(axis, axis.start + way).message)
+    for axis, one in moves.items():
+        axis.send(one.message)
     limits = {axis: axis.pace.limit(way) for axis, way in ways.items()}
     seen = watch(axes, limits, stop=on_its_way, mode=mode)
     stood: dict[Axis, int] = {}
-    for axis, way in ways.items():
-        place = _judge(axis, axis.start + way, seen[axis], words)
+    for axis, one in moves.items():
+        place = _judge(
+            one, starts[axis], seen[axis], f"MOT_MOVE_STOP {mode.name.lower()} in {one.told}"
+        )
         if place is not None:
             stood[axis] = place
     behind = axes[0].trial.line.listen(_AFTER)
@@ -88,8 +93,8 @@ def _stop(ways: Mapping[Axis, int], mode: StopMode) -> dict[Axis, tuple[int, int
         now = axis.status().position
         axis.trial.must(
             abs(now - place) <= JITTER,
-            f"{axis.text}: after {words} and {_STOPPED} it went on from {place} to {now}; it should stay "
-            "where it stopped",
+            f"{axis.text}: after {_STOPPED} it went on from {place} to {now}; it should stay where it "
+            "stopped",
         )
     for heard in behind:
         axes[0].trial.must(
@@ -98,7 +103,7 @@ def _stop(ways: Mapping[Axis, int], mode: StopMode) -> dict[Axis, tuple[int, int
             came=heard.raw,
         )
     return {
-        axis: (abs(stopped.position - axis.start), abs(place - stopped.position))
+        axis: (abs(stopped.position - starts[axis]), abs(place - stopped.position))
         for axis, place in stood.items()
         if (stopped := seen[axis].stopped) is not None
     }
@@ -113,38 +118,34 @@ def _slow_down(axis: Axis, distance: int) -> bool:
     return True
 
 
-def _judge(axis: Axis, target: int, seen: Watched, stop: str) -> int | None:
+def _judge(one: Move, start: int, seen: Watched, told: str) -> int | None:
     """Say how a move that was stopped ended, and return where; None: not to be told."""
-    told = f"{stop} in a move to {target}"
-    if seen.stopped is None or _was_over(axis, target, seen):
+    axis, target = one.axis, one.target
+    if seen.stopped is None or _was_over(axis, start, target, seen):
         if seen.ends and seen.strayed is None:
-            axis.trial.inconclusive(
-                f"{axis.text}: the move to {target} was over before it could be stopped"
-            )
+            axis.trial.inconclusive(f"{axis.text}: {one.told} was over before it could be stopped")
         else:
-            judge_end(axis, f"MOT_MOVE_ABSOLUTE to {target}", seen, COMPLETED)
+            judge_end(axis, one.told, seen, COMPLETED)
         return None
     end = judge_end(axis, told, seen, _STOPPED)
     if end is None:
         return None
     place = judge_rest(axis, told, end).position
-    if abs(place - target) <= axis.tolerance(target - axis.start):
+    if abs(place - target) <= axis.tolerance(target - start):
         axis.trial.inconclusive(f"{axis.text}: after {told} it had all but arrived, at {place}")
         return place
-    low, high = sorted((axis.start, target))
     axis.trial.must(
-        low < place < high,
-        f"{axis.text}: after {told} it is at {place}; it should have stopped between {axis.start} and "
-        f"{target}",
+        min(start, target) < place < max(start, target),
+        f"{axis.text}: after {told} it is at {place}; it should have stopped between {start} and {target}",
     )
     return place
 
 
-def _was_over(axis: Axis, target: int, seen: Watched) -> bool:
+def _was_over(axis: Axis, start: int, target: int, seen: Watched) -> bool:
     """Return whether a motor arrived in the instant in which it was told to stop."""
     names = [end.name for end in seen.ends]
     missed = abs(axis.status().position - target)
-    return names == [COMPLETED, _STOPPED] and missed <= axis.tolerance(target - axis.start)
+    return names == [COMPLETED, _STOPPED] and missed <= axis.tolerance(target - start)
 
 
 def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
@@ -153,7 +154,7 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         allowed,
         "move-stop",
         title="MOT_MOVE_STOP ends moves of {}, at once and with a profile, which is told once",
-        messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE"),
+        messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE"),
         run=_run,
         does="begins moves of all motors within {} and stops them on their way, once at once and once with a "
         "profile",

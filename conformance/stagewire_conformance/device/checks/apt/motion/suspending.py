@@ -17,7 +17,7 @@ from stagewire_conformance.device.checks.apt.motion.moving import (
     move,
 )
 from stagewire_conformance.device.checks.apt.motion.watching import watch
-from stagewire_conformance.device.checks.apt.replies import raw_of
+from stagewire_conformance.device.checks.apt.wording import raw_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared

@@ -15,6 +15,7 @@ from stagewire_conformance.device.checks.apt.motion.moving import (
     absolute,
     distances,
     move,
+    relative,
 )
 from stagewire_conformance.device.checks.apt.motion.parameters import change
 from stagewire_conformance.device.checks.apt.motion.rules import APART, COMPLETION
@@ -37,14 +38,8 @@ def _absolute(axes: Sequence[Axis]) -> None:
 
 def _relative(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _SECONDS)
-    if move([_by(axis, way) for axis, way in ways.items()]):
-        move([_by(axis, -way) for axis, way in ways.items()])
-
-
-def _by(axis: Axis, way: int) -> Move:
-    target = axis.status().position + way
-    message = m.MotMoveRelative(axis.channel, way)
-    return Move(axis, message, target, f"MOT_MOVE_RELATIVE by {way}")
+    if move([relative(axis, way) for axis, way in ways.items()]):
+        move([relative(axis, -way) for axis, way in ways.items()])
 
 
 def _stored_absolute(axes: Sequence[Axis]) -> None:

@@ -15,7 +15,7 @@ from stagewire_conformance.device.checks.apt.streams import Stream, stream_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.lines.heard import Heard
     from stagewire_conformance.device.permissions import Permissions
 
 __all__ = ["KIND"]
@@ -68,8 +68,7 @@ def _judge(axis: Axis, came: Sequence[Status], last: Status) -> None:
     axis.trial.must(
         abs(last.position - asked.position) <= HELD and last.moving == asked.moving,
         f"{axis.text}: after a move {last.heard.name} that comes by itself says {last.heard.text}; "
-        "asked for, it "
-        f"says {asked.heard.text}",
+        f"asked for, it says {asked.heard.text}",
         came=last.heard.raw,
     )
     axis.trial.must(

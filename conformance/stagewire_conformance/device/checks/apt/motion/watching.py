@@ -11,7 +11,7 @@ from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, POLL, Axis, Status
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.lines.heard import Heard
 
 __all__ = ["ENDS", "Decision", "Watched", "is_outside", "watch"]
 
@@ -27,6 +27,13 @@ _BEHIND: Final = 0.05
 _PATIENCE: Final = 2.0
 """Seconds that a motor may stand without a word."""
 
+_HEEDED: Final = 0.12
+"""Seconds after which a motor that was told to stop at once does not move any more."""
+_STANDS: Final = 0.3
+"""Seconds without motion after which a motor that was called back stands."""
+_GIVEN_UP: Final = 10.0
+"""Seconds after which nothing more can be done for it."""
+
 
 @dataclass
 class Watched:
@@ -36,7 +43,9 @@ class Watched:
     :param ends: the end messages that are its own, or of which nobody knows whose they are.
     :param others: what else came.
     :param stopped: its status when it was told to stop; None: it was not.
-    :param strayed: its status where it must not be; None: it was not there.
+    :param strayed: its status where it must not be; None: it was not there. From then on it is watched until
+        it stands, whatever it says.
+    :param called_back: whether it was told to go back then.
     :param seconds: until its end, or until it was given up.
     :param over: whether it is watched no more.
     :param moved: when it was last seen to move.
@@ -48,6 +57,7 @@ class Watched:
     others: list[Heard] = field(default_factory=list)
     stopped: Status | None = None
     strayed: Status | None = None
+    called_back: bool = False
     seconds: float = 0.0
     over: bool = False
     moved: float = 0.0
@@ -93,22 +103,32 @@ def watch(
                 continue
             status = axis.status()
             each.look(status)
+            if each.strayed is not None:
+                each.over = _is_back(axis, each, status)
+                continue
             if strays is not None and strays(axis, status):
-                each.strayed, each.over = status, True
-                axis.call_back()
-            elif each.stopped is None and stop is not None and stop(axis, status):
+                each.strayed = status
+                axis.send(m.MotMoveStop(axis.channel, StopMode.IMMEDIATE))
+                continue
+            if each.stopped is None and stop is not None and stop(axis, status):
                 each.stopped = status
                 axis.send(m.MotMoveStop(axis.channel, mode))
-            stands = line.now - each.moved > _PATIENCE
-            if (
-                stands
-                or line.now - began > limits[axis]
-                or (done is not None and done(axis, status))
-            ):
-                each.over = True
             each.seconds = line.now - began
+            stands = status.time - each.moved > _PATIENCE
+            is_done = done is not None and done(axis, status)
+            each.over = stands or is_done or each.seconds > limits[axis]
     _take(seen, line.listen(_BEHIND), line.now - began)
     return seen
+
+
+def _is_back(axis: Axis, seen: Watched, status: Status) -> bool:
+    """Return whether a motor that strayed stands; one that heeds no stop is told to go back, once."""
+    assert seen.strayed is not None
+    since = status.time - seen.strayed.time
+    if not seen.called_back and since >= _HEEDED and status.time - seen.moved < _HEEDED:
+        seen.called_back = True
+        axis.send(m.MotMoveAbsolute(axis.channel, axis.start))
+    return status.time - seen.moved >= _STANDS or since > _GIVEN_UP
 
 
 def _take(seen: Mapping[Axis, Watched], heard: Sequence[Heard], seconds: float) -> None:
@@ -119,7 +139,7 @@ def _take(seen: Mapping[Axis, Watched], heard: Sequence[Heard], seconds: float) 
             seen[axis].others.append(each)
             continue
         seen[axis].ends.append(each)
-        if not seen[axis].over:
+        if not seen[axis].over and seen[axis].strayed is None:
             seen[axis].over, seen[axis].seconds = True, seconds
 
 

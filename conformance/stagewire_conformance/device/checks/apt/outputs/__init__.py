@@ -11,6 +11,7 @@ from stagewire_conformance.device.checks.apt.outputs import (
     loops,
     lut,
     piezo_outputs,
+    slew,
     solenoid,
     zero,
 )
@@ -24,6 +25,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     piezo_outputs.VOLTS,
     piezo_outputs.POSITION,
     piezo_outputs.MODE,
+    slew.KIND,
     lut.KIND,
     zero.KIND,
     solenoid.STATE,

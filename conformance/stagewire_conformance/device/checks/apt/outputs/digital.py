@@ -50,8 +50,7 @@ def _run(trial: Trial, spot: Spot) -> None:
         trial.must(
             told == value,
             f"{spot.text}: {spot.set.set} switched {name.replace('_', ' ')} with {value:#04x}, and "
-            f"{spot.set.get} "
-            f"then said {told:#04x}",
+            f"{spot.set.get} then said {told:#04x}",
             wanted=spot.expected(trial, {field: value}, came),
             came=came.raw,
         )

@@ -42,8 +42,7 @@ def _run(trial: Trial, place: Place, channel: int) -> None:
         trial.must(
             now == state,
             f"{what}: MOD_SET_CHANENABLESTATE wrote {int(state)} ({name}), and MOD_GET_CHANENABLESTATE "
-            "then said "
-            f"{now}",
+            f"then said {now}",
             came=reply.raw,
         )
         for heard in trial.line.listen(0):
@@ -114,8 +113,7 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         messages=tuple(sorted(ENABLED_SETS)),
         run=_run,
         does="disables each channel for a moment and enables it again: what it holds may give way, "
-        "what it puts out "
-        "may go to 0",
+        "what it puts out may go to 0",
         lacks=lacks,
         also=_bits_of,
         skip=lambda place: unseen(place) if (place, 1) in moving else "",

@@ -1,12 +1,14 @@
 """``piezo-lut``: a waveform is put out from its start to its stop, and not before (pages 106 to 112).
 
-Two samples near to the present output, each held for a quarter of a second. Nobody can ask for the samples
-that are in the table (its request names none), so that those two are lost; that is said before.
+Two samples near to the present output, each held for a while: over and over, and once with rests before and
+behind. Nobody can ask for the samples that are in the table (its request names none), so that those two are
+lost; that is said before.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -43,10 +45,75 @@ _MESSAGES: Final = (
     "HW_STOP_UPDATEMSGS",
     "PZ_GET_PZSTATUSUPDATE",
 )
-_HOLD: Final = 0.25
-"""Seconds that a sample is held."""
-_LOOKS: Final = 8
-"""Status messages in which both samples have to be seen: a second and a half of them."""
+_HOLD: Final = 0.2
+"""Seconds that a sample is held: two status messages."""
+_REST: Final = 0.6
+"""Seconds of the rests before and behind a cycle."""
+_OFF: Final = 0.3
+"""Seconds by which a phase may be seen longer or shorter than it is: three status messages."""
+_CHANGES: Final = 5
+"""Phases after which more than two cycles were seen."""
+_PATIENCE: Final = 3.0
+"""Seconds within which they have to be seen."""
+_AFTER: Final = 0.5
+"""Seconds after a stop, or an end, in which nothing may change: more than two samples take."""
+
+
+@dataclass
+class _Phase:
+    """A time in which one sample was put out; 0 is neither of them.
+
+    :param began: when it was seen first, in seconds since the line was opened.
+    :param ended: when it was seen last.
+    """
+
+    sample: int
+    began: float
+    ended: float
+
+
+@dataclass(frozen=True)
+class _Waveform:
+    """The two samples of a waveform, and who puts it out."""
+
+    piezo: Piezo
+    samples: tuple[int, int]
+
+    @property
+    def near(self) -> int:
+        """Counts by which a sample may be seen beside what it is."""
+        return abs(self.samples[1] - self.samples[0]) // 4
+
+    def sample_of(self, voltage: int) -> int:
+        """Return which of the samples is put out; 0: neither of them."""
+        return next((each for each in self.samples if abs(voltage - each) <= self.near), 0)
+
+    def watch(self, changes: int) -> list[_Phase]:
+        """Return the phases of the output until so many were seen, or nothing more changes."""
+        phases: list[_Phase] = []
+        end = self.piezo.trial.line.now + _PATIENCE
+        while len([phase for phase in phases if phase.sample]) < changes:
+            status = self.piezo.status()
+            sample = self.sample_of(status.voltage)
+            if not phases or phases[-1].sample != sample:
+                phases.append(_Phase(sample, status.time, status.time))
+            phases[-1].ended = status.time
+            if status.time > end:
+                break
+        return phases
+
+    def judge_still(self, after: str) -> None:
+        """Say whether the output changes though nothing is put out any more."""
+        line = self.piezo.trial.line
+        self.piezo.status()
+        end = line.now + _AFTER
+        volts = [self.piezo.status().voltage]
+        while line.now < end:
+            volts.append(self.piezo.status().voltage)
+        self.piezo.trial.must(
+            max(volts) - min(volts) <= self.near,
+            f"{self.piezo.text}: after {after} the output went on between {min(volts)} and {max(volts)}",
+        )
 
 
 def _run(trial: Trial, place: Place, channel: int) -> None:
@@ -55,79 +122,115 @@ def _run(trial: Trial, place: Place, channel: int) -> None:
         piezo.give_up(f"{piezo.text} is in closed loop; samples would be positions there")
     present = piezo.volts
     step = piezo.step(present, piezo.span("output_volts"), steps=2)
-    samples = (present + step, present + 2 * step)
-    _load(piezo, samples)
+    wave = _Waveform(piezo, (present + step, present + 2 * step))
+    _load(wave)
+    _set(piezo, LutOutputMode.of(outputlut_continuous=True))
     piezo.begin()
-    trial.undo(
-        f"waveform of {piezo.text}",
-        lambda: piezo.send(m.PzStopLutOutput(channel)),
-    )
-    near = abs(step) // 4
-
-    def told() -> set[int]:
-        """Return which of the samples are put out, watched for a while; 0 is none of them."""
-        seen = [piezo.status().voltage for _ in range(_LOOKS)]
-        return (
-            {next((s for s in samples if abs(v - s) <= near), 0) for v in seen} if seen else set()
-        )
-
+    trial.undo(f"waveform of {piezo.text}", lambda: piezo.send(m.PzStopLutOutput(channel)))
     first = piezo.status()
     trial.must(
-        all(abs(first.voltage - sample) > near for sample in samples),
+        not wave.sample_of(first.voltage),
         f"{piezo.text}: a waveform was loaded and not started, and {first.heard.name} says a voltage of "
         f"{first.voltage}; it should be {present} until PZ_START_LUTOUTPUT",
         came=first.heard.raw,
     )
-    piezo.send(m.PzStartLutOutput(channel))
-    missing = set(samples) - told()
-    trial.must(
+    if _continuous(wave):
+        _fixed(wave)
+
+
+def _continuous(wave: _Waveform) -> bool:
+    """Put the waveform out over and over, and return whether that could be seen."""
+    piezo = wave.piezo
+    piezo.send(m.PzStartLutOutput(piezo.channel))
+    phases = wave.watch(_CHANGES)
+    seen = {phase.sample for phase in phases}
+    missing = [str(sample) for sample in wave.samples if sample not in seen]
+    started = piezo.trial.must(
         not missing,
-        f"{piezo.text}: PZ_START_LUTOUTPUT was sent, and of the samples {samples[0]} and {samples[1]} "
-        f"{' and '.join(map(str, sorted(missing)))} never came out",
+        f"{piezo.text}: PZ_START_LUTOUTPUT was sent, and of the samples {wave.samples[0]} and "
+        f"{wave.samples[1]} {' and '.join(missing)} never came out",
     )
-    piezo.send(m.PzStopLutOutput(channel))
-    piezo.status()
-    after = [piezo.status() for _ in range(_LOOKS)]
-    volts = [status.voltage for status in after]
-    trial.must(
-        max(volts) - min(volts) <= near,
-        f"{piezo.text}: PZ_STOP_LUTOUTPUT was sent, and the output went on between {min(volts)} and "
-        f"{max(volts)}",
-        came=after[-1].heard.raw,
-    )
+    told = [phase for phase in phases if phase.sample]
+    if started:
+        count = len(told)
+        piezo.trial.must(
+            count >= _CHANGES,
+            f"{piezo.text}: a continuous waveform of two samples, each held for {_HOLD:g} s, changed "
+            f"{count} times in {_PATIENCE:g} s; it should go on until PZ_STOP_LUTOUTPUT",
+        )
+    if len(told) >= _CHANGES:
+        held = (told[-1].began - told[1].began) / (len(told) - 2)
+        piezo.trial.must(
+            abs(held - _HOLD) <= _HOLD * 0.3,
+            f"{piezo.text}: each sample of a waveform was put out for {held:.2f} s; with its delay it "
+            "should be "
+            f"{_HOLD:g} s",
+        )
+    piezo.send(m.PzStopLutOutput(piezo.channel))
+    wave.judge_still("PZ_STOP_LUTOUTPUT was sent")
+    return started
 
 
-def _load(piezo: Piezo, samples: tuple[int, int]) -> None:
-    """Load the samples, and how they are put out; both is put back as far as it can be asked for."""
-    trial, channel = piezo.trial, piezo.channel
+def _fixed(wave: _Waveform) -> None:
+    """Put the waveform out once, with rests before and behind."""
+    piezo = wave.piezo
+    _set(piezo, LutOutputMode.of(outputlut_fixed=True), _REST)
+    piezo.send(m.PzStartLutOutput(piezo.channel))
+    phases = wave.watch(len(wave.samples))
+    told = [phase for phase in phases if phase.sample]
+    order = [phase.sample for phase in told]
+    if not piezo.trial.must(
+        order == list(wave.samples),
+        f"{piezo.text}: one cycle of the samples {wave.samples[0]} and {wave.samples[1]} was to be put out, "
+        f"and there came {', '.join(map(str, order)) or 'neither'}",
+    ):
+        return
+    due = _REST + _HOLD
+    lasted = told[1].began - told[0].began
+    piezo.trial.must(
+        abs(lasted - due) <= _OFF,
+        f"{piezo.text}: the first sample of a cycle was put out for {lasted:.1f} s; a rest of "
+        f"{_REST:g} s and a sample of {_HOLD:g} s make {due:g} s",
+    )
+    piezo.trial.line.listen(due + _OFF)
+    wave.judge_still("one cycle of a waveform")
+
+
+def _load(wave: _Waveform) -> None:
+    """Load the samples; what they are put out by is put back, and they as far as they can be asked for."""
+    piezo, trial = wave.piezo, wave.piezo.trial
     sets = {one.set: one for one in parameter_sets(trial.declared, piezo.place)}
     for name in ("PZ_SET_OUTPUTLUTPARAMS", "PZ_SET_OUTPUTLUT"):
-        spot = Spot(piezo.place, channel, sets[name])
+        spot = Spot(piezo.place, piezo.channel, sets[name])
         before = spot.read(trial)
         trial.undo(f"{name} at {spot.text}", partial(spot.put_back, trial, before))
     if "PZ_SET_LUTVALUETYPE" in piezo.place.messages:
         piezo.send(m.PzSetLutValueType(LutValueType.VOLTAGE))
-    for index, sample in enumerate(samples):
-        piezo.send(m.PzSetOutputLut(channel, index, sample))
+    for index, sample in enumerate(wave.samples):
+        piezo.send(m.PzSetOutputLut(piezo.channel, index, sample))
+
+
+def _set(piezo: Piezo, mode: int, rest: float = 0.0) -> None:
+    """Set how the waveform is put out; the check ends where that is not taken."""
+    interval = _interval(piezo)
     parameters = m.PzSetOutputLutParams(
-        chan_ident=channel,
-        mode=LutOutputMode.of(outputlut_continuous=True),
-        cycle_length=len(samples),
+        chan_ident=piezo.channel,
+        mode=mode,
+        cycle_length=2,
         num_cycles=1,
-        delay_time=max(1, round(_HOLD * 1000 / _interval(piezo))),
-        pre_cycle_rest=0,
-        post_cycle_rest=0,
+        delay_time=max(1, round(_HOLD * 1000 / interval)),
+        pre_cycle_rest=round(rest * 1000 / interval),
+        post_cycle_rest=round(rest * 1000 / interval),
         op_trig_start=0,
         op_trig_width=1,
         trig_repeat_cycle=0,
     )
     piezo.send(parameters)
-    now = piezo.ask(m.PzReqOutputLutParams(channel))
-    trial.need(
+    now = piezo.ask(m.PzReqOutputLutParams(piezo.channel))
+    piezo.trial.need(
         now.values() == parameters.values(),
-        f"{piezo.text}: PZ_SET_OUTPUTLUTPARAMS was sent, and PZ_GET_OUTPUTLUTPARAMS then said {now!r}; "
-        "so nothing "
-        "was put out",
+        f"{piezo.text}: PZ_SET_OUTPUTLUTPARAMS was sent, and PZ_GET_OUTPUTLUTPARAMS then said {now!r}; so "
+        "nothing was put out",
     )
 
 
@@ -147,12 +250,11 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         title="A waveform of {} is put out from PZ_START_LUTOUTPUT to PZ_STOP_LUTOUTPUT",
         messages=_MESSAGES,
         run=_run,
-        does="loads two samples of the waveform table of each piezo, which nobody can read and put "
-        "back, and puts "
-        f"them out for a second, near to the present output and within {allowed.motion}",
+        does="loads two samples of the waveform table of each piezo, which nobody can read and put back, and "
+        f"puts them out for three seconds, near to the present output and within {allowed.motion}",
         settings=True,
         lacks=lambda place: lacks_unit(allowed, ("V", "mV"), "voltages"),
-        seconds=2.5,
+        seconds=5.0,
     )
 
 
@@ -164,6 +266,11 @@ KIND = Kind(
         "lut-partial",
         "lut-subset",
         "lut-continuous",
+        "lut-cycle-count-ignored",
+        "lut-fixed",
+        "lut-delay",
+        "lut-rests",
+        "lut-sampling-interval",
         "lut-waits-for-start",
         "lut-start",
         "lut-stop",

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from stagewire import FramedMessage
     from stagewire.devices.scales import Scales
     from stagewire_conformance.device.declared import Place
-    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.lines.heard import Heard
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["CLOSED", "FULL_SCALE", "OPEN", "Piezo", "PiezoStatus", "bits_are_printed"]
+__all__ = ["CLOSED", "FULL_SCALE", "HELD", "OPEN", "Piezo", "PiezoStatus", "bits_are_printed"]
 
 FULL_SCALE: Final = 32767
 """Counts of the maximum voltage, and of the whole travel (pages 96 and 97)."""
@@ -35,7 +35,7 @@ FULL_SCALE: Final = 32767
 OPEN: Final = (PositionControlMode.OPEN_LOOP, PositionControlMode.OPEN_LOOP_SMOOTH)
 CLOSED: Final = (PositionControlMode.CLOSED_LOOP, PositionControlMode.CLOSED_LOOP_SMOOTH)
 
-_HELD: Final = FULL_SCALE // 100
+HELD: Final = FULL_SCALE // 100
 """Counts by which an output may be seen beside what was set: one in a hundred of full scale."""
 _STEP: Final = FULL_SCALE // 20
 """Counts by which an output is changed at most."""
@@ -135,7 +135,7 @@ class Piezo:
         end = self.trial.line.now + within
         while True:
             status = self.status()
-            if abs(getattr(status, field) - wanted) <= _HELD or status.time >= end:
+            if abs(getattr(status, field) - wanted) <= HELD or status.time >= end:
                 return status
 
     def judge_seen(self, field: str, wanted: int, after: str) -> bool:
@@ -143,10 +143,9 @@ class Piezo:
         status = self.seen(field, wanted)
         value = getattr(status, field)
         return self.trial.must(
-            abs(value - wanted) <= _HELD,
+            abs(value - wanted) <= HELD,
             f"{self.text}: after {after} {status.heard.name} went on to say a {field} of {value}; it "
-            "should have "
-            f"come to {wanted}",
+            f"should have come to {wanted}",
             came=status.heard.raw,
         )
 

@@ -190,8 +190,7 @@ def _judge_mode(piezo: Piezo, mode: PositionControlMode) -> None:
     piezo.trial.must(
         now == mode,
         f"{piezo.text}: PZ_SET_POSCONTROLMODE wrote {int(mode)} ({mode.name}), and "
-        "PZ_GET_POSCONTROLMODE then "
-        f"said {now}",
+        f"PZ_GET_POSCONTROLMODE then said {now}",
     )
     status = piezo.status()
     if bits_are_printed(piezo.place):
@@ -226,8 +225,7 @@ def _make_position(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
         run=_position,
         does="closes the loop of each piezo, changes its position by less than 5 % within "
-        f"{allowed.motion}, and "
-        "goes back",
+        f"{allowed.motion}, and goes back",
         lacks=lambda place: lacks_unit(allowed, ("um", "mm", "nm", "m"), "positions"),
         seconds=2.0,
     )

@@ -101,8 +101,7 @@ def _make_state(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         messages=_BOTH,
         run=_state,
         does="switches the solenoid off, on for a moment in manual mode, and off again; whatever it "
-        "opens is open "
-        "then",
+        "opens is open then",
     )
 
 

@@ -74,8 +74,7 @@ def _zero(trial: Trial, place: Place, channel: int) -> None:
             trial.must(
                 False,
                 f"{piezo.text}: PZ_SET_ZERO was sent, and after {_PATIENCE:g} s {status.heard.name} "
-                "does not say "
-                "zeroed",
+                "does not say zeroed",
                 came=status.heard.raw,
             )
             return
@@ -84,8 +83,7 @@ def _zero(trial: Trial, place: Place, channel: int) -> None:
         trial.must(
             abs(value) <= _NEAR,
             f"{piezo.text} says that it has been zeroed, and {status.heard.name} a {what} of {value}; "
-            "it should "
-            "be 0",
+            "it should be 0",
             came=status.heard.raw,
         )
 

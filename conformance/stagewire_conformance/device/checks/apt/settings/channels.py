@@ -92,7 +92,8 @@ def _run(trial: Trial, apart: Sequence[Spot]) -> None:
         if why := why_not_now(trial, spot, care):
             trial.info(f"{spot.set.set} was not changed at {spot.text}: {why}")
             continue
-        variant = first_variant(spot.set, care, values, trial.random)
+        elsewhere = [each for other, each in now if other is not spot]
+        variant = first_variant(spot.set, care, values, trial.random, elsewhere)
         if variant is None:
             continue
         changed = True
@@ -100,12 +101,8 @@ def _run(trial: Trial, apart: Sequence[Spot]) -> None:
         spot.write(trial, {**values, field: value})
         now[index] = spot, spot.read(trial)
         for other, theirs in now[:index] + now[index + 1 :]:
-            _judge(
-                trial,
-                other,
-                theirs,
-                f"{field} = {value} was written with {spot.set.set} to {spot.text}",
-            )
+            after = f"{field} = {value} was written with {spot.set.set} to {spot.text}"
+            _judge(trial, other, theirs, after)
     if not changed:
         trial.inconclusive("there was nothing that could be changed without risk")
 

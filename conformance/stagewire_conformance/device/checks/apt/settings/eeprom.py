@@ -46,8 +46,7 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
             run=partial(_run, spot=spot, saving=saving, channel=channel),
             needs=frozenset({Need.EEPROM}),
             does=f"writes the present values of {spot.set.set} into the EEPROM of each channel, over "
-            "what was "
-            "saved there",
+            "what was saved there",
             seconds=0.5,
             skip=spot.place.why_not(saving),
         )

@@ -151,11 +151,16 @@ def _write(
 def _judge_refusals(
     trial: Trial, spot: Spot, care: Care, field: str, was: object, written: list[_Written]
 ) -> None:
-    """Say which values were not taken: one of several may have a reason, all of them have none."""
+    """Say which values were not taken.
+
+    One of several may have a reason, all of them have none; and each bit is there for itself.
+    """
     refused = [str(each.value) for each in written if not each.taken]
     if not refused:
         return
-    gently = care.doubtful or care.fields[field].advised or len(refused) < len(written)
+    varied = care.fields[field]
+    some = len(refused) < len(written) and varied.how is not How.BITS
+    gently = care.doubtful or varied.advised or some
     (trial.should if gently else trial.must)(
         False,
         f"{spot.text}: {spot.set.set} did not set {field}: {', '.join(refused)} was written, and "

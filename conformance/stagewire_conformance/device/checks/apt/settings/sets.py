@@ -13,7 +13,7 @@ from stagewire_conformance.registry import Json
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Place
-    from stagewire_conformance.device.heard import Heard
+    from stagewire_conformance.device.lines.heard import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["ParameterSet", "Spot", "Values", "parameter_sets", "spots"]

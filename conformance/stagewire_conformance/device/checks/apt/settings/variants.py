@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from random import Random
 from typing import Final
 
@@ -34,12 +34,16 @@ def variants(
 
 
 def first_variant(
-    one: ParameterSet, care: Care, present: Values, random: Random
+    one: ParameterSet, care: Care, present: Values, random: Random, others: Sequence[Values] = ()
 ) -> tuple[str, int] | None:
-    """Return one field and one value for it that differs; of a channel's own if there is one."""
+    """Return one field of a channel's own, and one value for it that differs from the present one.
+
+    :param others: the values elsewhere, from which it differs, too.
+    """
     for name, values in variants(one, care, present, random):
-        if not care.fields[name].common:
-            return name, values[0]
+        for value in values:
+            if not care.fields[name].common and all(each[name] != value for each in others):
+                return name, value
     return None
 
 

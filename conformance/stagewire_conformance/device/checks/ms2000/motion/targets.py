@@ -16,6 +16,9 @@ from stagewire_ms2000 import messages as m
 
 __all__ = ["KIND"]
 
+_SHORT: Final = 0.2
+"""Seconds of a move that only has to be long enough to be asked about."""
+
 
 def _there_and_back(mover: Mover) -> None:
     """Move to a target and back; the others stay where they are."""
@@ -61,6 +64,34 @@ def _turned_round(mover: Mover) -> None:
     judge_rest(mover, mover.start)
 
 
+def _status_byte(mover: Mover) -> None:
+    """Ask for the status byte alone, on the way and at the end."""
+    mover.ready()
+    goal = mover.goal(_SHORT)
+    far = abs(goal - mover.start)
+    mover.begin(m.WriteTargetPosition(goal))
+    mover.follow(
+        f"on its way to {goal}", far, until=lambda at: abs(at.position - mover.start) > far // 3
+    )
+    before, byte, after = mover.sample(), mover.status, mover.sample()
+    mover.trial.must(
+        not (before.status.motor_signal and after.status.motor_signal) or byte.motor_signal,
+        f"axis {mover.name} on its way from {before.position} to {after.position}: READ_STATUS_BYTE tells "
+        f"{int(byte):#04x}, without bit 0: it does not move; READ_MOTOR_POSITION_AND_STATUS tells "
+        f"{int(after.status):#04x}",
+        wanted=bytes((int(after.status),)),
+        came=bytes((int(byte),)),
+    )
+    mover.follow(f"on its way to {goal}", far)
+    judge_rest(mover, goal)
+    byte = mover.status
+    mover.trial.must(
+        not byte.motor_signal and not byte.ramping,
+        f"axis {mover.name} is not busy any more, and READ_STATUS_BYTE tells {int(byte):#04x}: it moves",
+        came=bytes((int(byte),)),
+    )
+
+
 def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
     yield from motion_checks(
         KIND.name,
@@ -77,6 +108,16 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         _turned_round,
         title="{axis} takes another target on its way",
         behind="turned-round",
+        seconds=1.0,
+    )
+    yield from motion_checks(
+        KIND.name,
+        declared,
+        allowed,
+        _status_byte,
+        title="{axis} says in its status byte that it moves while it does, and no longer",
+        messages=("READ_STATUS_BYTE",),
+        behind="status-byte",
         seconds=1.0,
     )
 

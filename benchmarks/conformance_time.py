@@ -1,0 +1,119 @@
+"""How long the suite for controllers takes in real time: every unit, with all that can be allowed.
+
+Each virtual controller is in memory and lives in real time. Each has a thread of its own, and all run side by
+side, since what a run takes is nearly all waiting. What counts is the time on the line, without that of the
+check that watches the rate of status messages for thirty seconds.
+
+    python benchmarks/conformance_time.py
+    python benchmarks/conformance_time.py BSC103 TPZ001
+"""
+
+from __future__ import annotations
+
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from urllib.parse import urlencode
+
+from stagewire.links import open_link
+from stagewire_conformance.device.declared import RACK, declare, known_units
+from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.report import Report
+from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.run import run
+
+AT_MOST = 60.0  # seconds
+APART = "updates/rate"  # takes thirty seconds for itself
+COUNTS = "0..100000counts"
+RIGHT = (Result.PASS, Result.INFO, Result.SKIP)
+
+
+@dataclass(frozen=True)
+class Stand:
+    """A unit, as a vendor would declare it.
+
+    :param options: of the virtual controller, for its URL.
+    """
+
+    pics: Pics
+    motion: str = COUNTS
+    options: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def url(self) -> str:
+        """Where the controller is."""
+        return f"virtual://{self.pics.unit}?{urlencode(self.options)}".rstrip("?")
+
+    def run(self) -> Report:
+        """Run the suite once."""
+        declared = declare(self.pics)
+        allowed = Permissions(settings=True, motion=Range.parse(self.motion), eeprom=True)
+        link = open_link(self.url)
+        try:
+            return run(link, plan(declared, allowed), declared, allowed, seed=1)
+        finally:
+            link.close()
+
+
+def staged(unit: str, stage: str, travel: str, motion: str, bays: int = 0) -> Stand:
+    """Return a unit with a stage on each channel."""
+    channels = tuple(
+        ChannelPics(bay=bay, stage=stage, travel=Range.parse(travel))
+        for bay in (range(1, bays + 1) if bays else (None,))
+    )
+    return Stand(Pics(unit=unit, channels=channels), motion, (("stage", stage),))
+
+
+def stands() -> dict[str, Stand]:
+    """Return every unit; a rack of modules is that of its modules."""
+    found = {unit: Stand(Pics(unit=unit)) for unit in known_units() if unit != RACK}
+    found["TDC001"] = staged("TDC001", "Z8", "0..12mm", "0..5mm")
+    for unit, bays in (("BBD101", 1), ("BBD102", 2), ("BBD103", 3)):
+        found[unit] = staged(unit, "MLS203", "0..110mm", "0..40mm", bays)
+    found["BSC103"] = Stand(
+        Pics(
+            unit="BSC103",
+            bays=tuple(BayPics(number=number) for number in (1, 2, 3)),
+            channels=tuple(ChannelPics(bay=bay, travel=Range.parse(COUNTS)) for bay in (1, 2, 3)),
+        ),
+        options=(("travel", "100000"),),
+    )
+    for unit in ("MS2000", "MFC2000"):
+        found[unit] = Stand(Pics(unit=unit), "-20..20mm")
+    return found
+
+
+def judge(name: str, report: Report) -> bool:
+    """Print what a run took, and return whether that is within the bound, and nothing was wrong."""
+    seconds = {outcome.check.id: outcome.seconds for outcome in report.outcomes}
+    took = sum(each for id, each in seconds.items() if id != APART)
+    wrong = [outcome.check.id for outcome in report.outcomes if outcome.result not in RIGHT]
+    longest = max(seconds.items(), key=lambda pair: pair[1] if pair[0] != APART else 0.0)
+    kept = took <= AT_MOST and not wrong and not report.unfinished
+    said = f"longest: {longest[0]}, {longest[1]:.1f} s"
+    if wrong or report.unfinished:
+        said = f"wrong: {', '.join(wrong[:3])} {report.unfinished}"
+    print(
+        f"{name:10} {len(seconds):4} checks  {took:5.1f} s  <= {AT_MOST:g} s  "
+        f"{'ok  ' if kept else 'OVER'}  {said}",
+        flush=True,
+    )
+    return kept
+
+
+def main(names: list[str]) -> bool:
+    """Run them all at once; return whether the bounds are kept."""
+    chosen = stands()
+    if unknown := sorted(set(names) - set(chosen)):
+        sys.exit(f"there is no unit {', '.join(unknown)} (there are: {', '.join(chosen)})")
+    chosen = {name: chosen[name] for name in names or chosen}
+    with ThreadPoolExecutor(len(chosen)) as pool:
+        runs = {name: pool.submit(stand.run) for name, stand in chosen.items()}
+        kept = [judge(name, each.result()) for name, each in runs.items()]
+    return all(kept)
+
+
+if __name__ == "__main__":
+    sys.exit(0 if main(sys.argv[1:]) else 1)

@@ -1,0 +1,44 @@
+"""Checks that only ask, or send what means nothing.
+
+One sends settings that are cut short, and needs leave to change settings: whether they were taken shows then.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.reading import (
+    answers,
+    bays,
+    bursts,
+    damage,
+    frames,
+    identification,
+    identify,
+    keep_alive,
+    odd_frames,
+    quiet,
+    status,
+    timing,
+    updates,
+)
+
+__all__ = ["KINDS"]
+
+KINDS: Final[tuple[Kind, ...]] = (
+    quiet.KIND,
+    identification.KIND,
+    bays.KIND,
+    frames.KIND,
+    answers.KIND,
+    status.KIND,
+    identify.KIND,
+    bursts.KIND,
+    timing.KIND,
+    *odd_frames.KINDS,
+    *damage.KINDS,
+    updates.KIND,
+    keep_alive.KIND,
+)
+"""In the order in which they are run."""

@@ -1,0 +1,147 @@
+"""Whether a status agrees with what else a controller says of the same channel.
+
+Things are read one after the other, so that what lives, such as a loop that holds its position within a
+count or two, may differ for a moment. So each look is repeated before a difference counts, and what changes
+while it is looked at is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from stagewire_conformance.device.checks.apt.reading.channel_status import ChannelStatus
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["CLOSED_LOOP", "ENABLED", "POSITION", "Difference", "Look", "agreements", "enabling"]
+
+POSITION: Final = "MOT_GET_POSCOUNTER"
+ENABLED: Final = "MOD_GET_CHANENABLESTATE"
+CLOSED_LOOP: Final = "PZ_GET_POSCONTROLMODE"
+
+
+_DITHER: Final = 10
+"""Counts by which a position may differ from one that does not stand still."""
+
+
+class Difference(NamedTuple):
+    """Two things that do not agree.
+
+    :param text: a sentence.
+    :param came: the bytes that it is about.
+    """
+
+    text: str
+    came: bytes
+
+
+Look = Callable[["Trial", ChannelStatus], Difference | None]
+"""Looks once whether two things agree."""
+
+
+def agreements(channel: ChannelStatus) -> list[Look]:
+    """Return the looks that apply to a channel."""
+    has_position = "position" in channel.fields
+    applies: dict[Look, bool] = {
+        _position: channel.claims(POSITION) and has_position,
+        _bits_alone: channel.bits_alone is not None,
+        _by_itself: channel.query is not None and not channel.stream.skip,
+        _enabled: channel.claims(ENABLED) and "channel_enabled" in channel.masks,
+        _closed_loop: channel.claims(CLOSED_LOOP) and "closed_loop" in channel.masks,
+    }
+    return [look for look, does in applies.items() if does]
+
+
+def _position(trial: Trial, channel: ChannelStatus) -> Difference | None:
+    before = channel.ask(trial, POSITION)
+    status = channel.get(trial)
+    return _other_position(before, status, channel.ask(trial, POSITION))
+
+
+def _bits_alone(trial: Trial, channel: ChannelStatus) -> Difference | None:
+    assert channel.bits_alone is not None  # else it does not apply
+    before = channel.get(trial)
+    alone = channel.ask(trial, channel.bits_alone)
+    return _other_bits(channel, before, alone, channel.get(trial))
+
+
+def _by_itself(trial: Trial, channel: ChannelStatus) -> Difference | None:
+    """Compare the status that comes by itself with the one that is asked for."""
+    before = channel.get(trial)
+    told = channel.next(trial)
+    after = channel.get(trial)
+    different = _other_position(before, told, after) if "position" in channel.fields else None
+    return different or _other_bits(channel, before, told, after)
+
+
+def _other_position(before: Heard, told: Heard, after: Heard) -> Difference | None:
+    """Compare a count with the one that was told before and after it; one that lives need not be the same."""
+    low, high = sorted((before.message.position, after.message.position))
+    position = told.message.position
+    margin = 3 * (high - low) + _DITHER if high > low else 0
+    if low - margin <= position <= high + margin:
+        return None
+    as_well = f"{low}" if low == high else f"{low} to {high}"
+    return Difference(
+        f"{_which(told, after)} has the position {position}, {after.name} has {as_well} as its answer; they "
+        "are the same count",
+        told.raw,
+    )
+
+
+def _other_bits(
+    channel: ChannelStatus, before: Heard, told: Heard, after: Heard
+) -> Difference | None:
+    bits, due = told.message.status_bits, after.message.status_bits
+    differing = (bits ^ due) & ~(before.message.status_bits ^ due)
+    names = [name for name, mask in channel.masks.items() if differing & mask]
+    if not names:
+        return None
+    return Difference(
+        f"{_which(told, after)} has the status bits {bits:#010x}, {after.name} has {due:#010x} as its "
+        f"answer; they are the same bits, and differ in {', '.join(names)}",
+        told.raw,
+    )
+
+
+def _which(told: Heard, other: Heard) -> str:
+    return f"{told.name} that came by itself" if told.name == other.name else told.name
+
+
+def _enabled(trial: Trial, channel: ChannelStatus) -> Difference | None:
+    state = channel.ask(trial, ENABLED)
+    said: int = state.message.enable_state
+    return _bit(
+        trial, channel, "channel_enabled", said == enabling(trial), f"{state.name} has {said}"
+    )
+
+
+def _closed_loop(trial: Trial, channel: ChannelStatus) -> Difference | None:
+    mode = channel.ask(trial, CLOSED_LOOP)
+    said: int = mode.message.mode
+    modes = trial.declared.registry.fields(CLOSED_LOOP, "header")["mode"]["enum"]
+    closed = {value for name, value in modes.items() if name.startswith("CLOSED")}
+    return _bit(trial, channel, "closed_loop", said in closed, f"{mode.name} has {said}")
+
+
+def _bit(
+    trial: Trial, channel: ChannelStatus, bit: str, due: bool, reason: str
+) -> Difference | None:
+    status = channel.get(trial)
+    bits, mask = status.message.status_bits, channel.masks[bit]
+    if bool(bits & mask) == due:
+        return None
+    return Difference(
+        f"{status.name} has the status bits {bits:#010x}; {bit} ({mask:#010x}) should be "
+        f"{'set' if due else '0'} in them, since {reason}",
+        status.raw,
+    )
+
+
+def enabling(trial: Trial) -> int:
+    """Return the enable state that stands for enabled."""
+    states = trial.declared.registry.fields(ENABLED, "header")["enable_state"]["enum"]
+    return int(states["ENABLE"])

@@ -1,0 +1,141 @@
+"""Whether a rack knows its bays, and nothing answers from an empty one (pages 9, 10 and 23)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.clean import identity_of
+from stagewire_conformance.device.checks.apt.replies import judge_message
+from stagewire_conformance.device.checks.apt.wording import described, raw_of
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["KIND"]
+
+_ASK: Final = "RACK_REQ_BAYUSED"
+_ANSWER: Final = "RACK_GET_BAYUSED"
+_WAIT: Final = 0.3
+"""Seconds in which a motherboard says whether a bay is used."""
+
+_SILENCE: Final = 0.1
+"""Seconds in which an empty bay would have answered."""
+
+
+def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for place in declared.places:
+        if not place.is_motherboard:
+            continue
+        if _ASK in place.listed:
+            yield Check(
+                id="bays/used",
+                title="The motherboard says of each bay whether it is occupied, as it is declared",
+                messages=(_ASK, _ANSWER),
+                run=partial(_ask_used, place),
+                skip=place.why_not(_ASK) or place.why_not(_ANSWER),
+                seconds=1.0,
+            )
+        if declared.unit.kind == "rack":  # what else is in the rack of a module is not declared
+            yield Check(
+                id="bays/empty",
+                title="Nothing answers from an empty bay",
+                messages=identity_of(declared),
+                run=_ask_empty,
+                seconds=1.5,
+            )
+
+
+def _ask_used(board: Place, trial: Trial) -> None:
+    """Ask of every bay that can be named; one that the rack does not have may be met with silence."""
+    declared = trial.declared
+    states = {ident: state for ident in _idents(declared) if (state := _state(trial, board, ident))}
+    occupied = {place.bay - 1 for place in declared.places if place.bay is not None}
+    table = declared.registry.fields(_ANSWER, "header")["bay_state"]["enum"]
+    if _counts_from_one(states, occupied, table["OCCUPIED"]):
+        trial.should(
+            False,
+            f"the first bay is named 1 in {_ANSWER}, as the table of page 23 prints it; the example of that "
+            "page has 0 for it",
+        )
+        return
+    whole = declared.unit.kind == "rack"
+    for ident in range(len(declared.unit.bays)) if whole else sorted(occupied):
+        trial.must(ident in states, f"{_ASK} of bay ident {ident} was not answered")
+    for ident, state in states.items():
+        due = table["OCCUPIED" if ident in occupied else "EMPTY"]
+        if state in table.values() and (whole or ident in occupied):
+            trial.must(
+                state == due,
+                f"{_ANSWER} has the state {state} for bay ident {ident}; the PICS declares that bay "
+                f"{'occupied' if ident in occupied else 'empty'}, which is {due}",
+            )
+
+
+def _state(trial: Trial, board: Place, ident: int) -> int | None:
+    """Return what the motherboard says of a bay; None where it says nothing."""
+    request = trial.declared.make(_ASK, bay_ident=ident)
+    heard = trial.line.ask_all(request, board.address, wait=_WAIT)
+    replies = [each for each in heard if each.name == _ANSWER]
+    trial.must(
+        len(replies) <= 1 and len(heard) == len(replies),
+        f"{_ASK} of bay ident {ident} was answered with {described(trial, heard)}; one {_ANSWER} should "
+        "have come",
+        came=raw_of(heard),
+    )
+    if not replies:
+        return None
+    reply = replies[0]
+    judge_message(trial, board, None, reply)
+    trial.must(
+        reply.message.bay_ident == ident,
+        f"{_ANSWER} is about bay ident {reply.message.bay_ident}; {ident} was asked for",
+        came=reply.raw,
+    )
+    state: int = reply.message.bay_state
+    return state
+
+
+def _idents(declared: Declared) -> list[int]:
+    return sorted(declared.registry.fields(_ASK, "header")["bay_ident"]["enum"].values())
+
+
+def _counts_from_one(states: Mapping[int, int], occupied: set[int], state: int) -> bool:
+    said = {ident for ident, each in states.items() if each == state}
+    return bool(said) and said == {ident + 1 for ident in occupied}
+
+
+def _ask_empty(trial: Trial) -> None:
+    declared = trial.declared
+    (name, *_) = identity_of(declared)
+    bays = declared.registry.data["addresses"]["bays"]
+    for address in range(bays["first"], bays["last"] + 1):
+        if declared.place_at(address) is not None:
+            continue
+        came = trial.line.ask_all(declared.request(name), address, wait=_SILENCE, after=0)
+        trial.must(
+            not came,
+            f"{name} to {address:#04x}, a bay that is declared empty, was answered with "
+            f"{described(trial, came)}; nothing should answer",
+            came=raw_of(came),
+        )
+
+
+KIND = Kind(
+    name="bays",
+    title="The rack knows its bays, and nothing answers from an empty one",
+    rules=(
+        "bay-used",
+        "bay-idents",
+        "bay-states",
+        "one-line-for-bays",
+        "motherboard-address",
+        "slot-addressed-by-destination",
+        "address-values",
+    ),
+    make=_checks,
+)

@@ -1,0 +1,101 @@
+"""What is no frame: one that is cut short, and bytes that never were any; afterwards all is well again.
+
+The document does not say how soon a controller has to find out. So a second of silence is left after what was
+damaged, and what comes then has to be answered at last; at once is what it should be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from stagewire.header import HEADER_SIZE
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.clean import clean, clean_request, unheeded
+from stagewire_conformance.device.checks.apt.reading.harmless import harmless_bytes, unknown_frame
+from stagewire_conformance.device.checks.apt.reading.making import checks_of
+from stagewire_conformance.device.checks.apt.requests import Request
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["KINDS"]
+
+_SILENCE: Final = 1.1
+"""Seconds after something damaged in which a controller gives up waiting for the rest."""
+
+_TRIES: Final = 6
+"""Requests after which one has to be answered, even if a controller takes them for the rest of a packet."""
+
+_PACKET: Final = 24
+
+_Damage = Callable[["Trial", Request], tuple[bytes, str]]
+"""Makes what is sent instead of a request, and says what it is."""
+
+
+def _checks(
+    kind: str, damages: Mapping[str, tuple[_Damage, str]], declared: Declared, allowed: Permissions
+) -> Iterator[Check]:
+    """Give a check for each way to damage what is sent; all go where the first request goes."""
+    return checks_of(kind, damages, _run, declared, seconds=_SILENCE + 0.1)
+
+
+def _run(damage: _Damage, trial: Trial) -> None:
+    request = clean_request(trial.declared)
+    assert request is not None  # else there is no check
+    raw, about = damage(trial, request)
+    with trial.line.silent():  # a sign of life would be taken for the rest
+        unheeded(trial, raw, about, _SILENCE)
+        clean(trial, f"after {about}", request.place, tries=_TRIES)
+
+
+def _part_of_header(trial: Trial, request: Request) -> tuple[bytes, str]:
+    raw = request.message.pack(request.place.address, trial.declared.framed.host)
+    count = trial.random.randrange(1, HEADER_SIZE)
+    return raw[:count], f"{count} of the {HEADER_SIZE} bytes of {request.name}"
+
+
+def _part_of_packet(trial: Trial, request: Request) -> tuple[bytes, str]:
+    """Cut a frame that nothing can be made of, whatever comes as its rest."""
+    packet = harmless_bytes(trial.declared, trial.random, _PACKET)
+    raw = unknown_frame(trial.declared, trial.random, request.place.address, packet)
+    missing = trial.random.randrange(1, _PACKET)
+    return raw[:-missing], f"a frame whose packet lacks {missing} of {_PACKET} bytes"
+
+
+def _garbage(trial: Trial, request: Request, counts: range) -> tuple[bytes, str]:
+    count = trial.random.choice(counts)
+    return harmless_bytes(trial.declared, trial.random, count), f"{count} bytes of garbage"
+
+
+KINDS: Final = (
+    Kind(
+        name="truncated",
+        title="After a frame that was cut short, a clean request is answered",
+        rules=("header-six-bytes", "data-length-bytes", "request-answered"),
+        make=partial(
+            _checks,
+            "truncated",
+            {
+                "header": (_part_of_header, "A clean request is answered after a part of a header"),
+                "packet": (_part_of_packet, "A clean request is answered after a part of a packet"),
+            },
+        ),
+    ),
+    Kind(
+        name="garbage",
+        title="After bytes that are no frame, a clean request is answered",
+        rules=("header-six-bytes", "request-answered"),
+        make=partial(
+            _checks,
+            "garbage",
+            {
+                "one": (partial(_garbage, counts=range(1, 2)), "A stray byte does no harm"),
+                "many": (partial(_garbage, counts=range(7, 90)), "Many stray bytes do no harm"),
+            },
+        ),
+    ),
+)

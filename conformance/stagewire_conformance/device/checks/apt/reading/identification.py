@@ -1,0 +1,146 @@
+"""Whether a controller says what it is (pages 7, 21 and 22)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.clean import identity_of
+from stagewire_conformance.device.checks.apt.replies import ask_all, judge_answer, with_value
+from stagewire_conformance.device.checks.apt.requests import Request, requests_of
+from stagewire_conformance.device.checks.apt.values import is_readable
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["KIND"]
+
+_DIGITS: Final = 8
+"""Digits of a serial number; the first two are the prefix (pages 7 and 22)."""
+
+_MOTHERBOARD: Final = "MULTI_CHANNEL_MOTHERBOARD"
+"""The hardware type of a motherboard (page 22)."""
+
+
+def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for place in declared.places:
+        for request in requests_of(declared, place):
+            if request.name in identity_of(declared):
+                yield Check(
+                    id=f"identification/{place.name}",
+                    title=f"{place.name} says what it is, twice the same",
+                    messages=request.messages,
+                    run=partial(_identify, request),
+                    skip=request.skip,
+                )
+
+
+def _identify(request: Request, trial: Trial) -> None:
+    address = request.place.address
+    first = judge_answer(trial, request, ask_all(trial, request))
+    if first is None:
+        return
+    _judge_serial_number(trial, request.place, first)
+    _judge_texts(trial, first)
+    _judge_hardware(trial, request.place, first)
+    again: Heard = trial.reply(request.message, address)
+    trial.must(
+        again.message == first.message,
+        f"{request.about} was answered in two ways, one after the other; it is the same unit",
+        wanted=first.raw,
+        came=again.raw,
+    )
+
+
+def _judge_serial_number(trial: Trial, place: Place, heard: Heard) -> None:
+    """Eight digits; nine are known of newer units than the document has."""
+    number = heard.message.serial_number
+    digits = str(number)
+    if not trial.must(
+        number > 0 and len(digits) in (_DIGITS, _DIGITS + 1),
+        f"{heard.name}: the serial number is {number}; it should have {_DIGITS} digits, the first two of "
+        "which tell the type of the controller",
+        came=heard.raw,
+    ):
+        return
+    trial.should(
+        len(digits) == _DIGITS,
+        f"{heard.name}: the serial number {number} has {len(digits)} digits; the document has {_DIGITS}",
+        came=heard.raw,
+    )
+    unit = place.unit
+    prefix = unit.card_usb_prefix if place.bay else unit.usb_prefix
+    if prefix is not None and len(digits) == _DIGITS:
+        trial.should(
+            digits.startswith(str(prefix)),
+            f"{heard.name}: the serial number {number} begins with {digits[:2]}; that of a {unit.name} "
+            f"{'card ' if place.bay else ''}should begin with {prefix}",
+            came=heard.raw,
+        )
+
+
+def _judge_texts(trial: Trial, heard: Heard) -> None:
+    """Texts can be read as far as they go; what is behind their end is no part of them."""
+    model, notes = heard.message.model_number, heard.message.notes
+    trial.must(
+        is_readable(model) and bool(model.partition("\0")[0].strip()),
+        f"{heard.name}: the model number is {model!r}; it should be letters and digits",
+        came=heard.raw,
+    )
+    trial.must(
+        is_readable(notes),
+        f"{heard.name}: the notes are {notes!r}; they should be text",
+        came=heard.raw,
+    )
+
+
+def _judge_hardware(trial: Trial, place: Place, heard: Heard) -> None:
+    message = heard.message
+    fields = trial.declared.registry.fields(heard.name, message.layout.form)
+    motherboard = fields["type"]["enum"][_MOTHERBOARD]
+    trial.must(
+        (message.type == motherboard) == place.is_motherboard,
+        f"{heard.name}: the hardware type is {message.type}; {motherboard} is a motherboard, and "
+        f"{place.name} is {'one' if place.is_motherboard else 'none'}",
+        came=heard.raw,
+    )
+    version = message.software_version
+    trial.should(
+        version[-1] == 0,
+        f"{heard.name}: the last byte of the software version is {version[-1]:#04x}; it is unused, "
+        "and should be 0",
+        came=heard.raw,
+    )
+    if not place.is_motherboard:  # what a motherboard counts is not said
+        channels = len(place.channels)
+        trial.must(
+            message.nchs == channels,
+            f"{heard.name}: it has {message.nchs} channels; {place.unit.name} "
+            f"{f'in bay {place.bay} ' if place.bay else ''}should have {channels}",
+            wanted=with_value(heard, "nchs", channels),
+            came=heard.raw,
+        )
+
+
+KIND = Kind(
+    name="identification",
+    title="The controller says what it is",
+    rules=(
+        "info-answer",
+        "info-length",
+        "info-serial-number",
+        "info-model",
+        "info-type",
+        "info-version-unused",
+        "info-notes",
+        "info-channels",
+        "serial-number-eight-digits",
+        "serial-number-prefix",
+    ),
+    make=_checks,
+)

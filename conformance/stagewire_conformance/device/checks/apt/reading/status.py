@@ -1,0 +1,143 @@
+"""Whether the status of a channel is of the right kind, and agrees with what else the controller says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.reading.agreement import (
+    CLOSED_LOOP,
+    ENABLED,
+    POSITION,
+    Look,
+    agreements,
+)
+from stagewire_conformance.device.checks.apt.reading.channel_status import (
+    ChannelStatus,
+    statuses_of,
+)
+from stagewire_conformance.device.checks.apt.reading.rest import looks_at_rest
+from stagewire_conformance.device.checks.apt.replies import ask_all, judge_answer, judge_message
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["KIND"]
+
+_TRIES: Final = 4
+_EXCLUSIVE: Final = (
+    ("moving_forward", "moving_reverse"),
+    ("jogging_forward", "jogging_reverse"),
+    ("moving_forward", "settled"),
+    ("moving_reverse", "settled"),
+)
+"""Bits of which one excludes the other (pages 66, 77 and 79)."""
+
+_SWITCHES: Final = ("forward_hardware_limit", "reverse_hardware_limit")
+"""Switches at two ends, where no stage is at once."""
+
+
+def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    for channel in statuses_of(declared):
+        others = [name for name in (POSITION, ENABLED, CLOSED_LOOP) if channel.claims(name)]
+        if channel.bits_alone is not None:
+            others.append(channel.bits_alone)
+        compared = [name for answer in others for name in channel.requests[answer].messages]
+        name = channel.place.name
+        yield Check(
+            id=f"status/{name}/{channel.number}",
+            title=f"The status of channel {channel.number} at {name} agrees with what else it says",
+            messages=tuple(dict.fromkeys([*channel.messages, *channel.stream.messages, *compared])),
+            run=partial(_run, channel),
+            skip=channel.skip,
+            seconds=0.6,
+        )
+
+
+def _run(channel: ChannelStatus, trial: Trial) -> None:
+    status = _first(trial, channel)
+    if status is None:
+        return
+    _judge_contradictions(trial, channel, status)
+    for look in (*agreements(channel), *looks_at_rest(channel)):
+        _agree(trial, channel, look)
+
+
+def _first(trial: Trial, channel: ChannelStatus) -> Heard | None:
+    """Return the status, and say what is wrong with it alone: layout, addresses, channel."""
+    if channel.query is not None:
+        return judge_answer(trial, channel.query, ask_all(trial, channel.query))
+    status = channel.get(trial)
+    judge_message(trial, channel.place, channel.number, status)
+    return status
+
+
+def _judge_contradictions(trial: Trial, channel: ChannelStatus, status: Heard) -> None:
+    bits = status.message.status_bits
+    for pair in _EXCLUSIVE:
+        trial.must(
+            not all(bits & channel.masks.get(name, 0) for name in pair),
+            f"{status.name}: status bits {bits:#010x} say {' and '.join(pair)} at once",
+            came=status.raw,
+        )
+    trial.should(
+        not all(bits & channel.masks.get(name, 0) for name in _SWITCHES),
+        f"{status.name}: status bits {bits:#010x} say that both limit switches are active; no stage is at "
+        "both ends at once (where no stage is connected, leave it at that)",
+        came=status.raw,
+    )
+
+
+def _agree(trial: Trial, channel: ChannelStatus, look: Look) -> None:
+    """Look until two things agree; a difference that stays is a FAIL."""
+    found = None
+    for _ in range(_TRIES):
+        found = look(trial, channel)
+        if found is None:
+            return
+    assert found is not None
+    trial.must(False, f"{found.text} (seen {_TRIES} times in a row)", came=found.came)
+
+
+KIND = Kind(
+    name="status",
+    title="The status of a channel is whole, and agrees with what else the controller says",
+    rules=(
+        "updates-requestable",
+        "updates-content",
+        "status-updates-position",
+        "status-requested",
+        "status-answer",
+        "status-instead-of-updates",
+        "status-always-chan1",
+        "status-position",
+        "status-bits-meaning",
+        "status-bits-motion",
+        "status-bits-limits",
+        "dc-status-requested",
+        "dc-status-answer",
+        "dc-status-always-chan1",
+        "dc-status-position",
+        "dc-status-velocity",
+        "dc-status-bits",
+        "dc-status-bits-motion",
+        "dc-status-bits-limits",
+        "dc-status-bit-enabled",
+        "status-bits-alone",
+        "status-bits-same",
+        "at-rest-unchanged",
+        "settled-at-rest",
+        "position-counter-absolute",
+        "piezo-status-bits-meaning",
+        "piezo-update-content",
+        "piezo-update-always-chan1",
+        "piezo-update-voltage",
+        "piezo-update-position",
+    ),
+    make=_checks,
+)

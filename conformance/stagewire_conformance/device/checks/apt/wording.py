@@ -1,0 +1,104 @@
+"""What came, in words: for the sentences of findings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Final
+
+from stagewire.errors import CodecError, TrailingBytesError
+from stagewire.framed import FramedProtocol
+from stagewire.framing import Garbage
+from stagewire.header import DATA_FLAG, HEADER_SIZE
+from stagewire_conformance.device.lines.heard import Heard
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.trial import Trial
+
+__all__ = ["described", "joined", "raw_of"]
+
+_SHOWN: Final = 4
+"""Messages that a sentence names, at most."""
+
+
+def described(trial: Trial, heard: Iterable[Heard]) -> str:
+    """Return what came, in words, for a sentence: ``MOT_GET_VELPARAMS from 0x50 to 0x01, …``."""
+    every = joined(heard)
+    if not every:
+        return "nothing"
+    said = ", then ".join(_said(trial.declared, each) for each in every[:_SHOWN])
+    more = len(every) - _SHOWN
+    return f"{said}, and {more} more" if more > 0 else said
+
+
+def joined(heard: Iterable[Heard]) -> list[Heard]:
+    """Return what came with bytes that belong together in one piece, if they are no message."""
+    pieces: list[Heard] = []
+    for each in heard:
+        if pieces and pieces[-1].kind == each.kind == "garbage":
+            pieces[-1] = Heard(each.time, Garbage(pieces[-1].raw + each.raw))
+        else:
+            pieces.append(each)
+    return pieces
+
+
+def raw_of(heard: Iterable[Heard]) -> bytes | None:
+    """Return all bytes that came; None where none did."""
+    return b"".join(each.raw for each in heard) or None
+
+
+def _said(declared: Declared, heard: Heard) -> str:
+    addresses = f"from {heard.source:#04x} to {heard.dest:#04x}" if heard.kind != "garbage" else ""
+    match heard.kind:
+        case "message" | "undocumented":
+            channel = "" if heard.channel is None else f" for channel {heard.channel}"
+            return f"{heard.name}{channel} {addresses}"
+        case "unknown":
+            id = int.from_bytes(heard.raw[:2], "little")
+            return f"a message {addresses} with the id {id:#06x}, which no message has"
+        case "bad_length":
+            name, lengths = _of_id(declared, heard.raw)
+            length = len(heard.raw) - HEADER_SIZE
+            return (
+                f"{name} {addresses} with a packet of {length} bytes, which should have {lengths}"
+            )
+    return f"{heard.raw.hex(' ')}, which is no message ({_why_none(declared, heard.raw)})"
+
+
+def _of_id(declared: Declared, raw: bytes) -> tuple[str, str]:
+    """Return the name of the message that bytes have the id of, and the lengths that its packet has."""
+    id = int.from_bytes(raw[:2], "little")
+    entry = next(each for each in declared.registry.messages.values() if each["id"] == id)
+    lengths = sorted({layout["length"] for layout in entry["layouts"] if layout["length"]})
+    return entry["name"], " or ".join(map(str, lengths))
+
+
+def _why_none(declared: Declared, raw: bytes) -> str:
+    """Return why bytes are no message, by the frame that they begin with."""
+    protocol = declared.framed
+    has_packet = len(raw) >= HEADER_SIZE and bool(raw[4] & DATA_FLAG)
+    packet = int.from_bytes(raw[2:4], "little") if has_packet else 0
+    try:
+        frame = protocol.decode(raw[: HEADER_SIZE + packet])
+    except CodecError as error:
+        if len(raw) > HEADER_SIZE and not has_packet:
+            return _why_no_packet(protocol, raw) or str(error)
+        return str(error)
+    name = frame.message.layout.message
+    if declared.registry.messages[name]["direction"] == "to_controller":
+        return f"read as {name} it is what only a host sends"
+    return (
+        f"read as {name} it goes from {frame.source:#04x} to {frame.dest:#04x}: not from a controller to "
+        f"the host"
+    )
+
+
+def _why_no_packet(protocol: FramedProtocol, raw: bytes) -> str:
+    """Return what is wrong with a frame whose packet is not announced; empty where that is not it."""
+    try:
+        protocol.decode(raw)
+    except TrailingBytesError as error:
+        return str(error)
+    except CodecError:
+        pass
+    return ""

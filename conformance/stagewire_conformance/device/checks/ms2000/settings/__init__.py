@@ -1,0 +1,25 @@
+"""Checks that change settings, and put them back."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.ms2000.settings import (
+    formats,
+    joystick,
+    marks_in_data,
+    readback,
+    written_size,
+)
+
+__all__ = ["KINDS"]
+
+KINDS: Final[tuple[Kind, ...]] = (
+    formats.KIND,
+    readback.KIND,
+    written_size.KIND,
+    marks_in_data.KIND,
+    joystick.KIND,
+)
+"""In the order in which they are run."""

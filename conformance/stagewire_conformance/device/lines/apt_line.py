@@ -1,0 +1,287 @@
+"""A line to controllers whose messages have frames, as checks use it.
+
+What comes goes into an inbox, :attr:`AptLine.heard`, from which a question takes its answer and
+:meth:`AptLine.listen` everything, the oldest first. So nothing is lost that comes beside an answer, such as
+the end of a move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import Final
+
+from stagewire.framed import FramedProtocol
+from stagewire.framed_message import FramedMessage
+from stagewire.framing import End
+from stagewire.framing.events import FrameEvent
+from stagewire.links import Link
+from stagewire.session.matching import Matching
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.lines.apt_guard import AptGuard
+from stagewire_conformance.device.lines.contact import first_contact
+from stagewire_conformance.device.lines.heard import Heard, message_text
+from stagewire_conformance.device.lines.line import Line
+from stagewire_conformance.device.lines.moved import Moved
+from stagewire_conformance.device.permissions import Permissions
+
+__all__ = ["AptLine"]
+
+_SIGN_PERIOD: Final = 0.5
+"""Seconds between two signs of life; a controller wants one a second (page 80)."""
+
+_GIVEN_UP: Final = 0.1
+"""Seconds without a byte after which the rest of a frame is not waited for any more."""
+
+
+class AptLine(Line):
+    """Sends messages, hears what comes, and keeps a log of both.
+
+    :param link: open; it stays so.
+    :param declared: what is at its other end.
+    :param allowed: what may be sent; the rest is refused, see :class:`.AptGuard`.
+    """
+
+    def __init__(self, link: Link, declared: Declared, allowed: Permissions) -> None:
+        super().__init__(link, declared, allowed)
+        protocol = declared.protocol
+        assert isinstance(protocol, FramedProtocol)
+        self.heard: list[Heard] = []
+        """What came and nobody has taken yet."""
+        self._protocol = protocol
+        self._guard = AptGuard(declared, allowed)
+        self._matching = Matching(protocol)
+        self._moved = Moved(declared, self._matching)
+        self._framer = protocol.framer(End.HOST)
+        self._last = 0.0  # when something came
+        self._silent = 0
+        self._next_sign = 0.0
+        self._signs = [
+            (place.address, place.keep_alive())
+            for place in declared.places
+            if place.keep_alive is not None and declared.wants_signs
+        ]
+        for place in declared.places:
+            if place.status is not None:
+                self._framer.tell(place.address, status=place.status)
+        statuses = {place.status for place in declared.places} - {None}
+        if len(statuses) == 1:  # some answer as 0, or with the addresses the other way round
+            for address in (0, protocol.host):
+                self._framer.tell(address, status=str(*statuses))
+
+    # To the controller
+
+    def send(self, message: FramedMessage, dest: int, source: int | None = None) -> None:
+        """Send a message; nothing is awaited.
+
+        :param source: another address than that of the host.
+
+        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` for what was not allowed.
+        """
+        self._guard.check(message, dest)
+        self._sign_of_life()
+        self._moved.sends(message, dest, self._guard.effect(message.layout.message))
+        self._say(message, dest, source)
+
+    def send_bytes(self, raw: bytes, about: str = "") -> None:
+        """Send bytes that may be no message at all.
+
+        :param about: what they are, for the log.
+
+        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` if a message that was not allowed
+        is in them; :meth:`refusal` tells beforehand.
+        """
+        self._guard.check_bytes(raw)
+        self._sign_of_life()
+        self._write(raw, lambda: about)
+
+    def refusal(self, raw: bytes) -> str:
+        """Return why :meth:`send_bytes` would refuse bytes; empty if it would not."""
+        return self._guard.refusal(raw)
+
+    def _say(
+        self, message: FramedMessage, dest: int, source: int | None, *, keep_alive: bool = False
+    ) -> None:
+        source = self._protocol.host if source is None else source
+        raw = message.pack(dest, source)
+        self._write(raw, partial(_told, message, dest, source), keep_alive=keep_alive)
+
+    def _sign_of_life(self) -> None:
+        if self._signs and not self._silent and self.now >= self._next_sign:
+            self._next_sign = self.now + _SIGN_PERIOD
+            for address, sign in self._signs:
+                self._say(sign, address, None, keep_alive=True)
+
+    @contextmanager
+    def silent(self) -> Iterator[None]:
+        """Send no signs of life meanwhile."""
+        self._silent += 1
+        try:
+            yield
+        finally:
+            self._silent -= 1
+
+    # From the controller
+
+    def ask(self, request: FramedMessage, dest: int, wait: float = 1.0) -> Heard | None:
+        """Send a request and return its reply; None where none came within ``wait`` seconds.
+
+        A reply is a message that the registry names as the answer, that comes from the place that was asked,
+        or says no known address, and that repeats what the request says, such as the channel. What
+        else comes stays in :attr:`heard`.
+        """
+        answers = self._answers_to(request, dest)
+        self._wait_until(self.now)  # what has come already is no answer
+        at = len(self.heard)
+        self.send(request, dest)
+        end = self.now + wait
+        while True:
+            for index in range(at, len(self.heard)):
+                if answers(self.heard[index]):
+                    return self.heard.pop(index)
+            at = len(self.heard)
+            if self.now >= end:
+                return None
+            self._wait_until(end)
+
+    def ask_all(
+        self, request: FramedMessage, dest: int, wait: float = 1.0, after: float = 0.05
+    ) -> list[Heard]:
+        """Send a request and return all that came, up to ``after`` seconds behind its reply.
+
+        Whoever comes first ends the waiting: the reply as :meth:`ask` has it, or ``wait`` seconds.
+        """
+        answers = self._answers_to(request, dest)
+        self._wait_until(self.now)
+        at = seen = len(self.heard)
+        self.send(request, dest)
+        end = self.now + wait
+        answered = False
+        while self.now < end:
+            self._wait_until(end)
+            new = self.heard[seen:]
+            seen = len(self.heard)
+            if not answered and any(map(answers, new)):
+                answered = True
+                end = self.now + after
+        came = self.heard[at:]
+        del self.heard[at:]
+        return came
+
+    def listen(self, seconds: float, until: Callable[[Heard], bool] | None = None) -> list[Heard]:
+        """Return what has come and what comes within some seconds.
+
+        :param until: ends the waiting with the first thing for which it holds, which is the last one then.
+        """
+        end = self.now + seconds
+        at = 0
+        while True:
+            if until is not None:
+                for index in range(at, len(self.heard)):
+                    if until(self.heard[index]):
+                        return self._take(index + 1)
+            at = len(self.heard)
+            if self.now >= end:
+                return self._take(at)
+            self._wait_until(end)
+
+    def drain(self, quiet: float = 0.05, limit: float = 1.0) -> list[Heard]:
+        """Wait until nothing comes for ``quiet`` seconds, and return all that has come.
+
+        :param limit: seconds after which a controller that goes on and on is waited for no longer.
+        """
+        end = self.now + limit
+        while self.now < end:
+            before = len(self.heard)
+            self._wait_until(min(end, self.now + quiet), whole=True)
+            if len(self.heard) == before and not self._framer.pending:
+                break
+        return self._take(len(self.heard))
+
+    def _take(self, count: int) -> list[Heard]:
+        taken = self.heard[:count]
+        del self.heard[:count]
+        return taken
+
+    def _wait_until(self, end: float, *, whole: bool = False) -> None:
+        """Read once, until something comes or it is time for something.
+
+        :param whole: go on until something has come, or the time is over.
+        """
+        while True:
+            self._sign_of_life()
+            due = end
+            if self._signs and not self._silent:
+                due = min(due, self._next_sign)
+            if self._framer.pending:
+                due = min(due, self._last + _GIVEN_UP)
+            data = self._read(due - self.now)
+            now = self.now
+            if data:
+                self._last = now
+                events = self._framer.feed(data)
+            elif self._framer.pending and now >= self._last + _GIVEN_UP:
+                events = self._framer.abandon()
+            else:
+                events = []
+            for event in events:
+                self._take_in(Heard(now, event))
+            if data or not whole or now >= end:
+                return
+
+    def _take_in(self, heard: Heard) -> None:
+        self.heard.append(heard)
+        self._record(heard.raw, lambda: heard.text)
+        if heard.kind == "message":
+            self._moved.hears(heard.message, heard.raw)
+
+    def _answers_to(self, request: FramedMessage, dest: int) -> Callable[[Heard], bool]:
+        entry = self.declared.registry.messages[request.layout.message]
+        names = entry["exchange"].get("answered_by", ())
+        classes = tuple(cls for cls in self._protocol.messages if cls.layout.message in names)
+        assert classes  # what is asked has an answer in the registry
+        ids = self._matching.ids_of(classes)
+        said = self._matching.selected(request, classes)
+
+        def answers(heard: Heard) -> bool:
+            event = heard.event
+            if not isinstance(event, FrameEvent) or event.id not in ids or heard.message is None:
+                return False
+            source = self._matching.source_of(event.raw)
+            if source is not None and source != dest:
+                return False
+            return all(getattr(heard.message, name, value) == value for name, value in said)
+
+        return answers
+
+    # What a run does with it
+
+    def contact(self) -> dict[str, int | str]:
+        """Ask the controller what it is; see :meth:`.Line.contact`."""
+        return first_contact(self)
+
+    def settle(self) -> list[str]:
+        """Read until nothing comes any more; see :meth:`.Line.settle`."""
+        return [heard.text for heard in self.drain()]
+
+    def halt(self) -> None:
+        """Stop whatever this check may have set in motion; see :meth:`.Line.halt`."""
+        self._stop(self._moved.all())
+
+    def rest(self) -> None:
+        """Stop what was left in motion; see :meth:`.Line.rest`."""
+        self._stop(self._moved.going_on())
+        self._moved.forget()
+
+    def _stop(self, stops: list[tuple[FramedMessage, int]]) -> None:
+        host = self._protocol.host
+        for message, dest in stops:
+            self._write_now(message.pack(dest, host), partial(_told, message, dest, host))
+
+    def leave(self) -> None:
+        """Do nothing: a controller is left as it was found."""
+
+
+def _told(message: FramedMessage, dest: int, source: int) -> str:
+    return f"{source:#04x}->{dest:#04x} {message_text(message)}"

@@ -1,0 +1,280 @@
+"""A line to a controller of commands without a frame, as checks use it.
+
+A reply has no frame, so that only what was asked says what it is: a request is sent, as many bytes as are due
+are awaited, and what comes shortly behind them belongs to no reply.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from stagewire.commands import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
+from stagewire.errors import CodecError
+from stagewire.links import Link
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.errors import NothingAnswersError
+from stagewire_conformance.device.lines.command_guard import CommandGuard
+from stagewire_conformance.device.lines.line import Line
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_ms2000 import messages as m
+
+__all__ = ["QUIET", "CommandLine"]
+
+QUIET: Final = 0.05
+"""Seconds of silence after which nothing more is taken to come."""
+
+_LIMIT: Final = 1.0
+"""Seconds in which a controller that talks on and on is listened to, at most."""
+_SOON: Final = 0.3
+"""Seconds in which a controller that is well answers a request."""
+_MOTOR: Final = b"EMOT"
+"""What an axis says that it is (section 7)."""
+_UNASKED: Final = "nobody asked for it"
+
+
+class CommandLine(Line):
+    """Sends commands, and hears replies.
+
+    Bytes that are no command leave open where a controller begins to read, and so may a command in another
+    form than the document prints. After them nothing is sent but requests, until :meth:`settle` has brought
+    both sides into step again.
+
+    :param link: open; it stays so.
+    :param declared: what is at its other end.
+    :param allowed: what may be sent beside requests; the rest is refused, see :class:`.CommandGuard`.
+    """
+
+    def __init__(self, link: Link, declared: Declared, allowed: Permissions) -> None:
+        super().__init__(link, declared, allowed)
+        protocol = declared.protocol
+        assert isinstance(protocol, CommandProtocol)
+        self._end = bytes((protocol.marks.terminator,))
+        self._guard = CommandGuard(protocol, declared, allowed)
+        self._waiting = b""  # what came and was not looked at
+        self._in_step = True
+        self._found_in_text = False
+        self._stirred = self.now  # when something was sent or came last
+        self.unasked = b""
+        """What came while nothing was asked, since the line was last settled."""
+        self.moving: set[int] = set()
+        """Axes that may move because of what was sent; who was told that one rests takes it out."""
+        # and those that say that they rest, since the line was settled
+        self._moved: set[int] = set()
+        self.stopped: set[int] = set()
+        """Axes that were stopped, and are disabled until they are started again (section 16)."""
+
+    # To the controller
+
+    def send(
+        self,
+        command: Command | SetupCommand,
+        axis: int | None = None,
+        *,
+        sized: bool | None = None,
+        extra: bytes = b"",
+    ) -> None:
+        """Send a command; nothing is awaited.
+
+        :param axis: its identifier; None for a setup command.
+        :param sized: whether the size slot is there; None: as the document prints the command.
+        :param extra: bytes between its data and the colon, which a controller ignores.
+
+        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` for what was not allowed.
+        """
+        frame = CommandFrame(command, axis, extra, sized)
+        raw = frame.encode(allow_dummy=True)  # which the guard refuses
+        self._guard.check(frame, raw, self._in_step)
+        if axis is not None and self._guard.moves(frame):
+            self.moving.add(axis)
+            self._moved.add(axis)
+        if isinstance(command, m.StopMotor):
+            self.stopped.add(frame.axis or 0)
+        elif isinstance(command, m.StartMotor):
+            self.stopped.discard(frame.axis or 0)
+        if frame.extra or frame.form != "request":
+            self._in_step = False  # a controller may read it otherwise than it is meant
+        self._write(raw, frame.__repr__)
+        self._stirred = self.now
+
+    def send_bytes(self, raw: bytes, about: str = "") -> None:
+        """Send bytes that may be no command at all.
+
+        :param about: what they are, for the log.
+
+        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` if any part of them could be a
+        command that does more than was allowed.
+        """
+        self._guard.check_bytes(raw)
+        self._in_step = False
+        self._write(raw, lambda: about)
+        self._stirred = self.now
+
+    # From the controller
+
+    def ask(
+        self,
+        command: Command,
+        axis: int,
+        wait: float = 1.0,
+        *,
+        sized: bool | None = None,
+        extra: bytes = b"",
+        quiet: float = QUIET,
+    ) -> bytes:
+        """Send a request and return exactly what came: the bytes that are due, and what came behind them.
+
+        Whoever gets more or fewer bytes than the reply has, has not got the reply.
+
+        :param wait: seconds in which the reply has to be there.
+        :param quiet: seconds without a byte behind the reply that are waited for; with 0 what comes late
+            is found among :attr:`unasked`.
+        """
+        self._fill(0)
+        self.unasked += self._out(len(self._waiting), _UNASKED)
+        self.send(command, axis, sized=sized, extra=extra)
+        return self.hear(command, wait, quiet)
+
+    def hear(self, command: Command, wait: float = 1.0, quiet: float = QUIET) -> bytes:
+        """Return what comes as the reply to a command that was sent, and behind it, as :meth:`ask` does."""
+        reply = command.reply
+        assert reply is not None  # what is asked has an answer
+        return self.collect(reply.layout.length, wait, quiet, lambda raw: _told(raw, reply))
+
+    def collect(
+        self,
+        size: int,
+        wait: float = 1.0,
+        quiet: float = QUIET,
+        about: str | Callable[[bytes], str] = "",
+    ) -> bytes:
+        """Return ``size`` bytes that come within ``wait`` seconds, or fewer, and all that comes behind them.
+
+        :param about: what they say, for the log.
+        """
+        end = self.now + wait
+        while len(self._waiting) < size and (left := end - self.now) > 0:
+            self._fill(left)
+        return self._out(size, about) + self._until_quiet(quiet, "it belongs to no reply")
+
+    def listen(self, seconds: float) -> bytes:
+        """Return all that comes within some seconds."""
+        end = self.now + seconds
+        while (left := end - self.now) > 0:
+            self._fill(left)
+        return self._out(len(self._waiting), _UNASKED)
+
+    # What a run does with it
+
+    def contact(self) -> dict[str, int | str]:
+        """Ask the axes what they are; see :meth:`.Line.contact`.
+
+        Where none answers rightly, the controller may be in the other format. It is switched then to that of
+        commands, into which there is no other way (section 1), and :meth:`leave` switches it back.
+        """
+        first = told = self._first_answer(m.ReadIdentification())
+        if not told.startswith(_MOTOR):  # nothing, or an error message of the other format
+            self.send(m.SwitchToLowLevel())
+            told = self._first_answer(m.ReadIdentification())
+            self._found_in_text = bool(told) and told != first
+        if told:
+            return {"identification": told.decode("ascii", "backslashreplace").rstrip(": ")}
+        if self._first_answer(m.ReadStatus()):  # it answers, but does not say what it is
+            return {}
+        axes = ", ".join(place.name for place in self.declared.places)
+        raise NothingAnswersError(
+            f"nothing answers at {self.url}: none of the axes {axes} says what it is, neither at once nor "
+            f"after 255 66, which switches to the low-level format. Is the {self.declared.unit.name} "
+            "switched on, is this its port, and is the baud rate that of its switches?"
+        )
+
+    def _first_answer(self, request: Command) -> bytes:
+        """Return what the first axis that answers says; empty where none does."""
+        wait = 1.0 / len(self.declared.places)
+        answers = (self.ask(request, place.address, wait) for place in self.declared.places)
+        return next(filter(None, answers), b"")
+
+    def settle(self) -> list[str]:
+        """Come into step again, and read until nothing comes any more; see :meth:`.Line.settle`.
+
+        A colon ends what may be open. Of a command that writes it would be data, and no number of colons
+        would help (``3A 3A 3A`` is a position); but bytes that could begin one are never sent but as a whole.
+        A controller that does not answer then is led back into the format of commands.
+        """
+        if not self._in_step:
+            self._write(self._end, lambda: "ends what may be open")
+            self._in_step = True
+            self.unasked += self._until_quiet(QUIET, _UNASKED)
+            if not self.ask(m.ReadStatus(), self.declared.places[0].address, _SOON, quiet=0):
+                self.send(m.SwitchToLowLevel())  # something may have led out of it
+        silent = self.now - self._stirred  # often a check has waited for silence by itself
+        came = self.unasked + self._until_quiet(max(0.0, QUIET - silent), _UNASKED)
+        self.unasked = b""
+        self._moved &= self.moving
+        return [f"{came.hex(' ')}: {_UNASKED}"] if came else []
+
+    def halt(self) -> None:
+        """Stop every axis that was set in motion, also if it says that it rests; see :meth:`.Line.halt`.
+
+        It is disabled then (section 16).
+        """
+        self._stop(frozenset(self._moved))
+
+    def rest(self) -> None:
+        """Stop what a check has left in motion; see :meth:`.Line.rest`."""
+        self._stop(frozenset(self.moving))
+
+    def _stop(self, axes: frozenset[int]) -> None:
+        """Stop some axes, whatever has happened.
+
+        Of a command that lost a byte on its way the next one becomes a part, and is ignored. So each stop is
+        sent twice, behind a colon where something may be open.
+        """
+        if axes and not self._in_step:
+            self._write_now(self._end, lambda: "ends what may be open")
+        for axis in sorted(axes) * 2:
+            frame = CommandFrame(m.StopMotor(), axis)
+            self._write_now(frame.encode(), frame.__repr__)
+        self.stopped |= axes
+        self.moving -= axes
+        self._moved -= axes
+
+    def leave(self) -> None:
+        """Switch back to the format in which the controller was found; see :meth:`.Line.leave`."""
+        if self._found_in_text:
+            self.settle()
+            frame = CommandFrame(m.SwitchToHighLevel())
+            self._write(frame.encode(), frame.__repr__)
+
+    def _until_quiet(self, quiet: float, about: str) -> bytes:
+        """Return what comes until nothing did for ``quiet`` seconds."""
+        end = self.now + _LIMIT
+        while self._fill(quiet) and self.now < end:
+            pass
+        return self._out(len(self._waiting), about)
+
+    def _fill(self, timeout: float) -> bool:
+        """Take what is there, or what comes first within ``timeout`` seconds; say whether anything came."""
+        data = self._read(timeout)
+        self._waiting += data
+        if data:
+            self._stirred = self.now
+        return bool(data)
+
+    def _out(self, size: int, about: str | Callable[[bytes], str]) -> bytes:
+        """Give out what came, ``size`` bytes at most, and note it."""
+        raw, self._waiting = self._waiting[:size], self._waiting[size:]
+        if raw:
+            tell = about if callable(about) else lambda _: about
+            self._record(raw, lambda: tell(raw))
+        return raw
+
+
+def _told(raw: bytes, reply: type[Reply]) -> str:
+    """Say what a reply says."""
+    if len(raw) != reply.layout.length:
+        return f"{len(raw)} of {reply.layout.length} bytes of a reply"
+    try:
+        return repr(reply.unpack(raw))
+    except CodecError as error:
+        return str(error)

@@ -1,0 +1,243 @@
+"""A first PICS, written by asking a controller what it answers; nothing is set, and nothing moves.
+
+What is sent: what it is, which bays are used, and then every request of its list, a second time only where
+nothing came. What does not answer is written down as not supported; the rest a vendor adds by hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, Final
+
+from stagewire.commands import Command, CommandProtocol
+from stagewire.discovery.known import Known, by_name, by_serial_number
+from stagewire.errors import StagewireError
+from stagewire.framed import FramedProtocol
+from stagewire.links import Link
+from stagewire.protocol import available_protocols, load_protocol
+from stagewire_conformance.device.declared import RACK, Declared, axes_of, declare, facts_of
+from stagewire_conformance.device.errors import NothingAnswersError
+from stagewire_conformance.device.lines.apt_line import AptLine
+from stagewire_conformance.device.lines.command_line import CommandLine
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
+from stagewire_conformance.device.pics.text import pics_text
+from stagewire_conformance.device.places import Place
+
+__all__ = ["ask_pics"]
+
+_WAIT: Final = 0.5
+"""Seconds for each of two attempts to get an answer."""
+
+_SILENT: Final = "did not answer"
+
+_OCCUPIED: Final = 1
+"""State of a bay of a rack that holds a card."""
+
+Say = Callable[[str], None]
+"""Hears what is being asked, for people."""
+
+
+def ask_pics(link: Link, unit: str = "", say: Say = lambda about: None) -> str:
+    """Ask a controller what it answers, and return a PICS as the text of a TOML file.
+
+    :param unit: its name; empty: what it says that it is, where its protocol lets it say that.
+    :param say: hears what is being asked.
+
+    Raises :class:`~stagewire.errors.StagewireError` for a unit that no protocol has, or that cannot be told,
+    and :class:`.NothingAnswersError` where nothing answers.
+    """
+    declared = declare(unit or _told(link))
+    if isinstance(declared.protocol, CommandProtocol):
+        return _Axes(CommandLine(link, declared, Permissions()), say).text()
+    line = AptLine(link, declared, Permissions())
+    with line.silent():  # nothing comes unasked that a controller would count
+        return _Addresses(line, link, say).text()
+
+
+def _told(link: Link) -> str:
+    """Return the unit that a controller says that it is."""
+    asked = []
+    for name in available_protocols():
+        protocol = load_protocol(name)
+        if not isinstance(protocol, FramedProtocol) or facts_of(protocol).identity is None:
+            continue
+        of_address = {unit.address: unit.name for unit in facts_of(protocol).units.values()}
+        for address, some in sorted(of_address.items(), reverse=True):
+            line = AptLine(link, declare(some), Permissions())
+            asked.append(f"{address:#04x}")
+            with line.silent():
+                identity = _identity(line, address)
+            if identity is not None:
+                return _unit_of(line.declared, identity)
+    raise NothingAnswersError(
+        f"nothing at {link.url} says what it is (asked at {', '.join(asked)}). See that it is switched on, "
+        "and that this is its port; name the unit, as one that takes commands cannot be asked for it"
+    )
+
+
+def _identity(line: AptLine, address: int) -> Any:
+    """Return what the controller at an address says that it is; None where nothing comes."""
+    identity = line.declared.facts.identity
+    assert identity is not None
+    assert identity.req is not None
+    request: Any = identity.req
+    for _ in range(2):
+        heard = line.ask(request(), address, _WAIT)
+        if heard is not None:
+            return heard.message
+    return None
+
+
+def _unit_of(declared: Declared, identity: Any) -> str:
+    """Return the unit of what a controller says that it is; that whose messages apply to a later one."""
+    model = identity.model_number.strip()
+    if model.upper() == RACK:
+        return RACK
+    found = by_name(declared.protocol, model)
+    known: list[Known] = (
+        [found] if found else by_serial_number(declared.protocol, str(identity.serial_number))
+    )
+    units = {each.unit for each in known}
+    if len(units) == 1 and (unit := units.pop()) is not None:
+        return unit
+    likely = f" (one of {', '.join(sorted(filter(None, units)))})" if units else ""
+    raise StagewireError(
+        f"the controller says that it is a {model!r} with the serial number {identity.serial_number}, and "
+        f"nothing says which unit of the document that is{likely}; name it (a rack of modules is {RACK})"
+    )
+
+
+class _Addresses:
+    """Asks a controller whose messages have addresses."""
+
+    def __init__(self, line: AptLine, link: Link, say: Say) -> None:
+        self._line = line
+        self._link = link
+        self._say = say
+
+    def text(self) -> str:
+        """Return the PICS."""
+        told = self._line.contact()
+        pics = replace(self._line.declared.pics, bays=self._bays())
+        declared = declare(pics)
+        line = AptLine(self._link, declared, Permissions())
+        with line.silent():
+            silent = {
+                place.address: frozenset(self._silent(line, place)) for place in declared.places
+            }
+        return pics_text(_with(declared, silent), declared, self._link.url, told)
+
+    def _bays(self) -> tuple[BayPics, ...] | None:
+        """Return the bays that are used; None for what is no rack."""
+        unit = self._line.declared.unit
+        if unit.kind != "rack":
+            return None
+        facts = self._line.declared.facts
+        used = facts.bay_used
+        assert used is not None
+        modules = [each for each in facts.units.values() if each.kind == "bay"]
+        addresses = modules[0].bays if unit.name == RACK else unit.bays
+        bays = []
+        for number, address in enumerate(addresses, 1):
+            self._say(f"bay {number}")
+            request: Any = used.req
+            message = request(**{used.asked[0].keyword: number - 1})  # on the wire from 0
+            heard = self._line.ask(message, unit.address, _WAIT)
+            if heard is not None and heard.message.bay_state == _OCCUPIED:
+                bays.append(BayPics(number=number, unit=self._module(address)))
+        return tuple(bays)
+
+    def _module(self, address: int) -> str:
+        """Return the module in a bay of a rack of modules; nothing for a card of the rack's own kind."""
+        if self._line.declared.unit.name != RACK:
+            return ""
+        identity = _identity(self._line, address)
+        if identity is None:
+            raise NothingAnswersError(
+                f"the rack says that the bay at {address:#04x} is used, and nothing answers there"
+            )
+        return _unit_of(self._line.declared, identity)
+
+    def _silent(self, line: AptLine, place: Place) -> Iterator[str]:
+        """Yield the requests of a place that are not answered, on any of its channels."""
+        for name in sorted(place.listed):
+            entry = line.declared.registry.messages[name]
+            if entry["effect"] != "none" or not entry["exchange"].get("answered_by"):
+                continue
+            self._say(f"{place.name} {name}")
+            requests = [
+                line.declared.request(name, channel) for channel in place.channels or (None,)
+            ]
+            if not any(
+                line.ask(request, place.address, _WAIT) for request in (*requests, *requests)
+            ):
+                yield name
+
+
+def _with(declared: Declared, silent: dict[int, frozenset[str]]) -> Pics:
+    """Return a PICS in which what was not answered is not supported: by any place, or by one bay."""
+    reasons: dict[str, str] = {}
+    for name in sorted(frozenset[str]().union(*silent.values())):
+        if all(name in silent[each.address] for each in declared.places if name in each.listed):
+            reasons[name] = _SILENT
+    bays = declared.pics.bays
+    if bays is not None:
+        of_bay = {each.bay: each for each in declared.places}
+        bays = tuple(
+            replace(
+                bay,
+                unsupported=dict.fromkeys(
+                    sorted(silent[of_bay[bay.number].address] - reasons.keys()), _SILENT
+                ),
+            )
+            for bay in bays
+        )
+    channels = tuple(
+        ChannelPics(number=number, bay=place.bay if bays is not None else None)
+        for place in declared.places
+        for number in place.channels
+        if place.moves_stages
+    )
+    return replace(declared.pics, unsupported=reasons, bays=bays, channels=channels)
+
+
+class _Axes:
+    """Asks a controller of axes."""
+
+    def __init__(self, line: CommandLine, say: Say) -> None:
+        self._line = line
+        self._say = say
+
+    def text(self) -> str:
+        """Return the PICS."""
+        told = self._line.contact()
+        try:
+            pics = self._ask()
+        finally:
+            self._line.leave()
+        return pics_text(pics, declare(pics), self._line.url, told)
+
+    def _ask(self) -> Pics:
+        declared = self._line.declared
+        requests = {
+            cls.layout.message: cls()
+            for cls in declared.protocol.messages
+            if issubclass(cls, Command) and cls.reply is not None and not cls.layout.dummy
+        }
+        assert isinstance(declared.protocol, CommandProtocol)
+        answered: dict[str, set[str]] = {}
+        for axis, identifier in axes_of(declared.protocol).items():
+            for name, request in requests.items():
+                self._say(f"{axis} {name}")
+                if self._line.ask(request, identifier, _WAIT):
+                    answered.setdefault(axis, set()).add(name)
+                elif name == next(iter(requests)):
+                    break  # there is no such axis
+        silent = requests.keys() - set[str]().union(*answered.values())
+        return replace(
+            declared.pics,
+            unsupported=dict.fromkeys(sorted(silent), _SILENT),
+            channels=tuple(ChannelPics(axis=axis) for axis in answered),
+        )

@@ -1,0 +1,256 @@
+"""Firmware whose updates are wrong: too many, too few, stale; and that takes signs of life wrongly."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+
+from firmware_defects import Defect, Draw, Echoes, NotHereError, Takes, named, of
+from firmware_frames import HOST, ID, Frame, entry
+from firmware_line import Firmware
+
+from stagewire_conformance.device.results import Result
+
+__all__ = ["UPDATES"]
+
+_MOTORS = ("MOT_GET_DCSTATUSUPDATE", "MOT_GET_STATUSUPDATE")
+_STATUSES = (*_MOTORS, "PZ_GET_PZSTATUSUPDATE")
+_QUESTIONS = ("MOT_REQ_DCSTATUSUPDATE", "MOT_REQ_STATUSUPDATE")
+_SIGNS = ("MOT_ACK_DCSTATUSUPDATE", "PZ_ACK_PZSTATUSUPDATE")
+_LOST = 8
+"""Of ten updates so many come, where some are lost."""
+_FIXED = ("BBD101", "BBD102", "BBD103")
+"""Units whose rate the document calls fixed."""
+
+
+def _is_update(frame: Frame) -> bool:
+    return frame.name in _STATUSES
+
+
+class _Starts(Firmware):
+    """Knows whether updates were started; only then is a status an update."""
+
+    def __init__(self) -> None:
+        self.on = False
+        self.count = 0
+
+    def takes(self, frame: Frame) -> None:
+        self.on = (self.on or frame.name == "HW_START_UPDATEMSGS") and (
+            frame.name != "HW_STOP_UPDATEMSGS"
+        )
+        self.pass_on(frame.raw)
+
+    def says(self, frame: Frame) -> None:
+        if self.on and _is_update(frame):
+            self.count += 1
+            self.updates(frame)
+        else:
+            self.say(frame.raw)
+
+    def updates(self, frame: Frame) -> None:
+        """Say an update."""
+        self.say(frame.raw)
+
+
+class _Rate(_Starts):
+    """Sends only so many of ten updates, or each of them twice."""
+
+    def __init__(self, of_ten: int) -> None:
+        super().__init__()
+        self._of_ten = of_ten
+        self._counts: Counter[tuple[int, int | None]] = Counter()
+
+    def updates(self, frame: Frame) -> None:
+        key = frame.source, frame.channel
+        self._counts[key] += 1
+        if self._of_ten > 10:
+            self.say(frame.raw)
+            self.say(frame.raw, after=0.05)
+        elif self._counts[key] * self._of_ten % 10 < self._of_ten:
+            self.say(frame.raw)
+
+
+def _rate(
+    of_ten: int, which: tuple[str, ...] = _STATUSES
+) -> Callable[[Draw], tuple[Firmware, str]]:
+    def make(draw: Draw) -> tuple[Firmware, str]:
+        status = draw.one_of(*which)
+        if draw.bench.declared.wants_signs and of_ten != _LOST:
+            raise NotHereError  # those count what they send
+        return _Rate(of_ten), status
+
+    return make
+
+
+class _Ends(_Starts):
+    """Sends so many updates and no more."""
+
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self._most = most
+
+    def takes(self, frame: Frame) -> None:
+        if frame.name == "HW_START_UPDATEMSGS":
+            self.count = 0
+        super().takes(frame)
+
+    def updates(self, frame: Frame) -> None:
+        if self.count <= self._most:
+            self.say(frame.raw)
+
+
+def _ends(draw: Draw) -> tuple[Firmware, str]:
+    _all_signs(draw)
+    return _Ends(draw.random.randrange(45, 200)), draw.one_of(*_STATUSES)
+
+
+class _StaleUpdates(_Starts):
+    """Sends in every update what the first one said; when it is asked it tells the truth."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._first: dict[tuple[int, int | None], bytes] = {}
+        self._asked = 0
+
+    def takes(self, frame: Frame) -> None:
+        self._asked += frame.name in _QUESTIONS
+        super().takes(frame)
+
+    def says(self, frame: Frame) -> None:
+        if self._asked and _is_update(frame):
+            self._asked -= 1
+            self.say(frame.raw)
+        else:
+            super().says(frame)
+
+    def updates(self, frame: Frame) -> None:
+        self.say(self._first.setdefault((frame.source, frame.channel), frame.raw))
+
+
+class _OfTheRack(_Starts):
+    """Sends updates from the motherboard, and not from the bay that they are about."""
+
+    def updates(self, frame: Frame) -> None:
+        self.say(frame.coming_from(0x11).raw)
+
+
+def _updates_of_the_rack(draw: Draw) -> tuple[Firmware, str]:
+    if all(place.bay is None for place in draw.places):
+        raise NotHereError
+    return _OfTheRack(), draw.one_of(*_STATUSES)
+
+
+def _unasked(draw: Draw) -> tuple[Firmware, str]:
+    """Send an answer to nothing, every 0.3 s."""
+    asked = draw.asked(lambda a: not entry(a.answer)["exchange"])
+    raw = draw.present(asked).raw
+
+    class Chatters(Firmware):
+        def begins(self) -> None:
+            for number in range(1, 600):
+                self.say(raw, after=0.3 * number)
+
+    return Chatters(), asked.answer
+
+
+def _dropped(name: str) -> Callable[[Draw], tuple[Firmware, str]]:
+    def make(draw: Draw) -> tuple[Firmware, str]:
+        draw.claims(name)
+        return Takes(named(name), lambda frame: []), name
+
+    return make
+
+
+# Signs of life
+
+
+def _not_heeded(draw: Draw) -> tuple[Firmware, str]:
+    """Fall silent all the same."""
+    _all_signs(draw)
+    return Takes(named(*_SIGNS), lambda frame: []), ""
+
+
+def _answered(draw: Draw) -> tuple[Firmware, str]:
+    _all_signs(draw)
+    return Echoes(named(*_SIGNS)), ""
+
+
+class _NeverSilent(Firmware):
+    """Goes on without signs of life: gives them to itself."""
+
+    def __init__(self, signs: list[bytes]) -> None:
+        self._signs = signs
+
+    def says(self, frame: Frame) -> None:
+        self.say(frame.raw)
+        for sign in self._signs:
+            self.pass_on(sign)
+
+
+def _never_silent(draw: Draw) -> tuple[Firmware, str]:
+    return _NeverSilent(_all_signs(draw)), ""
+
+
+def _all_signs(draw: Draw) -> list[bytes]:
+    """Return a sign of life for every place that takes one."""
+    sign = draw.one_of(*_SIGNS)
+    places = [place.address for place in draw.places if sign in place.messages and place.keep_alive]
+    if not places or not draw.bench.declared.wants_signs:
+        raise NotHereError
+    id = ID[sign].to_bytes(2, "little")
+    return [id + bytes((0, 0, place, HOST)) for place in places]
+
+
+class _Silent(_Starts):
+    """Falls silent after so many messages without a sign of life.
+
+    :param most: so many.
+    :param again: goes on after a sign of life that comes later.
+    """
+
+    def __init__(self, most: int, *, again: bool) -> None:
+        super().__init__()
+        self._most = most
+        self._again = again
+        self._since = 0
+
+    def takes(self, frame: Frame) -> None:
+        if frame.name in _SIGNS and (self._again or self._since <= self._most):
+            self._since = 0
+        super().takes(frame)
+
+    def updates(self, frame: Frame) -> None:
+        self._since += 1
+        if self._since <= self._most:
+            self.say(frame.raw)
+
+
+def _silent(most: int, *, again: bool) -> Callable[[Draw], tuple[Firmware, str]]:
+    def make(draw: Draw) -> tuple[Firmware, str]:
+        _all_signs(draw)
+        return _Silent(most, again=again), ""
+
+    return make
+
+
+def _stale(draw: Draw) -> tuple[Firmware, str]:
+    draw.moves()
+    return _StaleUpdates(), draw.one_of(*_MOTORS)
+
+
+UPDATES = (
+    Defect("Updates come five times a second", of("updates"), _rate(5), result=Result.NON_STRICT),
+    Defect("Updates come twenty times a second", of("updates"), _rate(20, _MOTORS), result=Result.NON_STRICT),
+    Defect("Two updates in ten are lost", of("updates"), _rate(_LOST), _FIXED),
+    Defect("Updates end by themselves", of("updates keep-alive"), _ends),
+    Defect("Updates cannot be started", of("updates status"), _dropped("HW_START_UPDATEMSGS")),
+    Defect("Updates cannot be stopped", of("updates"), _dropped("HW_STOP_UPDATEMSGS")),
+    Defect("Updates come from the motherboard", of("updates"), _updates_of_the_rack),
+    Defect("Updates say for ever what the first one said", of("move-updates"), _stale),
+    Defect("Something comes that nobody asked for", of("quiet"), _unasked),
+    Defect("Signs of life are not heeded", of("updates keep-alive"), _not_heeded),
+    Defect("Signs of life are answered", of("keep-alive identify"), _answered),
+    Defect("It goes on without signs of life", of("keep-alive"), _never_silent),
+    Defect("It falls silent after twenty messages", of("keep-alive"), _silent(20, again=True)),
+    Defect("It stays silent once it has fallen silent", of("keep-alive"), _silent(45, again=False)),
+)  # fmt: skip
