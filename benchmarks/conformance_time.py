@@ -95,6 +95,13 @@ def judge(name: str, report: Report) -> bool:
     said = f"longest: {longest[0]}, {longest[1]:.1f} s"
     if wrong or report.unfinished:
         said = f"wrong: {', '.join(wrong[:3])} {report.unfinished}"
+        said += "".join(
+            f"\n    {finding.text}"
+            for outcome in report.outcomes
+            if outcome.check.id in wrong
+            for finding in outcome.findings
+            if finding.result not in RIGHT
+        )
     print(
         f"{name:10} {len(seconds):4} checks  {took:5.1f} s  <= {AT_MOST:g} s  "
         f"{'ok  ' if kept else 'OVER'}  {said}",

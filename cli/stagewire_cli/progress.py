@@ -72,12 +72,12 @@ def bar(first: str) -> Iterator[Callable[[int, int, str], None]]:
 
     :param first: what is done before it is known how many there are.
     """
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
 
     columns = (
         BarColumn(bar_width=30),
-        TextColumn("{task.completed}/{task.total}"),
+        MofNCompleteColumn(),
         TimeElapsedColumn(),
         TextColumn("{task.description}", markup=False),
     )

@@ -156,6 +156,7 @@ def test_interrupted(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_
         (["--", "no_such_program"], "no_such_program cannot be run: "),
         (["--timeout", "0", *bad("good")], "--timeout is a number of seconds above 0"),
         (["--timeout", "nan", *bad("good")], "--timeout is a number of seconds above 0"),
+        (["--timeout", "1e12", *bad("good")], "at most 86400, not 1e+12"),
         (["--protocol", "nothing", *bad("good")], "no protocol nothing is installed"),
         (["--only", "nothing", *bad("good")], "no case matches nothing"),
         (["--only", "nothing", "--list"], "no case matches nothing"),

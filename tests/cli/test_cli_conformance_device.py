@@ -22,8 +22,8 @@ import jsonschema
 import pytest
 
 from stagewire.links import Link
-from stagewire_conformance.device import contact
 from stagewire_conformance.device.declared import declare
+from stagewire_conformance.device.lines import contact
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.planning import plan
 from stagewire_virtual import linking
@@ -224,9 +224,7 @@ def test_a_server_that_refuses(stagewire: Stagewire, tmp_path: Path) -> None:
     assert "the connection was refused" in dead(stagewire, f"socket://127.0.0.1:{port}", tmp_path)
 
 
-@pytest.mark.parametrize(
-    "url", ["/dev/there-is-none", "COM399", "virtual://NOTHING", "nowhere://x"]
-)
+@pytest.mark.parametrize("url", ["/dev/there-is-none", "COM399", "nowhere://x"])
 def test_a_line_that_cannot_be_opened(stagewire: Stagewire, tmp_path: Path, url: str) -> None:
     assert f"{url} cannot be opened" in dead(stagewire, url, tmp_path)
 
@@ -319,6 +317,13 @@ def test_on_a_terminal_there_is_a_bar_and_colour_unless_unwanted(colour: bool) -
         ([GOOD, "--pics", "there-is-none.toml"], "there-is-none.toml"),
         ([GOOD, "--unit", "TDC001", "--json", "no/such/folder/x.json"], "there is no folder"),
         ([GOOD, "--unit", "TDC001", "--html", "."], "--html"),
+        ([GOOD, "--unit", "TDC001", "--junit", "-"], "--junit: - is no file"),
+        ([GOOD, "--unit", "TDC001", "--json", "-"], "--json: - is no file"),
+        ([GOOD, "--unit", "TDC001", "--html", "-"], "--html: - is no file"),
+        ([GOOD, "--unit", "TDC001", "--log", "-"], "--log: - is no file"),
+        (["virtual://NOTHING", "--unit", "TDC001"], "virtual://NOTHING cannot be opened"),
+        (["VIRTUAL://TDC001?wings=2", "--unit", "TDC001"], "there is no option 'wings'"),
+        (["virtual://TDC001?stage=Z9999", "--unit", "TDC001"], "Z9999"),
         ([GOOD, "--unit", "TDC001", "--log", "no/such/folder/x.txt"], "--log: there is no folder"),
         ([GOOD, "--unit", "TDC001", "--json", "x", "--html", "x"], "name the same file"),
         ([GOOD, "--unit", "TDC001", "--json", "x", "--log", "x"], "name the same file"),
@@ -366,13 +371,48 @@ def test_the_list(stagewire: Stagewire, unit: str) -> None:
     assert where in result.out
 
 
+@pytest.mark.parametrize("command", [[*DEVICE, "--unit", "TDC001"], ["conformance", "codec"]])
+def test_a_list_may_be_cut_short_by_its_reader(command: list[str]) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "wb") as closed:
+        done = subprocess.run(
+            [sys.executable, "-c", RUN, *command, "--list"],
+            stdout=closed,
+            stderr=subprocess.PIPE,
+            timeout=60,
+        )
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_what_was_allowed_and_did_not_come_about_is_in_the_last_line(
+    stagewire: Stagewire, tmp_path: Path
+) -> None:
+    path, page = tmp_path / "report.json", tmp_path / "report.html"
+    words = [*DEVICE, GOOD, "--unit", "TDC001", "--allow-motion"]
+    only = ["--only", "move-absolute", "--only", "answers/*/MOT_REQ_VELPARAMS/1"]
+    result = stagewire(*words, "0..1counts", *only, "--json", path, "--html", page)
+    assert result.code == 0
+    last = result.out.splitlines()[-1]
+    missed = "; no check that moves came to a result: 0x50 channel 1 is at 0 counts"
+    assert last.startswith("PASSED: ")
+    assert missed in last
+    assert missed in report(path)["summary"]
+    assert missed in page.read_text(encoding="utf-8").partition("<main")[0]
+    assert "Rules without" in page.read_text(encoding="utf-8")
+    assert "MOT_SET_LIMSWITCHPARAMS" not in page.read_text(encoding="utf-8")
+    moved = stagewire(*words, "0..100000counts", *only)
+    assert moved.code == 0
+    assert "came to a result" not in moved.out
+
+
 def test_what_a_controller_says_of_itself_cannot_steer_the_terminal(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     hostile = "<b>x</b>\x1b[2J\u202e"
     real = contact.first_contact
     monkeypatch.setattr(
-        "stagewire_conformance.device.apt_line.first_contact",
+        "stagewire_conformance.device.lines.apt_line.first_contact",
         lambda line: {**real(line), "notes": hostile},
     )
     page, path = tmp_path / "report.html", tmp_path / "report.json"

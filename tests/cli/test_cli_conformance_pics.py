@@ -42,6 +42,21 @@ def test_without_a_file_it_is_printed(
     assert read_pics(tmp_path / "pics.toml").unit == "TDC001"
 
 
+@pytest.mark.parametrize("unit", ["BBD102", "TDC001"])
+def test_a_controller_that_says_that_it_is_another_unit(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, unit: str
+) -> None:
+    path = tmp_path / "pics.toml"
+    with virtual.TDC001() as tdc:
+        attached(monkeypatch, tdc)
+        result = stagewire(*PICS, "--from", URL, "--unit", unit, "--out", path)
+    assert result.code == 0
+    assert read_pics(path).unit == unit
+    said = f"--unit {unit} was named, and the controller says that it is a TDC001 with the serial"
+    for text in (result.err, path.read_text(encoding="utf-8")):
+        assert (said in text) is (unit != "TDC001")
+
+
 def test_nothing_is_set_and_nothing_moves(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -76,10 +91,11 @@ def test_what_was_filled_in_is_not_written_over(
             2,
             "--out: there is no folder",
         ),
+        (["--from", "virtual://TDC001", "--out", "-"], 2, "--out: - is no file"),
         (["--from", "/dev/there-is-none"], 4, "cannot be opened"),
         ([], 2, "--from"),
     ],
-    ids=["unit", "folder", "port", "nothing"],
+    ids=["unit", "folder", "dash", "port", "nothing"],
 )
 def test_what_cannot_be_done(stagewire: Stagewire, words: list[str], code: int, said: str) -> None:
     result = stagewire(*PICS, *words)

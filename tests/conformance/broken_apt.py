@@ -207,6 +207,9 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
     "something beside the answer":
         ("TDC001", sends(VEL, followed_by(frame(ENABLED, 1, 1))), VEL_50, FAIL,
          "beside the answer to MOT_REQ_VELPARAMS for channel 1 to 0x50 there came MOD_GET_CHANENABLESTATE"),
+    "an end of a move beside the answer":
+        ("TDC001", sends(VEL, followed_by(frame("MOT_MOVE_COMPLETED", 1))), VEL_50, FAIL,
+         "there came MOT_MOVE_COMPLETED"),
     "an error beside the answer":
         ("TDC001", sends(VEL, followed_by(frame("HW_RESPONSE"))), VEL_50, NON_STRICT, "reports a fault"),
     "another message for an answer":

@@ -173,8 +173,12 @@ def test_expected_failures(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("x", "no TOML"),
-        ("", "schema_version is 1, not None"),
+        ("", "schema_version is missing; write schema_version = 1"),
         ("schema_version = true", "schema_version is 1, not True"),
+        (
+            "schema_version = 1\n" + '[[expected]]\nid = "a"\nreason = "b"\n' * 2,
+            "'a' stands there 2 times",
+        ),
         ("schema_version = 1\nwhy = 1", "there is no key 'why'"),
         ("schema_version = 1\nexpected = 1", "expected is a list of tables"),
         ("schema_version = 1\nexpected = [1]", "expected 1 is no table"),

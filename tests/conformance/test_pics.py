@@ -99,6 +99,11 @@ def problems(text: str | bytes) -> tuple[str, ...]:
 # What is read
 
 
+def test_a_byte_order_mark_is_no_mistake() -> None:
+    text = '\ufeffschema_version = 1\r\nunit = "TDC001"\r\n'
+    assert parse_pics(text.encode()).unit == "TDC001"
+
+
 def test_a_cube() -> None:
     cube = declared(CUBE)
     [place] = cube.places

@@ -127,6 +127,24 @@ def test_what_it_says() -> None:
     assert "not claimed: no potentiometer" in words
 
 
+def test_of_some_cases_only_what_they_are_about_is_listed() -> None:
+    whole, some = (read(sheet(PASSED, whole=whole)).words() for whole in (True, False))
+    coverage = some.partition("Coverage by page of the document")[2].partition("Rules without")[0]
+    assert "MOT_REQ_POTPARAMS" in whole
+    assert "MOT_REQ_POTPARAMS" not in some
+    assert "Page 9" in coverage
+    assert "Page 30" not in coverage
+    assert "request-answered" in coverage
+    assert "Velocities … are set." not in coverage
+
+
+def test_where_nothing_ran_there_are_no_results() -> None:
+    assert "Results by kind" in read(sheet(PASSED)).words()
+    page = read(sheet(NOT_RUN))
+    assert "Results by kind" not in page.words()
+    assert "#results" not in page.having("href")
+
+
 def test_a_failure_has_its_bytes_its_dialogue_and_its_command() -> None:
     page = read(sheet(FAILED))
     article = page.words("article")

@@ -81,6 +81,9 @@ def test_the_check_itself_passes_and_puts_everything_back() -> None:
 
 READS = range(1, count(lambda link: run_made(link, moves), "reads") + 1)
 WRITES = range(count(lambda link: run_made(link, moves), "writes"))
+SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
 assert len(READS) > 60
 
 
@@ -129,17 +132,17 @@ def test_ctrl_c_at_any_read_stops_first_and_then_puts_back(at: int) -> None:
     assert caught.value.report.unfinished == "ended by SIGINT"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("at", READS[::7])
 def test_a_signal_at_any_read_stops_first_and_then_puts_back(at: int, number: int) -> None:
     link = watched()
     seen = happens(link, at, lambda: signal.raise_signal(number))
-    handlers = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    handlers = [signal.getsignal(each) for each in SIGNALS]
     with pytest.raises(RunInterrupted) as caught:
         run_made(link, moves)
     check_what_follows(link.writes, seen["writes"])
     assert caught.value.signal == number
-    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == handlers
+    assert [signal.getsignal(each) for each in SIGNALS] == handlers
 
 
 @pytest.mark.parametrize("at", WRITES)

@@ -50,6 +50,10 @@ BY_MACHINE = {
 READ_ONLY = {
     ("docs/architecture.md", "spec/ ──► generator/ ──► generated/ ──┐"): "a picture",
     ("docs/architecture.md", "a generated class: TDC001.move_absolute(mm=5)"): "a picture",
+    (
+        "docs/architecture.md",
+        "testees/  cases: vectors, examples, hostile lines ──► a codec ──────┐",
+    ): "a picture",
     ("docs/editors.md", "spec/"): "a tree of folders",
     ("docs/overlays.md", "spec/thorlabs_apt/overlays/later_issues/"): "a tree of folders",
     ("docs/virtual.md", "to_host|to_controller ACTION [byte|frame] [KEY=VALUE ...]"): "a grammar",

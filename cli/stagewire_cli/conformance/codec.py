@@ -12,6 +12,9 @@ from stagewire_cli.errors import CalledWronglyError
 
 __all__ = ["EXAMPLE", "codec"]
 
+_LONGEST = 86_400
+"""Seconds; a system waits for so long, and nobody longer."""
+
 EXAMPLE = """\b
 Examples:
   stagewire conformance codec -- stagewire testee
@@ -73,12 +76,15 @@ def codec(
     answer, it is started again, and the run goes on.
     """
     from stagewire_cli.conformance.codec_session import Asked, run_session, show_list
+    from stagewire_cli.conformance.screen import listing
     from stagewire_cli.protocols import one_or_all
 
     files = ReportFiles(junit, json, html, others=(("--expected", expected),))
     files.check()
-    if not timeout > 0:
-        raise CalledWronglyError(f"--timeout is a number of seconds above 0, not {timeout:g}")
+    if not 0 < timeout <= _LONGEST:
+        raise CalledWronglyError(
+            f"--timeout is a number of seconds above 0, at most {_LONGEST}, not {timeout:g}"
+        )
     names: list[str | None] = [*dict.fromkeys(protocol or [])]
     protocols = [one for name in names or [None] for one in one_or_all(name, whole=True)]
     asked = Asked(
@@ -91,7 +97,8 @@ def codec(
         seed,
     )
     if list_cases:
-        show_list(asked)
+        with listing():
+            show_list(asked)
         return
     if not command:
         raise CalledWronglyError("which testee? give its command behind --, such as -- ./testee")

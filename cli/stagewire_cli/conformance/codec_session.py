@@ -112,7 +112,7 @@ def run_session(asked: Asked, files: ReportFiles) -> int:
         typer.echo("\n".join(map(printable, problem.split("\n"))), err=True)
         return UNFINISHED
     _show_testee(report)
-    sheet = sheet_of(report, asked.protocols, asked.again)
+    sheet = sheet_of(report, asked.protocols, asked.again, whole=not asked.only)
     show_results(sheet)
     if len([*sheet.cases(Grade.FAILED)]) > 1:
         typer.echo(printable(f"any of them again, with what was said: {asked.again('ID')}"))

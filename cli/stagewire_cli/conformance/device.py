@@ -94,6 +94,7 @@ def device(
     """
     from stagewire_cli.conformance.device_plan import planned
     from stagewire_cli.conformance.device_screen import show_list
+    from stagewire_cli.conformance.screen import listing
 
     files = ReportFiles(junit, json, html, others=(("--log", log), ("--pics", pics)))
     files.check()
@@ -109,7 +110,8 @@ def device(
         seed=seed,
     )
     if list_checks:
-        show_list(what)
+        with listing():
+            show_list(what)
         return
     if url is None:
         raise CalledWronglyError("which line? give a port or a URL, such as /dev/ttyUSB0 or COM3")

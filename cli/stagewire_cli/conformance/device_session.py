@@ -8,7 +8,7 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from stagewire.errors import TransportError
+from stagewire.errors import LinkOpenError, TransportError
 from stagewire.links import open_link
 from stagewire_cli.conformance.device_plan import Planned
 from stagewire_cli.conformance.device_screen import progressing, show_beginning, show_cut_short
@@ -32,6 +32,7 @@ def run_session(url: str, planned: Planned, files: ReportFiles, log: Path | None
     """
     if not planned.runnable:
         raise CalledWronglyError(_nothing(planned))
+    _check_virtual(url)
     show_beginning(url, planned)
     began = time.monotonic()
     interrupted = False
@@ -41,10 +42,22 @@ def run_session(url: str, planned: Planned, files: ReportFiles, log: Path | None
     except RunInterrupted as error:
         interrupted = True
         report = error.report
-    except KeyboardInterrupt:  # before anything was sent
+    except KeyboardInterrupt as error:
         interrupted = True
-        report = _dead(url, planned, "it was interrupted before it began")
-    sheet = sheet_of(report, planned.checks, time.monotonic() - began, _again(url, planned))
+        # Interrupted once more, while the line was closed behind the stops, or before anything was sent.
+        before = error.__context__
+        report = (
+            before.report
+            if isinstance(before, RunInterrupted)
+            else _dead(url, planned, "it was interrupted before it began")
+        )
+    sheet = sheet_of(
+        report,
+        planned.checks,
+        time.monotonic() - began,
+        _again(url, planned),
+        whole=not planned.only,
+    )
     try:
         written += files.write(sheet)
     finally:
@@ -54,6 +67,17 @@ def run_session(url: str, planned: Planned, files: ReportFiles, log: Path | None
                 show_cut_short(report)
             show_end(sheet, written)
     return INTERRUPTED if interrupted else code_of(sheet)
+
+
+def _check_virtual(url: str) -> None:
+    """Raise :class:`CalledWronglyError` for a URL that describes no virtual controller, but should."""
+    if url.lower().startswith("virtual://"):
+        from stagewire_virtual.linking.urls import blueprint_of
+
+        try:
+            blueprint_of(url)
+        except LinkOpenError as error:
+            raise CalledWronglyError(str(error)) from None
 
 
 def _run(url: str, planned: Planned, log: Path | None, written: list[Path]) -> Report:

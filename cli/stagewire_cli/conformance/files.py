@@ -86,7 +86,9 @@ class ReportFiles:
 
     @staticmethod
     def check_file(path: Path, option: str) -> None:
-        """Refuse a file that cannot be made; raises :class:`CalledWronglyError`."""
+        """Refuse a file that cannot be made, and ``-``; raises :class:`CalledWronglyError`."""
+        if str(path) == "-":
+            raise CalledWronglyError(f"{option}: - is no file; give the name of one")
         check_output(path, None, option)
 
     def write(self, sheet: Sheet) -> list[Path]:

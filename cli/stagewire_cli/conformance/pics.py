@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.conformance.files import UNFINISHED
+from stagewire_cli.conformance.files import UNFINISHED, ReportFiles
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.outputs import check_output, output
+from stagewire_cli.outputs import output
 from stagewire_cli.progress import progress
 from stagewire_cli.terminal import printable
 
@@ -55,11 +55,12 @@ def pics(
     """
     from stagewire.errors import BadValueError, StagewireError, TransportError
     from stagewire.links import open_link
+    from stagewire_cli.conformance.told import contradiction
     from stagewire_conformance.device.errors import NothingAnswersError
     from stagewire_conformance.device.pics.asking import ask_pics
 
     if out is not None:
-        check_output(out, None, "--out")
+        ReportFiles.check_file(out, "--out")
         if out.exists():
             raise CalledWronglyError(
                 f"--out: {out} is there already, and may have been filled in by hand; name another file"
@@ -67,11 +68,15 @@ def pics(
     try:
         with progress() as say, open_link(url) as link:
             text = ask_pics(link, unit or "", lambda about: say(printable(about)))
+            doubt = contradiction(link, unit) if unit else ""
     except (NothingAnswersError, TransportError) as error:
         typer.echo(f"stagewire: {printable(str(error))}", err=True)
         raise typer.Exit(UNFINISHED) from None
     except (StagewireError, BadValueError) as error:
         raise CalledWronglyError(str(error)) from None
+    if doubt:
+        typer.echo(f"stagewire: warning: {doubt}", err=True)
+        text = f"# Doubtful: {doubt}.\n{text}"
     with output(out) as stream:
         stream.write(text)
     if out is not None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import typer
@@ -12,7 +14,7 @@ from stagewire_conformance.reports import Case, Grade, Sheet, Verdict
 from stagewire_conformance.reports.texts import case_text
 from stagewire_conformance.reports.wording import GRADES, counted, listed, sentence
 
-__all__ = ["show_end", "show_results"]
+__all__ = ["listing", "show_end", "show_results"]
 
 _STYLES = {Grade.FAILED: "bold red", Grade.DEVIATES: "yellow", Grade.NOTED: "cyan"}
 _VERDICT_STYLES = {
@@ -23,6 +25,16 @@ _VERDICT_STYLES = {
 }
 _MOST_IN_FULL = 12
 """Failures and departures that are shown with their bytes; of more there is a line each."""
+
+
+@contextmanager
+def listing() -> Iterator[None]:
+    """Print a list; nothing is wrong where its reader, such as ``head``, has enough of it."""
+    try:
+        yield
+        sys.stdout.flush()
+    except (BrokenPipeError, SystemExit):  # Rich makes of the one the other
+        pass
 
 
 def show_results(sheet: Sheet) -> None:
@@ -90,7 +102,7 @@ def show_end(sheet: Sheet, written: Sequence[Path]) -> None:
     for path in written:
         typer.echo(f"written: {printable(str(path))}")
     console().print(
-        f"{sheet.verdict}: {printable(sheet.title)}: {sentence(sheet)}",
+        f"{sheet.verdict}: {printable(sheet.title)}: {printable(sentence(sheet))}",
         style=_VERDICT_STYLES[sheet.verdict],
         soft_wrap=True,
     )

@@ -119,7 +119,12 @@ class Declared:
         try:
             low, high = motion.in_counts(place.position_scale(channel))
         except RangeError as error:
-            raise RangeError(f"{at}: {error}") from None
+            hint = (
+                ""
+                if place.position_scale(channel)
+                else "; allow counts, or declare its stage in a PICS"
+            )
+            raise RangeError(f"{at}: {error}{hint}") from None
         travel = place.travel_of(channel)
         if travel is not None:
             low, high = max(low, travel.low), min(high, travel.high)

@@ -64,7 +64,7 @@ def _nothing(pattern: str, checks: Sequence[Check], declared: Declared) -> str:
     names = [*dict.fromkeys(_names(checks))]
     close = difflib.get_close_matches(pattern, names, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(close)}?" if close else "--list shows what there is"
-    return f"no check of {declared.unit.name} is named {pattern}; {hint}"
+    return f"no check of {declared.unit.name} is named {pattern or repr(pattern)}; {hint}"
 
 
 def _names(checks: Sequence[Check]) -> Iterator[str]:

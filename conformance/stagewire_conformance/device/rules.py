@@ -20,8 +20,9 @@ _OF_BAYS: Final = frozenset(
         "bays-are-single-channel", "bay-used", "bay-idents", "bay-states",
     }
 )  # fmt: skip
+"""Rules of APT that concern units with bays alone."""
 _OF_OTHERS: Final = frozenset({"generic-unit-address"})
-"""Rules of APT that concern only units with bays, and only those without."""
+"""Rules of APT that concern units without bays alone."""
 
 
 @dataclass(frozen=True, kw_only=True)

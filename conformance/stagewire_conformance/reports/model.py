@@ -223,6 +223,8 @@ class Sheet:
     :param command: what repeats the whole run.
     :param unfinished: why the run did not come to its end; empty when it did.
     :param messages: every message that cases could be about, in the order of the document.
+    :param whole: whether all cases were asked for; else what none of the chosen is about is left out.
+    :param missed: in words, what was allowed and did not come about, and why.
     """
 
     kind: str
@@ -239,6 +241,8 @@ class Sheet:
     rules: Mapping[str, Rule] = field(default_factory=dict)
     errata: Mapping[str, Erratum] = field(default_factory=dict)
     messages: tuple[Message, ...] = ()
+    whole: bool = True
+    missed: tuple[str, ...] = ()
 
     def cases(self, *grades: Grade) -> Iterator[Case]:
         """Yield the cases of these grades, or all, in order."""

@@ -31,11 +31,18 @@ _LONGEST = 4_000
 """Characters of a line that are shown; only large and hostile ones have more."""
 
 
-def sheet_of(report: Report, protocols: Sequence[Protocol], again: Callable[[str], str]) -> Sheet:
+def sheet_of(
+    report: Report,
+    protocols: Sequence[Protocol],
+    again: Callable[[str], str],
+    *,
+    whole: bool = True,
+) -> Sheet:
     """Return what a run says, ready to be written.
 
     :param protocols: those that were asked for.
     :param again: gives the command that asks a case again, by its id; the whole run for an empty one.
+    :param whole: whether all cases were asked for, not only some.
     """
     hello = report.hello
     return Sheet(
@@ -61,6 +68,7 @@ def sheet_of(report: Report, protocols: Sequence[Protocol], again: Callable[[str
         groups=tuple(_groups(report, again)),
         unfinished=report.unfinished,
         messages=tuple(_messages(protocols)),
+        whole=whole,
     )
 
 

@@ -10,6 +10,7 @@ from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.registry import Registry
 from stagewire_conformance.reports.facts import facts
+from stagewire_conformance.reports.missed import missed
 from stagewire_conformance.reports.model import (
     Case,
     Erratum,
@@ -38,13 +39,19 @@ _NOT_REACHED = "the run ended before it came to this check"
 
 
 def sheet_of(
-    report: Report, checks: Sequence[Check], seconds: float, again: Callable[[str], str]
+    report: Report,
+    checks: Sequence[Check],
+    seconds: float,
+    again: Callable[[str], str],
+    *,
+    whole: bool = True,
 ) -> Sheet:
     """Return what a run says, ready to be written.
 
     :param checks: all that were planned, in order.
     :param seconds: how long it all took.
     :param again: gives the command that runs a check again, by its id; the whole run for an empty one.
+    :param whole: whether all checks were asked for, not only some.
     """
     declared = report.declared
     registry = declared.registry
@@ -73,6 +80,8 @@ def sheet_of(
             for name, entry in registry.messages.items()
             if name in listed
         ),
+        whole=whole,
+        missed=tuple(missed(report, checks)),
     )
 
 

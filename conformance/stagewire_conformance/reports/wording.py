@@ -52,9 +52,9 @@ def listed(names: Iterable[str], most: int = 6) -> str:
 
 
 def sentence(sheet: Sheet) -> str:
-    """Return in one sentence what the run comes to, and the figures."""
-    counts = sheet.counts()
-    return f"{_VERDICTS[sheet.verdict]}: {numbers(counts) or 'nothing was run'}"
+    """Return in one sentence what the run comes to, the figures, and what did not come about."""
+    figures = numbers(sheet.counts()) or "nothing was run"
+    return "; ".join([f"{_VERDICTS[sheet.verdict]}: {figures}", *sheet.missed])
 
 
 def numbers(counts: Mapping[Grade, int]) -> str:

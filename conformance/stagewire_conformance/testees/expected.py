@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import fnmatch
 import tomllib
+from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,7 +82,7 @@ def read_expected(path: Path) -> Expected:
     Raises :class:`ExpectedFileError` with all that is wrong with it.
     """
     try:
-        data = tomllib.loads(path.read_bytes().decode("utf-8"))
+        data = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ExpectedFileError(f"{path}: no TOML: {error}") from None
     problems = [
@@ -89,12 +90,22 @@ def read_expected(path: Path) -> Expected:
     ]
     version = data.get("schema_version")
     if version != SCHEMA_VERSION or isinstance(version, bool):
-        problems.append(f"schema_version is {SCHEMA_VERSION}, not {version!r}")
+        problems.append(
+            f"schema_version is missing; write schema_version = {SCHEMA_VERSION}"
+            if version is None
+            else f"schema_version is {SCHEMA_VERSION}, not {version!r}"
+        )
     entries = data.get("expected", [])
     if not isinstance(entries, list):
         entries = []
         problems.append("expected is a list of tables: write [[expected]]")
     failures = [_failure(f"expected {n}", entry, problems) for n, entry in enumerate(entries, 1)]
+    ids = Counter(
+        entry["id"]
+        for entry in entries
+        if isinstance(entry, dict) and isinstance(entry.get("id"), str)
+    )
+    problems += [f"{id!r} stands there {n} times; once is enough" for id, n in ids.items() if n > 1]
     _raise_for(path, problems)
     return Expected(path, tuple(failures))
 

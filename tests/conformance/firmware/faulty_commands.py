@@ -5,6 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from random import Random
 
+from faulty_ms2000 import (
+    BothAxes,
+    Complains,
+    Confirms,
+    CutsAtColons,
+    Drops,
+    HardOfHearing,
+    NoWayBack,
+    OnPaper,
+    OtherAxis,
+    Stale,
+    Upset,
+    WantsASize,
+    WantsNoSize,
+    X,
+    Y,
+)
 from firmware_commands import (
     CommandDefect,
     CommandFirmware,
@@ -13,13 +30,12 @@ from firmware_commands import (
     TakesCommands,
 )
 
-from stagewire.commands import Command, CommandFrame
+from stagewire.commands import Command
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as c
 
 __all__ = ["COMMANDS"]
 
-_X, _Y = 0x18, 0x19
 _ALL_READS = "reads identification status"
 _STATUS = (c.ReadStatusByte, c.ReadMotorPositionAndStatus)
 _MOVES = "move-target move-increment move-together move-vector stop-start limits"
@@ -84,150 +100,6 @@ def _without_top(data: bytes) -> bytes:
     return data[:2] + (b"\xff" if data[1] & 0x80 else b"\0")
 
 
-class _Drops(CommandFirmware):
-    """Loses one reply in so many."""
-
-    def __init__(self, one_in: int) -> None:
-        self._one_in = one_in
-        self._said = 0
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        said = self.pass_on(raw)
-        self._said += bool(said)
-        return said if self._said % self._one_in else b""
-
-
-class _Complains(CommandFirmware):
-    """Answers what is wrong with an error, as the high-level format does."""
-
-    def takes_odd(self, raw: bytes) -> bytes:
-        said = self.pass_on(raw)
-        return said if raw[:1] == b"\xff" else said + b":N-1\r\n"
-
-
-class _Confirms(CommandFirmware):
-    """Confirms what has no reply."""
-
-    def __init__(self, *commands: type[Command]) -> None:
-        self._commands = commands
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        said = self.pass_on(raw)
-        return said + b":A" if isinstance(frame.message, self._commands) else said
-
-
-class _CutsAtColons(CommandFirmware):
-    """Takes every colon for the end of a command."""
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        if b":" in raw[2:-1] and len(raw) > 4:
-            return b"".join(self.pass_on(piece + b":") for piece in raw[:-1].split(b":") if piece)
-        return self.pass_on(raw)
-
-
-class _OtherAxis(CommandFirmware):
-    """Does for one axis what was meant for another."""
-
-    def __init__(self, one: int, other: int, *commands: type[Command]) -> None:
-        self._one, self._other = one, other
-        self._commands = commands
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        if isinstance(frame.message, self._commands) and raw[0] == self._one:
-            raw = bytes((self._other,)) + raw[1:]
-        return self.pass_on(raw)
-
-
-class _BothAxes(CommandFirmware):
-    """Does for both axes what was meant for one."""
-
-    def __init__(self, *commands: type[Command]) -> None:
-        self._commands = commands
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        said = self.pass_on(raw)
-        if isinstance(frame.message, self._commands):
-            other = _X + _Y - raw[0] if raw[0] in (_X, _Y) else raw[0]
-            self.pass_on(bytes((other,)) + raw[1:])
-        return said
-
-
-class _NoWayBack(CommandFirmware):
-    """Does not know the setup command that leaves the low-level format."""
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        return b"" if raw == b"\xffA" else self.pass_on(raw)
-
-
-class _WantsASize(CommandFirmware):
-    """Does not understand a command whose size slot is left out, though the document has it so."""
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        return b"" if raw[2:3] == b":" and len(raw) == 3 else self.pass_on(raw)
-
-
-class _WantsNoSize(CommandFirmware):
-    """Does not understand a size of 0."""
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        return b"" if raw[2:4] == b"\0:" else self.pass_on(raw)
-
-
-class _Upset(CommandFirmware):
-    """Takes the next command for a part of what was wrong."""
-
-    def __init__(self) -> None:
-        self._upset = False
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        upset, self._upset = self._upset, False
-        return b"" if upset else self.pass_on(raw)
-
-    def takes_odd(self, raw: bytes) -> bytes:
-        self._upset = raw[:1] != b"\xff"
-        return self.pass_on(raw)
-
-
-class _HardOfHearing(CommandFirmware):
-    """Does not hear every twentieth command."""
-
-    def __init__(self) -> None:
-        self._count = 0
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        self._count += 1
-        return b"" if self._count % 20 == 0 else self.pass_on(raw)
-
-
-class _OnPaper(CommandFirmware):
-    """Tells the top speed that was written, and goes on with the one that it had."""
-
-    def __init__(self) -> None:
-        self._told: dict[int, bytes] = {}
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        if isinstance(frame.message, c.WriteTopSpeed):
-            self._told[raw[0]] = raw[3:5]
-            return b""
-        said = self.pass_on(raw)
-        is_asked = isinstance(frame.message, c.ReadMaximumSpeed)
-        return self._told.get(raw[0], said) if is_asked else said
-
-
-class _Stale(CommandFirmware):
-    """Tells for ever what it told first, axis by axis."""
-
-    def __init__(self, *commands: type[Command]) -> None:
-        self._commands = commands
-        self._first: dict[int, bytes] = {}
-
-    def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        said = self.pass_on(raw)
-        if not isinstance(frame.message, self._commands):
-            return said
-        return self._first.setdefault(raw[0], said)
-
-
 def _made(
     name: str, found_by: str, make: Callable[[Random], CommandFirmware], about: str = ""
 ) -> CommandDefect:
@@ -268,24 +140,24 @@ COMMANDS = (
     _read("The moving bit is stuck off", _always(_bit(0x01, on=False)), c.ReadStatusByte, found_by=_MOVES),
     _read("Both limit bits are set", _always(_bit(0xC0, on=True)), *_STATUS),
     _read("The joystick bit is stuck", _always(_bit(0x08, on=True)), c.ReadStatusByte, found_by="joystick"),
-    _made("One reply in fifty is lost", "back-to-back", lambda r: _Drops(r.choice((40, 50)))),
-    _made("One command in twenty is lost", "back-to-back", lambda r: _HardOfHearing()),
-    _made("Y is answered as X", "readback", lambda r: _OtherAxis(_Y, _X, *_WIDE)),
-    _made("What is wrong is answered with an error", "silence", lambda r: _Complains()),
-    _made("A write is confirmed", "readback", lambda r: _Confirms(c.WriteTopSpeed), "WRITE_TOP_SPEED"),
-    _made("A move is confirmed", _MOVES, lambda r: _Confirms(c.WriteTargetPosition), "WRITE_TARGET_POSITION"),
-    _made("Every colon ends a command", "marks-in-data", lambda r: _CutsAtColons()),
-    _made("The low-level format cannot be left", "formats", lambda r: _NoWayBack()),
-    _made("A size slot is wanted everywhere", "reads", lambda r: _WantsASize()),
-    _made("A size of 0 is not understood", "joystick move-increment", lambda r: _WantsNoSize()),
-    _made("An unknown command upsets it", "silence", lambda r: _Upset()),
+    _made("One reply in fifty is lost", "back-to-back", lambda r: Drops(r.choice((40, 50)))),
+    _made("One command in twenty is lost", "back-to-back", lambda r: HardOfHearing()),
+    _made("Y is answered as X", "readback", lambda r: OtherAxis(Y, X, *_WIDE)),
+    _made("What is wrong is answered with an error", "silence", lambda r: Complains()),
+    _made("A write is confirmed", "readback", lambda r: Confirms(c.WriteTopSpeed), "WRITE_TOP_SPEED"),
+    _made("A move is confirmed", _MOVES, lambda r: Confirms(c.WriteTargetPosition), "WRITE_TARGET_POSITION"),
+    _made("Every colon ends a command", "marks-in-data", lambda r: CutsAtColons()),
+    _made("The low-level format cannot be left", "formats", lambda r: NoWayBack()),
+    _made("A size slot is wanted everywhere", "reads", lambda r: WantsASize()),
+    _made("A size of 0 is not understood", "joystick move-increment", lambda r: WantsNoSize()),
+    _made("An unknown command upsets it", "silence", lambda r: Upset()),
     _made("It is never busy", _MOVES, _always_told(b"b")),
     _made("It is always busy", f"status {_MOVES}", _always_told(b"B")),
-    _made("The position is stale", _MOVES, lambda r: _Stale(c.ReadMotorPosition)),
-    _made("The status byte is stale", _MOVES, lambda r: _Stale(c.ReadStatusByte)),
-    _made("A move goes to both axes", _MOVES, lambda r: _BothAxes(c.WriteTargetPosition, c.IncrementMoveUp)),
-    _made("Settings go to both axes", "readback", lambda r: _BothAxes(c.WriteTopSpeed)),
-    _made("X and Y are mixed up in moves", _MOVES, lambda r: _OtherAxis(_X, _Y, c.WriteTargetPosition)),
+    _made("The position is stale", _MOVES, lambda r: Stale(c.ReadMotorPosition)),
+    _made("The status byte is stale", _MOVES, lambda r: Stale(c.ReadStatusByte)),
+    _made("A move goes to both axes", _MOVES, lambda r: BothAxes(c.WriteTargetPosition, c.IncrementMoveUp)),
+    _made("Settings go to both axes", "readback", lambda r: BothAxes(c.WriteTopSpeed)),
+    _made("X and Y are mixed up in moves", _MOVES, lambda r: OtherAxis(X, Y, c.WriteTargetPosition)),
     _write("A write is ignored", "readback", _nothing, c.WriteIncrementValue, c.WriteTopSpeed),
     _write(
         "A value is off by one", "readback", _data(_plus_one),
@@ -306,7 +178,7 @@ COMMANDS = (
     _write("A stop is ignored", "stop-start", _nothing, c.StopMotor),
     _write("A vector speed is ignored", "move-vector", _nothing, c.WriteVectorSpeed),
     _write("The counter cannot be set", "counter", _nothing, c.WriteMotorPosition),
-    _made("The top speed has no effect", "top-speed ramps", lambda r: _OnPaper()),
+    _made("The top speed has no effect", "top-speed ramps", lambda r: OnPaper()),
     _write("The joystick cannot be disabled", "joystick", _nothing, c.JoystickDisable),
     _write("The joystick cannot be enabled", "joystick", _nothing, c.JoystickEnable),
 )  # fmt: skip

@@ -222,7 +222,7 @@ MOVES = (
     _said("The end of a move is never told", _ANY, lambda f: []),
     _said("The end of a move is told twice", _ANY, lambda f: [f, f]),
     _said("The end of a move is a header alone", _ANY, _bare, result=Result.NON_STRICT),
-    _said("The end of a move says that it moves", _ANY, _moving),
+    _said("The end of a move says that it moves", _ANY, _moving, result=Result.NON_STRICT),
     _said("The end of a move is about channel 0", _ANY, lambda f: [f.with_("chan_ident", 0)]),
     _said("The end of a move is told as a stop", _ANY, lambda f: [f.renamed(_STOPPED)]),
     _said("The end of a move has a packet of another length", _ANY, lambda f: [f.with_packet(f.packet[:-2])]),

@@ -33,11 +33,7 @@ def _bits(name: str) -> Mapping[str, int]:
 
 
 def _told(
-    name: str,
-    found_by: str,
-    change: Callable[[str], Change],
-    which: tuple[str, ...] = _MOTORS,
-    result: Result = Result.FAIL,
+    name: str, found_by: str, change: Callable[[str], Change], which: tuple[str, ...] = _MOTORS
 ) -> Defect:
     """Return a defect in the status, asked for or not."""
 
@@ -45,7 +41,7 @@ def _told(
         status = draw.one_of(*which)
         return Says(named(status), change(status)), status
 
-    return Defect(name, of(found_by), make, result=result)
+    return Defect(name, of(found_by), make)
 
 
 def _bit_set(*wanted: str) -> Callable[[str], Change]:
@@ -140,7 +136,7 @@ def _channel_zero(status: str) -> Change:
 
 
 STATUS = (
-    _told("Both limit switches are always active", "status", _bit_set(*_LIMITS), result=Result.NON_STRICT),
+    Defect("Both limit bits are stuck on", of("status"), _stuck(*_LIMITS, on=True), result=Result.NON_STRICT),
     _told("The status says that it moves both ways", "status", _bit_set(*_MOVING[:2])),
     Defect("The moving bit is stuck on", of("status"), _stuck("moving_forward", on=True)),
     Defect("The moving bits are never set", of(_MOVES), _stuck(*_MOVING, on=False)),
@@ -150,7 +146,7 @@ STATUS = (
     Defect("The enabled bit is never set", of("status enable"), _stuck("channel_enabled", on=False)),
     _told("The position in the status is stale", "status counters", _frozen("position")),
     _told("The bits in the status are stale", f"status {_MOVES}", _frozen("status_bits")),
-    Defect("The status is one behind", of(f"status {_MOVES}"), _one_behind),
+    Defect("The status is one behind", of(f"status counters {_MOVES}"), _one_behind),
     _told("A field of the status has another width", f"status answers {_MOVES}", _shifted),
     Defect("The status is that of another family", of("status answers"), _of_the_other_family),
     _told("The status is about channel 0", "status answers updates", _channel_zero, _STATUSES),

@@ -43,10 +43,9 @@ def named(case: tuple[Defect | CommandDefect, int]) -> str:
 
 def kinds_of(defect: Defect | CommandDefect) -> frozenset[str]:
     """Return the kinds of checks that are run; none for all of them."""
-    all_of_it = SEEDS or [*DEFECTS, *COMMANDS].index(defect) % WHOLE == 0
-    return (
-        frozenset() if all_of_it else defect.found_by | {"home"}
-    )  # by which a motor knows where it is
+    if SEEDS or [*DEFECTS, *COMMANDS].index(defect) % WHOLE == 0:
+        return frozenset()
+    return defect.found_by | {"home"}  # by which a motor knows where it is
 
 
 def findings(report: Report, *results: Result) -> Iterator[Outcome]:

@@ -7,14 +7,16 @@ are awaited, and what comes shortly behind them belongs to no reply.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from stagewire.commands import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
 from stagewire.errors import CodecError
 from stagewire.links import Link
 from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.errors import NothingAnswersError
+from stagewire_conformance.device.lines.command_contact import first_contact
 from stagewire_conformance.device.lines.command_guard import CommandGuard
+from stagewire_conformance.device.lines.heard import message_text
 from stagewire_conformance.device.lines.line import Line
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
@@ -28,8 +30,6 @@ _LIMIT: Final = 1.0
 """Seconds in which a controller that talks on and on is listened to, at most."""
 _SOON: Final = 0.3
 """Seconds in which a controller that is well answers a request."""
-_MOTOR: Final = b"EMOT"
-"""What an axis says that it is (section 7)."""
 _UNASKED: Final = "nobody asked for it"
 
 
@@ -94,7 +94,7 @@ class CommandLine(Line):
             self.stopped.discard(frame.axis or 0)
         if frame.extra or frame.form != "request":
             self._in_step = False  # a controller may read it otherwise than it is meant
-        self._write(raw, frame.__repr__)
+        self._write(raw, partial(self._words, frame))
         self._stirred = self.now
 
     def send_bytes(self, raw: bytes, about: str = "") -> None:
@@ -172,27 +172,8 @@ class CommandLine(Line):
         Where none answers rightly, the controller may be in the other format. It is switched then to that of
         commands, into which there is no other way (section 1), and :meth:`leave` switches it back.
         """
-        first = told = self._first_answer(m.ReadIdentification())
-        if not told.startswith(_MOTOR):  # nothing, or an error message of the other format
-            self.send(m.SwitchToLowLevel())
-            told = self._first_answer(m.ReadIdentification())
-            self._found_in_text = bool(told) and told != first
-        if told:
-            return {"identification": told.decode("ascii", "backslashreplace").rstrip(": ")}
-        if self._first_answer(m.ReadStatus()):  # it answers, but does not say what it is
-            return {}
-        axes = ", ".join(place.name for place in self.declared.places)
-        raise NothingAnswersError(
-            f"nothing answers at {self.url}: none of the axes {axes} says what it is, neither at once nor "
-            f"after 255 66, which switches to the low-level format. Is the {self.declared.unit.name} "
-            "switched on, is this its port, and is the baud rate that of its switches?"
-        )
-
-    def _first_answer(self, request: Command) -> bytes:
-        """Return what the first axis that answers says; empty where none does."""
-        wait = 1.0 / len(self.declared.places)
-        answers = (self.ask(request, place.address, wait) for place in self.declared.places)
-        return next(filter(None, answers), b"")
+        told, self._found_in_text = first_contact(self)
+        return told
 
     def settle(self) -> list[str]:
         """Come into step again, and read until nothing comes any more; see :meth:`.Line.settle`.
@@ -234,7 +215,7 @@ class CommandLine(Line):
             self._write_now(self._end, lambda: "ends what may be open")
         for axis in sorted(axes) * 2:
             frame = CommandFrame(m.StopMotor(), axis)
-            self._write_now(frame.encode(), frame.__repr__)
+            self._write_now(frame.encode(), partial(self._words, frame))
         self.stopped |= axes
         self.moving -= axes
         self._moved -= axes
@@ -244,7 +225,19 @@ class CommandLine(Line):
         if self._found_in_text:
             self.settle()
             frame = CommandFrame(m.SwitchToHighLevel())
-            self._write(frame.encode(), frame.__repr__)
+            self._write(frame.encode(), partial(self._words, frame))
+
+    def _words(self, frame: CommandFrame) -> str:
+        """Return a command in one line: what it is, of which axis, and its values."""
+        words = message_text(frame.message).split(" ", 1)
+        if frame.axis is not None:
+            place = self.declared.place_at(frame.axis)
+            words.insert(1, f"of axis {place.name if place else f'{frame.axis:#04x}'}")
+        if frame.extra:
+            words.append(f"extra={frame.extra.hex()}")
+        if frame.form != "request":
+            words.append("with a size slot" if frame.sized else "without its size slot")
+        return " ".join(words)
 
     def _until_quiet(self, quiet: float, about: str) -> bytes:
         """Return what comes until nothing did for ``quiet`` seconds."""
@@ -275,6 +268,6 @@ def _told(raw: bytes, reply: type[Reply]) -> str:
     if len(raw) != reply.layout.length:
         return f"{len(raw)} of {reply.layout.length} bytes of a reply"
     try:
-        return repr(reply.unpack(raw))
+        return message_text(reply.unpack(raw))
     except CodecError as error:
         return str(error)

@@ -1,9 +1,10 @@
-"""Ctrl-C and SIGTERM during a run: heeded where the line is waited for, and never within a frame.
+"""Ctrl-C, SIGTERM and SIGHUP during a run: heeded where the line is waited for, and never within a frame.
 
 Python raises ``KeyboardInterrupt`` between any two steps of the main thread. In a run that would leave half a
 frame on the line, and the stop that has to follow it would be taken for its rest. So while a run goes on, a
 signal is only noted, and the read that waits is woken; the line then raises. A program with a handler of its
-own keeps it; where an error comes out of the line itself, it is heeded all the same.
+own keeps it; where an error comes out of the line itself, it is heeded all the same. SIGHUP comes when the
+terminal or its connection is closed, and not on Windows.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ _DEFAULTS: Final[dict[signal.Signals, Any]] = {
     signal.SIGINT: signal.default_int_handler,
     signal.SIGTERM: signal.SIG_DFL,
 }
+if hasattr(signal, "SIGHUP"):
+    _DEFAULTS[signal.SIGHUP] = signal.SIG_DFL
 
 
 class Interruption:

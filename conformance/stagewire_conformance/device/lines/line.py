@@ -6,7 +6,6 @@ stepped clock takes none. Waiting is reading.
 
 from __future__ import annotations
 
-import contextlib
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -89,9 +88,11 @@ class Line(ABC):
         self._put(raw, tell, keep_alive)
 
     def _write_now(self, raw: bytes, tell: Callable[[], str]) -> None:
-        """Send bytes whatever has happened; a line that is gone takes none."""
-        with contextlib.suppress(TransportLost):
+        """Send bytes whatever has happened; a line that is gone takes none, and the log says none."""
+        try:
             self._put(raw, tell, False)
+        except TransportLost:
+            self.log.pop()
 
     def _put(self, raw: bytes, tell: Callable[[], str], keep_alive: bool) -> None:
         self.log.append(Entry(self.now, True, raw, keep_alive, tell))

@@ -38,7 +38,7 @@ def parse_pics(contents: bytes, source: str = "pics.toml") -> Pics:
     Raises :class:`.PicsError` with everything that is wrong with it.
     """
     try:
-        values = tomllib.loads(contents.decode("utf-8"))
+        values = tomllib.loads(contents.decode("utf-8-sig"))
     except RecursionError as error:
         raise PicsError([f"{source}: is nested too deeply"]) from error
     except ValueError as error:  # of TOML or of UTF-8

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cached_property
 
 from stagewire_conformance.reports import coverage
@@ -108,6 +109,11 @@ class View:
         return list(self.sheet.grave())
 
     @cached_property
+    def has_results(self) -> bool:
+        """Whether anything ran."""
+        return any(case.ran for case in self.sheet.cases())
+
+    @cached_property
     def told(self) -> list[Case]:
         """The others of which there is a dialogue to show."""
         return [case for case in self.sheet.cases(Grade.PASSED, Grade.NOTED) if case.lines]
@@ -166,13 +172,37 @@ class View:
 
     @cached_property
     def messages(self) -> list[MessageRow]:
-        """Coverage by message."""
-        return coverage.messages(self.sheet)
+        """Coverage by message; where only some cases were asked for, of those that they are about."""
+        return [row for row in coverage.messages(self.sheet) if self._is_asked(row)]
 
     @cached_property
     def pages(self) -> list[PageRow]:
-        """Coverage by page."""
-        return coverage.pages(self.sheet)
+        """Coverage by page; where only some cases were asked for, of what they are about."""
+        return [
+            replace(
+                row,
+                rules=tuple(filter(self._is_asked, row.rules)),
+                messages=tuple(name for name in row.messages if name in self._asked),
+            )
+            for row in coverage.pages(self.sheet)
+            if self._is_asked(row)
+        ]
+
+    @cached_property
+    def _asked(self) -> frozenset[str]:
+        """The messages that are listed."""
+        return frozenset(row.message.name for row in self.messages)
+
+    def _is_asked(self, row: MessageRow | PageRow | RuleRow) -> bool:
+        return self.sheet.whole or row.grade is not None
+
+    @cached_property
+    def errata(self) -> list[Erratum]:
+        """The errata; where only some cases were asked for, of what they are about."""
+        if self.sheet.whole:
+            return list(self.sheet.errata.values())
+        found = {one.id: one for case in self.sheet.cases() for one in self.errata_of(case)}
+        return list(found.values())
 
     @cached_property
     def waived(self) -> list[Rule]:

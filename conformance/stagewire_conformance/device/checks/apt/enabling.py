@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 __all__ = ["ENABLED_SETS", "enable_state", "put_back", "switch"]
 
+_TRIES: Final = 2
+"""Times that it is put back, where it is not seen to be there."""
+
 ENABLED_SETS: Final = frozenset(
     {"MOD_SET_CHANENABLESTATE", "MOD_REQ_CHANENABLESTATE", "MOD_GET_CHANENABLESTATE"}
 )
@@ -54,9 +57,11 @@ def put_back(trial: Trial, place: Place, channel: int, before: int) -> None:
 
     Raises :class:`~stagewire.errors.StagewireError` with what to do where it is not.
     """
-    trial.line.send(m.ModSetChanEnableState(channel, before), place.address)
-    came = trial.line.ask(m.ModReqChanEnableState(channel), place.address)
-    if came is None or came.message.enable_state != before:
-        raise StagewireError(
-            f"{place.name} channel {channel}: write MOD_SET_CHANENABLESTATE enable_state={before}"
-        )
+    for _ in range(_TRIES):  # one lost message is not to leave it changed
+        trial.line.send(m.ModSetChanEnableState(channel, before), place.address)
+        came = trial.line.ask(m.ModReqChanEnableState(channel), place.address)
+        if came is not None and came.message.enable_state == before:
+            return
+    raise StagewireError(
+        f"{place.name} channel {channel}: write MOD_SET_CHANENABLESTATE enable_state={before}"
+    )

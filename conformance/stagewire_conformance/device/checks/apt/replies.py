@@ -116,10 +116,11 @@ def judge_unasked(trial: Trial, heard: Heard, when: str) -> None:
     :param when: for the sentence: ``beside the answer to …``.
     """
     exchange = trial.declared.registry.messages.get(heard.name, {}).get("exchange", {})
-    if exchange.get("counts_for_keep_alive"):
+    counts, muted = exchange.get("counts_for_keep_alive"), exchange.get("muted_by")
+    if counts and not muted:  # ends of moves can be muted, and come only where something moved
         return
     text = f"{when} there came {described(trial, [heard])}, which nobody asked for"
-    if exchange.get("unsolicited") and exchange.get("muted_by"):
+    if exchange.get("unsolicited") and muted and not counts:
         trial.should(False, f"{text}: the controller reports a fault", came=heard.raw)
     else:
         trial.must(False, text, came=heard.raw)

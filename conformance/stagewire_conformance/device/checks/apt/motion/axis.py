@@ -35,6 +35,9 @@ _STILL: Final = 0.3
 _LEAVING: Final = 10.0
 """Seconds in which a stop has to have happened."""
 
+_SETTLING: Final = 0.5
+"""Seconds by which bits that say that a motor moves may be late when it stands."""
+
 _SHORTEST: Final = 16
 """Counts of the shortest move that shows anything."""
 JITTER: Final = 4
@@ -102,14 +105,26 @@ class Axis:
         self.pace = Pace(1.0, 1.0, known=False)
 
     def inside(self) -> Status:
-        """Return the status of a motor at rest within the range; the check ends for any other."""
-        status = self.status()
-        self.start = status.position
-        self.trial.need(
-            self.low <= self.start <= self.high,
-            f"{self.text} is at {self.start} counts, outside of what was allowed ({self.low}..{self.high} "
-            f"counts), so nothing was moved; bring it there, or allow a range that includes its position",
-        )
+        """Return the status of a motor at rest within the range; the check ends for any other.
+
+        Where a stage stands, and who else moves it, says nothing of its controller.
+        """
+        first = self.status()
+        status = self.settled(first)
+        self.start = max(self.low, min(status.position, self.high))
+        if abs(status.position - self.start) > HELD:
+            self.trial.inconclusive(
+                f"{self.text} is at {status.position} counts, outside of what was allowed ({self.low}.."
+                f"{self.high} counts), so nothing was moved; bring it there, or allow a range that "
+                "includes its position"
+            )
+            raise EnoughError
+        if status.moving and abs(status.position - first.position) > JITTER:
+            self.trial.inconclusive(
+                f"{self.text} is being moved, from {first.position} to {status.position} counts, though "
+                "this run did not tell it to; so nothing was moved"
+            )
+            raise EnoughError
         self.trial.need(
             not status.moving,
             f"{self.text} says that it is moving before it was told to: {status.heard.text}",
@@ -180,6 +195,19 @@ class Axis:
     def status(self) -> Status:
         """Ask for the status; the check ends where nothing answers."""
         return self.status_of(self.ask(self._request))
+
+    def status_within(self, seconds: float) -> Status | None:
+        """Ask for the status; None where nothing answers in time."""
+        heard = self.trial.line.ask(self._request, self.place.address, seconds)
+        return None if heard is None else self.status_of(heard)
+
+    def settled(self, status: Status) -> Status:
+        """Return a later status, if it is needed until one says that nothing moves, and half a second."""
+        end = self.trial.line.now + _SETTLING
+        while status.moving and self.trial.line.now < end:
+            self._pause(POLL)
+            status = self.status()
+        return status
 
     def status_of(self, heard: Heard) -> Status:
         """Return what a message with a status says."""

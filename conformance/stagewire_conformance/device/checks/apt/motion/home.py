@@ -33,6 +33,8 @@ _NEAR: Final = 64
 """Counts within which a servo holds its stage."""
 _MOVES: Final = 8
 """Counts by which a motor has moved between two looks at it, if they are more."""
+_LATE: Final = 0.1
+"""Seconds after the first look in which the bit may still be missing."""
 _LOOKS: Final = 3
 """Looks at a motor on its way home before it is stopped."""
 _TOLD: Final = "MOT_MOVE_HOME"
@@ -124,7 +126,10 @@ def _unsafe(axis: Axis) -> str:
 
 
 def _judge_way(axis: Axis, statuses: Sequence[Status]) -> None:
+    shown = any(status.bits.homing for status in statuses)
     for earlier, status in pairwise(statuses):
+        if shown and earlier.time - statuses[0].time < _LATE:
+            continue
         if abs(status.position - earlier.position) > _MOVES and not earlier.bits.homing:
             axis.trial.must(
                 False,
@@ -140,7 +145,10 @@ def _way_back(axis: Axis, before: Status, way: Sequence[Status], now: Status) ->
     stood = before.position
     if not before.bits.homed and way:
         stood += now.position - way[-1].position
-    return stood if axis.can_return_to(stood) else now.position
+    if axis.can_return_to(stood):
+        return stood
+    nearest = max(axis.low, min(now.position, axis.high))  # it may tremble at the end of the range
+    return nearest if abs(now.position - nearest) <= _NEAR else now.position
 
 
 def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:

@@ -75,7 +75,13 @@ def move(moves: Sequence[Move]) -> bool:
 
     A target that is outside of the range, because the motor is not where it should be, is left out.
     """
-    moves = [each for each in moves if each.axis.low <= each.target <= each.axis.high]
+    moves = [
+        each
+        for each in moves
+        if each.axis.low - HELD
+        <= each.target
+        <= each.axis.high + HELD  # relative to where it trembles
+    ]
     if not moves:
         return False
     starts = {each.axis: each.axis.status().position for each in moves}
@@ -112,7 +118,7 @@ def go_back(axes: Sequence[Axis]) -> None:
     """
     away = {}
     for axis in axes:
-        status = axis.status()
+        status = axis.settled(axis.status())
         if status.moving:
             status = axis.halt()
         if abs(status.position - axis.start) > JITTER:
@@ -130,7 +136,7 @@ def go_back(axes: Sequence[Axis]) -> None:
     limits = {axis: axis.pace.limit(distance) for axis, distance in away.items()}
     watch(list(away), limits, strays=goes_away)
     for axis, distance in away.items():
-        status = axis.status()
-        if status.moving or abs(status.position - axis.start) > axis.tolerance(distance):
+        status = axis.settled(axis.status())
+        if status.moving or abs(status.position - axis.start) > max(HELD, abs(distance) // 200):
             status = axis.halt()
             raise StagewireError(f"{axis.text} is at {status.position}; move it to {axis.start}")

@@ -93,7 +93,15 @@ class _Run:
     @property
     def enough(self) -> float:
         """The counts after which it is stopped."""
-        return min(self.velocity * _RUNNING, self.free)
+        return min(self.velocity * _RUNNING + self.stopping, self.free)
+
+    @property
+    def latest(self) -> float:
+        """The seconds after which it has to be stopped even if nobody knows where it is."""
+        ramp = self.velocity / self.axis.pace.acceleration
+        if self.free < self.velocity * ramp / 2:
+            return math.sqrt(2 * self.free / self.axis.pace.acceleration)
+        return self.free / self.velocity + ramp / 2
 
     def gone(self, status: Status) -> int:
         """Return how far it has gone."""
@@ -125,7 +133,7 @@ def _run_all(runs: Sequence[_Run]) -> bool:
     by_axis = {run.axis: run for run in runs}
     for run in runs:
         run.start = run.axis.status().position
-    if any(run.free <= 0 for run in runs):  # the first run ended elsewhere than it should have
+    if any(run.free < _LEAST_ROOM for run in runs):  # the first run ended where it should not have
         return False
 
     def enough(axis: Axis, status: Status) -> bool:
@@ -142,7 +150,8 @@ def _run_all(runs: Sequence[_Run]) -> bool:
         return is_outside(axis, status) or abs(run.gone(status)) > too_far
 
     limits = {run.axis: 10 * _RUNNING + run.axis.pace.limit(int(run.stopping)) for run in runs}
-    seen = watch(list(by_axis), limits, stop=enough, strays=strays)
+    latest = {run.axis: run.latest for run in runs}
+    seen = watch(list(by_axis), limits, stop=enough, strays=strays, deadlines=latest)
     done = [_judge(run, seen[run.axis]) for run in runs]
     return all(done)
 
@@ -151,6 +160,12 @@ def _judge(run: _Run, seen: Watched) -> bool:
     """Say what is wrong with a run, and return whether nothing is."""
     axis = run.axis
     last = seen.strayed or seen.stopped
+    if seen.unheard and last is None and seen.ends:
+        axis.trial.inconclusive(
+            f"{axis.text}: after {run.told} it did not say soon enough where it was, so it was stopped after "
+            f"{run.latest:.1f} s, before it could leave {axis.low}..{axis.high}"
+        )
+        return False
     if last is None:
         told = f"{run.told} from {run.start}, where no limit is"
         if seen.ends:

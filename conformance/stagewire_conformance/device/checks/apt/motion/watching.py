@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
@@ -21,8 +23,14 @@ ENDS: Final = frozenset({"MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED", "MOT_MOVE_HOM
 Decision = Callable[[Axis, Status], bool]
 """Decides something of a motor by its status."""
 
+_ANSWER: Final = 1.0
+"""Seconds within which a status has to come where nothing presses."""
+
 _BEHIND: Final = 0.05
 """Seconds in which a second end would come behind the last one."""
+
+_LATEST: Final = 0.3
+"""Seconds for which a status tells where a motor is."""
 
 _PATIENCE: Final = 2.0
 """Seconds that a motor may stand without a word."""
@@ -46,6 +54,7 @@ class Watched:
     :param strayed: its status where it must not be; None: it was not there. From then on it is watched until
         it stands, whatever it says.
     :param called_back: whether it was told to go back then.
+    :param unheard: whether it was stopped without knowing where it was, because the time for it had come.
     :param seconds: until its end, or until it was given up.
     :param over: whether it is watched no more.
     :param moved: when it was last seen to move.
@@ -58,14 +67,20 @@ class Watched:
     stopped: Status | None = None
     strayed: Status | None = None
     called_back: bool = False
+    unheard: bool = False
     seconds: float = 0.0
     over: bool = False
     moved: float = 0.0
     place: int | None = None
 
+    @property
+    def runs(self) -> bool:
+        """Whether nobody has stopped it yet."""
+        return not self.over and self.stopped is None and self.strayed is None and not self.unheard
+
     def look(self, status: Status) -> None:
         """Note a status; those after a stop are not those of the motion any more."""
-        if self.stopped is None:
+        if self.stopped is None and not self.unheard:
             self.statuses.append(status)
         if self.place is None or abs(status.position - self.place) > JITTER:
             self.place, self.moved = status.position, status.time
@@ -84,6 +99,7 @@ def watch(
     stop: Decision | None = None,
     mode: StopMode = StopMode.PROFILED,
     strays: Decision | None = is_outside,
+    deadlines: Mapping[Axis, float] = MappingProxyType({}),
 ) -> dict[Axis, Watched]:
     """Watch motors that were told to move, until an end message of each has come.
 
@@ -92,6 +108,8 @@ def watch(
     :param stop: has a motor stopped, at once, and its end awaited.
     :param mode: how it is stopped.
     :param strays: says that a motor is where it must not be: it is called back, whatever that takes.
+    :param deadlines: seconds after which a motor that runs on is stopped whatever is heard of it: a status
+        that is lost, late or stale does not tell that it is about to leave the range.
     """
     line = axes[0].trial.line
     began = line.now
@@ -99,9 +117,10 @@ def watch(
     while not all(each.over for each in seen.values()):
         _take(seen, line.listen(POLL, until=lambda heard: heard.name in ENDS), line.now - began)
         for axis, each in seen.items():
-            if each.over:
+            _stop_in_time(seen, deadlines, began, mode)
+            status = None if each.over else _status(axis, seen, deadlines, began)
+            if status is None:
                 continue
-            status = axis.status()
             each.look(status)
             if each.strayed is not None:
                 each.over = _is_back(axis, each, status)
@@ -110,7 +129,7 @@ def watch(
                 each.strayed = status
                 axis.send(m.MotMoveStop(axis.channel, StopMode.IMMEDIATE))
                 continue
-            if each.stopped is None and stop is not None and stop(axis, status):
+            if each.runs and stop is not None and stop(axis, status):
                 each.stopped = status
                 axis.send(m.MotMoveStop(axis.channel, mode))
             each.seconds = line.now - began
@@ -119,6 +138,32 @@ def watch(
             each.over = stands or is_done or each.seconds > limits[axis]
     _take(seen, line.listen(_BEHIND), line.now - began)
     return seen
+
+
+def _stop_in_time(
+    seen: Mapping[Axis, Watched], deadlines: Mapping[Axis, float], began: float, mode: StopMode
+) -> None:
+    """Stop the motors whose time is over."""
+    for axis, due in deadlines.items():
+        each = seen[axis]
+        now = axis.trial.line.now
+        if not each.runs or now - began < due:
+            continue
+        last = each.statuses[-1] if each.statuses else None
+        if last is not None and now - last.time < _LATEST:
+            each.stopped = last
+        else:
+            each.unheard = True
+        axis.send(m.MotMoveStop(axis.channel, mode))
+
+
+def _status(
+    axis: Axis, seen: Mapping[Axis, Watched], deadlines: Mapping[Axis, float], began: float
+) -> Status | None:
+    """Return the status of a motor; None where none came until one has to be stopped."""
+    left = min((due for each, due in deadlines.items() if seen[each].runs), default=inf)
+    left -= axis.trial.line.now - began
+    return axis.status() if left >= _ANSWER else axis.status_within(max(0.0, left))
 
 
 def _is_back(axis: Axis, seen: Watched, status: Status) -> bool:

@@ -8,6 +8,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.checks.apt.clean import is_error
+from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.requests import Request, requests_of
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
@@ -97,6 +99,10 @@ def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Heard]) ->
 
 
 def _judge_surplus(trial: Trial, surplus: Sequence[Heard]) -> bool:
+    for heard in surplus:
+        if is_error(trial, heard):
+            judge_unasked(trial, heard, "beside the answers to requests without a pause")
+    surplus = [heard for heard in surplus if not is_error(trial, heard)]
     return trial.must(
         not surplus,
         f"beside the answers to requests without a pause there came {described(trial, surplus)}; each should "

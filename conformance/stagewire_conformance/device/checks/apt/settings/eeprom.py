@@ -17,13 +17,12 @@ from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbou
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declared import Declared, Place
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["KIND"]
 
-_SAVING: Final = ("MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS")
 _FIRST: Final = ("MOT_AVMODES", "PZ_TPZ_DISPSETTINGS", "MOT_JOGPARAMS")
 """Sets that are saved rather than others: those with the least effect."""
 _QUIET: Final = 0.3
@@ -33,12 +32,11 @@ _QUIET: Final = 0.3
 def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
     chosen: dict[tuple[str, int], Spot] = {}
     for spot in sorted(spots(declared), key=_rank):
-        can_save = any(name in spot.place.listed for name in _SAVING)
-        if can_save and spot.set.effect == "settings" and not spot.set.skip:
+        if _saving(declared, spot.place) and spot.set.effect == "settings" and not spot.set.skip:
             channel = spot.channel or spot.place.channels[0]
             chosen.setdefault((spot.place.name, channel), spot)
     for (name, channel), spot in sorted(chosen.items()):
-        saving = next(each for each in _SAVING if each in spot.place.listed)
+        saving = _saving(declared, spot.place)[0]
         yield Check(
             id=f"eeprom/{name}/{saving}/{channel}",
             title=f"{saving} saves {spot.set.set} at {spot.text} without an answer",
@@ -50,6 +48,12 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
             seconds=0.5,
             skip=spot.place.why_not(saving),
         )
+
+
+def _saving(declared: Declared, place: Place) -> list[str]:
+    """Return the messages in the list of a place that save settings."""
+    entries = declared.registry.messages
+    return [name for name in sorted(place.listed) if entries[name]["effect"] == "eeprom"]
 
 
 def _rank(spot: Spot) -> int:

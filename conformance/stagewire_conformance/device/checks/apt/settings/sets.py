@@ -21,6 +21,8 @@ __all__ = ["ParameterSet", "Spot", "Values", "parameter_sets", "spots"]
 Values = dict[str, Any]
 
 CHANNEL: Final = "chan_ident"
+_TRIES: Final = 2
+"""Times that something is put back, where it is not seen to be there."""
 _SHORT: Final = 0.2
 """Seconds within which what a SET sends back by itself has come."""
 
@@ -170,12 +172,13 @@ class Spot:
         Raises :class:`~stagewire.errors.StagewireError` with what to do where they are not.
         """
         line, declared = trial.line, trial.declared
-        line.send(self._message(trial, self.set.set, values), self.place.address)
-        if self.set.announces:
-            line.listen(_SHORT)
-        came = line.ask(declared.make(self.set.req, self.channel), self.place.address)
-        if came is not None and self.values(came) == values:
-            return
+        for _ in range(_TRIES):  # one lost message is not to leave a setting changed
+            line.send(self._message(trial, self.set.set, values), self.place.address)
+            if self.set.announces:
+                line.listen(_SHORT)
+            came = line.ask(declared.make(self.set.req, self.channel), self.place.address)
+            if came is not None and self.values(came) == values:
+                return
         words = " ".join(f"{name}={value!r}" for name, value in values.items())
         says = "nothing" if came is None else came.text
         raise StagewireError(f"{self.text}: write {self.set.set} {words} (it says: {says})")

@@ -1,0 +1,134 @@
+"""What real controllers do otherwise than virtual ones is no failure, and no reason to leave the range."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from firmware_bench import Bench, bench
+from firmware_frames import Frame
+from firmware_line import FaultyLink, Firmware
+
+from stagewire_conformance.device.report import Report
+from stagewire_conformance.device.results import Result
+from stagewire_virtual.linking import SteppedLink
+
+STATUS = ("MOT_GET_STATUSUPDATE", "MOT_GET_DCSTATUSUPDATE")
+ENDS = ("MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED", "MOT_MOVE_HOMED")
+MOVING = 0xF0
+HOMING = 0x200
+MOVES = frozenset({"home", "move-absolute", "move-relative", "move-velocity", "move-stop"})
+
+
+class LateBits(Firmware):
+    """Bits of motion show 50 ms after it began."""
+
+    def __init__(self) -> None:
+        self.began: dict[int, float] = {}
+
+    def says(self, frame: Frame) -> None:
+        if frame.name in STATUS:
+            bits, now = frame["status_bits"], self.now()
+            if bits & (MOVING | HOMING):
+                if now - self.began.setdefault(frame.source, now) < 0.05:
+                    frame = frame.with_("status_bits", bits & ~(MOVING | HOMING))
+            else:
+                self.began.pop(frame.source, None)
+        self.say(frame.raw)
+
+
+class SlowToSettle(Firmware):
+    """A bit of motion stays for 0.2 s when the end was told."""
+
+    def __init__(self) -> None:
+        self.ended: dict[int, float] = {}
+
+    def says(self, frame: Frame) -> None:
+        if frame.name in ENDS:
+            self.ended[frame.source] = self.now()
+        if frame.name in STATUS and self.now() - self.ended.get(frame.source, -1.0) < 0.2:
+            frame = frame.with_("status_bits", frame["status_bits"] | 0x10)
+        self.say(frame.raw)
+
+
+class Trembles(Firmware):
+    """A servo holds its stage within three counts, also at the end of the range."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def says(self, frame: Frame) -> None:
+        if frame.name in (*STATUS, *ENDS) and "position" in frame.fields:
+            self.count += 1
+            frame = frame.with_("position", frame["position"] + self.count % 7 - 3)
+        self.say(frame.raw)
+
+
+class StaleEnd(Firmware):
+    """The end of a move comes with both bits of motion, as a K10CR1 is known to send it."""
+
+    def says(self, frame: Frame) -> None:
+        if frame.name in ENDS and "status_bits" in frame.fields:
+            frame = frame.with_("status_bits", frame["status_bits"] | 0x30)
+        self.say(frame.raw)
+
+
+class Frozen(Firmware):
+    """The status says the same position for ever."""
+
+    def says(self, frame: Frame) -> None:
+        if frame.name in STATUS:
+            frame = frame.with_("position", 0)
+        self.say(frame.raw)
+
+
+class Late(Firmware):
+    """Whatever it says comes 0.9 s later."""
+
+    def says(self, frame: Frame) -> None:
+        self.say(frame.raw, after=0.9)
+
+
+def run_on(unit: Bench, firmware: Firmware, kinds: frozenset[str]) -> Report:
+    return unit.run(FaultyLink(unit.line(), firmware, unit.status), kinds)
+
+
+def worst_of(report: Report) -> dict[str, list[str]]:
+    return {
+        f"{outcome.result} {outcome.check.id}": [finding.text for finding in outcome.findings]
+        for outcome in report.outcomes
+        if outcome.result in (Result.FAIL, Result.NON_STRICT)
+    }
+
+
+@pytest.mark.parametrize("make", [LateBits, SlowToSettle, Trembles])
+@pytest.mark.parametrize("unit", ["TDC001", "BSC103"])
+def test_what_real_controllers_do_passes(unit: str, make: Callable[[], Firmware]) -> None:
+    report = run_on(bench(unit), make(), MOVES)
+    assert not report.unfinished
+    assert not worst_of(report)
+
+
+def test_stale_bits_in_the_end_of_a_move_are_not_strict() -> None:
+    report = run_on(bench("TDC001"), StaleEnd(), frozenset({"move-absolute"}))
+    [outcome] = report.outcomes
+    assert outcome.result is Result.NON_STRICT
+
+
+@pytest.mark.parametrize("firmware", [Frozen(), Late()])
+def test_a_run_is_stopped_in_time_whatever_is_heard(firmware: Firmware) -> None:
+    unit = bench("BBD102")
+    controller = unit.make()
+    link = FaultyLink(SteppedLink(controller), firmware, unit.status)
+    places = []
+    axis = controller.instrument.channel(1, 0).behaviour._axis
+    ask = link.write
+
+    def write(data: bytes) -> None:
+        places.append(axis.place)
+        ask(data)
+
+    link.write = write  # type: ignore[method-assign]
+    unit.run(link, frozenset({"move-velocity"}))
+    assert max(places) > min(places)  # something did move
+    assert max(places) - places[0] <= 800_000
