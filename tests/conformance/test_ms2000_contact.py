@@ -21,7 +21,7 @@ from stagewire_ms2000 import messages as m
 
 X, Y = 0x18, 0x19
 SAYS = "bytes came that are no reply (another baud rate, or another kind of controller?)"
-FRAME = apt.MotMoveCompleted(1).pack(0x01, 0x50)
+FRAME = apt.MotMoveCompletedHeader(1).pack(0x01, 0x50)
 
 _DRAWN = random.Random(1)
 
@@ -36,13 +36,18 @@ class Talker(DeadLink):
         self._answer = answer
         self._flood = flood
         self._seconds = seconds
+        self._due = 0.0
 
     def write(self, data: bytes) -> None:
         self._says += self._answer(data)
 
     def read(self, timeout: float) -> bytes:
-        if self._flood and timeout > 0:
-            self.now += min(timeout, self._seconds)
+        if self._flood:
+            if self.now + timeout < self._due:
+                self.now += timeout
+                return b""
+            self.now = max(self.now, self._due)
+            self._due = self.now + self._seconds
             return self._flood
         if self._says:
             self.now += min(timeout, 0.001)

@@ -41,7 +41,7 @@ def faults(files: dict[str, str], known: dict[str, str]) -> Iterator[str]:
             yield f"{path!r} is no portable path"
         if known.get(path) == text:
             continue
-        hidden = {char for char in text if unicodedata.category(char) in _HIDDEN} - {"\n"}
+        hidden = {char for char in set(text) if unicodedata.category(char) in _HIDDEN} - {"\n"}
         if hidden:
             yield f"{path}: holds {hidden}"
         try:

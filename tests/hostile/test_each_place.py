@@ -44,7 +44,7 @@ def pairs(places: list[Place]) -> Iterator[tuple[Place, str]]:
 
 @pytest.fixture(scope="module")
 def outcome(
-    quick_reading: None,
+    quick_checking: None,
     files: Files,
     places: list[Place],
     rendered: dict[str, str],

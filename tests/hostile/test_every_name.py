@@ -463,7 +463,9 @@ Settled = dict[str, tuple[dict[str, str], list[str]]]
 
 
 @pytest.fixture(scope="module")
-def settled(quick_reading: None, files: Files, tmp_path_factory: pytest.TempPathFactory) -> Settled:
+def settled(
+    quick_checking: None, files: Files, tmp_path_factory: pytest.TempPathFactory
+) -> Settled:
     base = tmp_path_factory.mktemp("names")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(checks, "check_errata", witness_of_messages_only)

@@ -83,7 +83,8 @@ def test_the_code_is_the_same_but_for_its_strings(trees: Trees, rendered: dict[s
     for step, files in trees.items():
         assert files.keys() == rendered.keys()
         for path, syntax in plain.items():
-            assert blanked(path, files[path]) == syntax, f"step {step}: {path}"
+            same = files[path] == rendered[path] or blanked(path, files[path]) == syntax
+            assert same, f"step {step}: {path}"
 
 
 def test_nothing_harmful_is_rendered(trees: Trees, rendered: dict[str, str]) -> None:

@@ -146,7 +146,7 @@ STATUS = (
     Defect("The enabled bit is never set", of("status enable"), _stuck("channel_enabled", on=False)),
     _told("The position in the status is stale", "status counters", _frozen("position")),
     _told("The bits in the status are stale", f"status {_MOVES}", _frozen("status_bits")),
-    Defect("The status is one behind", of(f"status counters {_MOVES}"), _one_behind),
+    Defect("The status is one behind", of(f"status {_MOVES}"), _one_behind),
     _told("A field of the status has another width", f"status answers {_MOVES}", _shifted),
     Defect("The status is that of another family", of("status answers"), _of_the_other_family),
     _told("The status is about channel 0", "status answers updates", _channel_zero, _STATUSES),

@@ -38,7 +38,7 @@ class LateBits(Firmware):
 
 
 class SlowToSettle(Firmware):
-    """A bit of motion stays for 0.2 s when the end was told."""
+    """A bit of motion stays for 0.1 s when the end was told."""
 
     def __init__(self) -> None:
         self.ended: dict[int, float] = {}
@@ -46,7 +46,7 @@ class SlowToSettle(Firmware):
     def says(self, frame: Frame) -> None:
         if frame.name in ENDS:
             self.ended[frame.source] = self.now()
-        if frame.name in STATUS and self.now() - self.ended.get(frame.source, -1.0) < 0.2:
+        if frame.name in STATUS and self.now() - self.ended.get(frame.source, -1.0) < 0.1:
             frame = frame.with_("status_bits", frame["status_bits"] | 0x10)
         self.say(frame.raw)
 

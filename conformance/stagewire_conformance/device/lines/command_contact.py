@@ -76,16 +76,16 @@ def _answers(line: CommandLine, request: Command) -> Iterator[tuple[int, bytes]]
     """Yield what comes from each axis, until the time is over or something talks on and on."""
     end = line.now + _ROUND
     for place in line.declared.places:
-        told = _ask(line, request, place.address)
+        if (left := end - line.now) <= 0:
+            return
+        told = _ask(line, request, place.address, left)
         if len(told) > _MOST:
             return
         yield place.address, told
-        if line.now >= end:
-            return
 
 
-def _ask(line: CommandLine, request: Command, axis: int) -> bytes:
-    return line.ask(request, axis, _ROUND / len(line.declared.places))
+def _ask(line: CommandLine, request: Command, axis: int, left: float = _ROUND) -> bytes:
+    return line.ask(request, axis, min(left, _ROUND / len(line.declared.places)))
 
 
 def _is_text(told: bytes) -> bool:

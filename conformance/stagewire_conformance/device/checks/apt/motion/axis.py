@@ -205,7 +205,7 @@ class Axis:
         """Return a later status, if it is needed until one says that nothing moves, and half a second."""
         end = self.trial.line.now + _SETTLING
         while status.moving and self.trial.line.now < end:
-            self._pause(POLL)
+            self.pause(POLL)
             status = self.status()
         return status
 
@@ -261,7 +261,7 @@ class Axis:
         last = self.status()
         since = last.time
         while self.trial.line.now < end:
-            self._pause(POLL)
+            self.pause(POLL)
             now = self.status()
             if abs(now.position - last.position) > JITTER or now.moving:
                 since = now.time
@@ -270,7 +270,8 @@ class Axis:
                 break
         return last
 
-    def _pause(self, seconds: float) -> None:
+    def pause(self, seconds: float) -> None:
+        """Wait; what comes meanwhile stays to be heard."""
         line = self.trial.line
         kept = line.listen(seconds)
         line.heard[:0] = kept

@@ -20,6 +20,8 @@ _TELLING_SPEED = 3.0
 """A velocity as it is told that has to be told as more than 0."""
 _LATE = 0.1
 """Seconds after the first look in which the bits of motion may still be missing."""
+_SETTLES = 0.12
+"""Seconds for which bits of motion may stay when the end was told."""
 _MIDWAY = 20
 """A motor is on its way while it is a twentieth of it from both ends."""
 
@@ -179,8 +181,8 @@ def judge_rest(axis: Axis, told: str, end: Heard | None = None) -> Status:
 
     :param end: the message that told the end; what it said has to hold still.
     """
-    first = axis.status()
-    status = axis.settled(first)
+    axis.pause(_SETTLES)
+    status = axis.status()  # once: a status that is one behind is right when it is asked again
     axis.trial.must(
         not status.moving,
         f"{axis.text}: {told} has ended, and {status.heard.name} says {_names(status)}; it should say that "
@@ -189,9 +191,9 @@ def judge_rest(axis: Axis, told: str, end: Heard | None = None) -> Status:
     )
     position: int | None = getattr(end.message, "position", None) if end else None
     axis.trial.must(
-        position is None or abs(position - first.position) <= HELD,
+        position is None or abs(position - status.position) <= HELD,
         f"{axis.text}: after {told} {end.name if end else ''} said that it is at {position}, and "
-        f"{first.heard.name} then says {first.position}",
+        f"{status.heard.name} then says {status.position}",
         came=end.raw if end else None,
     )
     return status

@@ -161,7 +161,7 @@ def _continuous(wave: _Waveform) -> bool:
     if len(told) >= _CHANGES:
         held = (told[-1].began - told[1].began) / (len(told) - 2)
         piezo.trial.must(
-            abs(held - _HOLD) <= _HOLD * 0.5,  # a status may be late; a wrong unit is far away
+            abs(held - _HOLD) <= _HOLD * 0.4,
             f"{piezo.text}: each sample of a waveform was put out for {held:.2f} s; with its delay it "
             "should be "
             f"{_HOLD:g} s",
