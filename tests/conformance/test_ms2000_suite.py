@@ -152,8 +152,8 @@ def test_an_axis_outside_the_range_is_not_moved() -> None:
     link = stepped(controller)
     allowed = Permissions(settings=True, motion=Range.parse("1..2mm"))
     report = run_suite(link, allowed=allowed, only=["move-target", "counter", "stop-start"])
-    assert len(found(report, Result.FAIL)) == len(report.outcomes)
-    for _, _, text in found(report, Result.FAIL):
+    assert {outcome.result for outcome in report.outcomes} == {Result.INFO}
+    for _, _, text in found(report, Result.INFO):
         assert (
             "stands at 0, outside 10000..20000 counts, where it may be; nothing was moved" in text
         )

@@ -29,6 +29,7 @@ from pathlib import Path
 from random import Random
 
 import command_cases
+import declared_cases
 import diff_cases
 import spec_cases
 import virtual_cases
@@ -51,6 +52,8 @@ TARGETS: dict[str, Callable[[Random], Case]] = {
     "bench": virtual_cases.bench,
     "replay": virtual_cases.replay,
     "fault": virtual_cases.fault,
+    "pics": declared_cases.pics,
+    "expected": declared_cases.expected,
 }
 LIMIT = 5.0
 """Seconds after which a case hangs."""

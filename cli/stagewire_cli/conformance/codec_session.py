@@ -34,6 +34,7 @@ from stagewire_conformance.testees import (
     read_expected,
     run,
 )
+from stagewire_conformance.testees.expected import not_asked
 from stagewire_conformance.testees.running import Progress
 
 __all__ = ["Asked", "run_session", "show_list"]
@@ -76,9 +77,16 @@ class Asked:
 def show_list(asked: Asked) -> None:
     """Print the cases that would be asked.
 
-    Raises :class:`CalledWronglyError` where there are none.
+    Raises :class:`CalledWronglyError` where there are none, and for a wrong file of expected failures.
     """
-    cases = chosen(plan(asked.protocols, asked.seed), asked.only)
+    try:
+        expected = read_expected(asked.expected) if asked.expected else None
+        every = plan(asked.protocols, asked.seed)
+        if expected:
+            expected.reasons(every, not_asked(asked.protocols))
+    except ExpectedFileError as error:
+        raise CalledWronglyError(str(error)) from None
+    cases = chosen(every, asked.only)
     if not cases:
         raise CalledWronglyError(f"no case matches {' or '.join(asked.only)}")
     shown = table("case", "lines", "what it looks at", right=("lines",))

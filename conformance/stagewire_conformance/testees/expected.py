@@ -22,10 +22,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stagewire.protocol import Protocol, available_protocols
 from stagewire_conformance.testees.case import Case
 from stagewire_conformance.testees.errors import ExpectedFileError
 
-__all__ = ["SCHEMA_VERSION", "Expected", "Failure", "read_expected"]
+__all__ = ["SCHEMA_VERSION", "Expected", "Failure", "not_asked", "read_expected"]
 
 SCHEMA_VERSION = 1
 _KEYS = {"schema_version", "expected"}
@@ -74,6 +75,11 @@ class Expected:
                 )
         _raise_for(self.path, idle)
         return found
+
+
+def not_asked(protocols: Iterable[Protocol]) -> set[str]:
+    """Return the names of the protocols that are installed beside these."""
+    return {*available_protocols()} - {protocol.name for protocol in protocols}
 
 
 def read_expected(path: Path) -> Expected:

@@ -8,11 +8,11 @@ import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from datetime import UTC, datetime
 
-from stagewire.protocol import Protocol, available_protocols
+from stagewire.protocol import Protocol
 from stagewire_conformance.comparison import Outcome
 from stagewire_conformance.testees.case import Case
 from stagewire_conformance.testees.errors import NothingToAskError
-from stagewire_conformance.testees.expected import Expected
+from stagewire_conformance.testees.expected import Expected, not_asked
 from stagewire_conformance.testees.explain import shortened
 from stagewire_conformance.testees.hello import Hello
 from stagewire_conformance.testees.plan import chosen, plan, why_not
@@ -60,8 +60,7 @@ def run(
         hello = session.hello()
         _spoken(protocols, hello)
         every = plan(protocols, seed, hello)
-        elsewhere = {*available_protocols()} - {protocol.name for protocol in protocols}
-        reasons = expected.reasons(every, elsewhere) if expected else {}
+        reasons = expected.reasons(every, not_asked(protocols)) if expected else {}
         cases = chosen(every, only)
         if not cases:
             raise NothingToAskError(f"no case matches {' or '.join(only)}")

@@ -23,6 +23,8 @@ _WITH_EMPTY_BAYS = ("RACK", "BSC103 with an empty bay", "BBD102", "BPC102")
 def _bays(change: Callable[[Frame], Frame]) -> Callable[[Draw], tuple[Firmware, str]]:
     def make(draw: Draw) -> tuple[Firmware, str]:
         draw.claims(_IS_USED)
+        if all(place.bay is None for place in draw.places):
+            raise NotHereError
         return Says(named(_USED), lambda frame: [change(frame)]), _USED
 
     return make

@@ -126,6 +126,8 @@ def _rounded(setting: Setting) -> Change:
 
 def _can_be_rounded(setting: Setting) -> bool:
     step = max(2, abs(setting.present) // 64)
+    if setting.name.endswith("velocity"):
+        return False  # a slow one becomes 0, and then nothing moves
     return abs(setting.present) > 4096 and setting.present % step == 0
 
 
@@ -192,6 +194,8 @@ def _elsewhere(draw: Draw, *, bays: bool) -> tuple[Firmware, str]:
     setting = a_setting(draw)
     asked = setting.asked
     if bays:
+        if "LOOP" in setting.set:  # changed only while a channel is disabled, one bay at a time
+            raise NotHereError
         others = [p.address for p in draw.places if p.bay and p is not asked.place]
         others = [a for a in others if setting.set in _messages_at(draw, a)]
     else:

@@ -74,19 +74,21 @@ def _stuck(*wanted: str, on: bool) -> Callable[[Draw], tuple[Firmware, str]]:
     return make
 
 
-def _frozen(field: str) -> Callable[[str], Change]:
-    """Return a change that tells for ever what was told first."""
+def _frozen(field: str) -> Callable[[Draw], tuple[Firmware, str]]:
+    """Return a status of something that moves, and tells for ever what it told first."""
 
-    def change(status: str) -> Change:
+    def make(draw: Draw) -> tuple[Firmware, str]:
+        draw.moves()
+        status = draw.one_of(*_MOTORS)
         first: dict[tuple[int, int | None], int] = {}
 
         def again(frame: Frame) -> list[Frame]:
             key = frame.source, frame.channel
             return [frame.with_(field, first.setdefault(key, frame[field]))]
 
-        return again
+        return Says(named(status), again), status
 
-    return change
+    return make
 
 
 def _one_behind(draw: Draw) -> tuple[Firmware, str]:
@@ -144,8 +146,8 @@ STATUS = (
     Defect("The homing bit is never set", of("home"), _stuck("homing", on=False)),
     Defect("The limit bits are never set", of("limits"), _stuck(*_LIMITS, on=False), _WITH_SWITCHES),
     Defect("The enabled bit is never set", of("status enable"), _stuck("channel_enabled", on=False)),
-    _told("The position in the status is stale", "status counters", _frozen("position")),
-    _told("The bits in the status are stale", f"status {_MOVES}", _frozen("status_bits")),
+    Defect("The position in the status is stale", of("status counters"), _frozen("position")),
+    Defect("The bits in the status are stale", of(f"status {_MOVES}"), _frozen("status_bits")),
     Defect("The status is one behind", of(f"status {_MOVES}"), _one_behind),
     _told("A field of the status has another width", f"status answers {_MOVES}", _shifted),
     Defect("The status is that of another family", of("status answers"), _of_the_other_family),

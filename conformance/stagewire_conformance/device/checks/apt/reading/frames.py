@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["KIND"]
 
 _WAIT: Final = 0.3
+_LATE: Final = 1.5
+"""Seconds in which nothing may come before what was not answered is given up."""
 _ENOUGH: Final = 3
 """Requests that nothing answers after which no more are asked; each has a check of its own for that."""
 
@@ -60,6 +62,8 @@ def _run(place: Place, requests: Sequence[Request], trial: Trial) -> None:
                 seen.add((each.dest, each.source))
                 for text in unused_parameters(each.message):
                     trial.must(False, f"{each.name}: {text}", came=each.raw)
+    if silent:  # a reply that is late would be taken for that of the next check
+        trial.line.drain(quiet=_LATE, limit=2 * _LATE)
     trial.must(silent < len(requests) or not requests, f"{place.name} answers no request at all")
 
 
