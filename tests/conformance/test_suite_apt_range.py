@@ -16,7 +16,7 @@ from changing_apt import (
     run_on,
     spoiled,
 )
-from spoiled_apt import Spoil, frame, of
+from spoiled_apt import Change, Spoil, frame, of
 from suite_lines import WatchedLink
 
 from stagewire.errors import TransportLost
@@ -162,6 +162,44 @@ def test_motor_that_goes_too_far_is_called_back(kind: str) -> None:
     else:
         assert "it was called back" in words
         assert seen[-1] == 0
+
+
+def frozen() -> Change:
+    """Tell for ever the position that each motor told first."""
+    first: dict[bytes, bytes] = {}
+
+    def change(raw: bytes) -> bytes:
+        motor, position = raw[5:8], raw[8:12]  # source and channel
+        return raw[:8] + first.setdefault(motor, position) + raw[12:]
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("unit", "stage", "high"),
+    [
+        ("TDC001", "Z8", 100_000),
+        ("TST001", None, 100_000),
+        ("BSC103", "APT_STEPPER", 100_000),
+        ("BBD102", "MLS203", 800_000),
+    ],
+)
+def test_motor_that_tells_a_frozen_position_stays_in_the_range(
+    unit: str, stage: str | None, high: int
+) -> None:
+    """What checks left behind would add up: each begins from where the motor says that it is."""
+    on = bench(unit, stage, ends=False)
+    telling = (
+        "MOT_GET_STATUSUPDATE", "MOT_GET_DCSTATUSUPDATE", "MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED",
+        "MOT_GET_POSCOUNTER",
+    )  # fmt: skip
+    link, seen = watched(on, spoiled(on, Spoil(to_host=of(telling, frozen()))))
+    allowed = Permissions(settings=True, motion=Range.parse(f"0..{high}counts"))
+    report = run_on(on, MOVES, link=link, allowed=allowed)
+    assert min(seen) >= 0
+    assert max(seen) <= high
+    assert max(seen) > 0
+    assert "move-absolute" in {check.partition("/")[0] for check in complaints(report)}
 
 
 @pytest.mark.parametrize("kind", ["move-absolute", "move-jog", "move-velocity", "home", "limits"])

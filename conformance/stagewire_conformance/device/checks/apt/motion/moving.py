@@ -16,6 +16,7 @@ from stagewire_conformance.device.checks.apt.motion.judging import (
     judge_rest,
 )
 from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
+from stagewire_conformance.device.results import Result
 
 if TYPE_CHECKING:
     from stagewire import FramedMessage
@@ -114,14 +115,18 @@ def returning(axes: Sequence[Axis]) -> None:
 def go_back(axes: Sequence[Axis]) -> None:
     """Move those that are elsewhere to where they were at the beginning.
 
+    Where something was found, all of them are: what they tell of their places may be wrong, and the next
+    check would begin from somewhere that nobody knows.
+
     Raises :class:`~stagewire.errors.StagewireError` for one that does not get there; it is stopped.
     """
     away = {}
+    trusted = axes[0].trial.result is Result.PASS
     for axis in axes:
         status = axis.settled(axis.status())
         if status.moving:
             status = axis.halt()
-        if abs(status.position - axis.start) > JITTER:
+        if not trusted or abs(status.position - axis.start) > JITTER:
             away[axis] = axis.start - status.position
     if not away:
         return
