@@ -65,6 +65,7 @@ bench: .venv/bench/ready tools
 
 soak: .venv/test/ready
 	$(call programs,test,$(SOAKS))
+	.venv/test/bin/python tests/devices/motion_guard.py --examples 20000
 	.venv/test/bin/python tests/devices/proof_faults.py --requests 100000 --seed $(SEED)
 
 fuzz: .venv/fuzz/ready tools

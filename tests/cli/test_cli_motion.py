@@ -319,6 +319,29 @@ def test_ctrl_c_in_a_process_of_its_own(tmp_path: Path) -> None:
     assert "MOT_MOVE_STOPPED" in (tmp_path / "log.txt").read_text()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="sends a signal")
+@pytest.mark.parametrize(
+    ("words", "signal_name"),
+    [
+        (("move", "--to", "50", "--stage", "Z8"), "SIGHUP"),
+        (("home",), "SIGHUP"),
+        (("home",), "SIGTERM"),
+    ],
+)
+def test_a_signal_that_ends_the_command_stops_the_stage(
+    tmp_path: Path, words: tuple[str, ...], signal_name: str
+) -> None:
+    number = signal.Signals[signal_name]
+    log = tmp_path / "log.txt"
+    with serving("TDC001", "--stage", "Z8", "--log", log) as url:
+        command = [*COMMAND, words[0], url, "--unit", "TDC001", *words[1:], "--yes"]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+            wait_for(log, "MOT_MOVE_ABSOLUTE" if words[0] == "move" else "MOT_MOVE_HOME")
+            process.send_signal(number)
+            assert process.wait(30) == -number
+        wait_for(log, "MOT_MOVE_STOP")
+
+
 @contextmanager
 def serving(*words: object) -> Iterator[str]:
     """Serve a virtual controller in a process of its own; give its URL."""

@@ -52,7 +52,7 @@ def test_behind_a_line_that_was_given_up_a_motion_may_go_on() -> None:
             await tdc.start_move_absolute(mm=5)
             await tdc.reconnect()
             with pytest.raises(
-                MotionUnderWayError, match="when its line was given up, and may still"
+                MotionUnderWayError, match="when its line was lost or closed, and may still"
             ):
                 await tdc.start_move_absolute(mm=1)
             await asyncio.sleep(1)

@@ -32,7 +32,7 @@ def threads(url: str, stop: bool, end: str) -> None:
     motion = session.begin(m.MotMoveHome(1), HOMED, 0x50)
     print("homing", flush=True)
     match end:
-        case "terminate" | "terminate reader" | "exit on SIGTERM":
+        case "terminate" | "terminate reader" | "SIGHUP" | "SIGQUIT" | "exit on SIGTERM":
             session.wait(motion)
         case "close":
             session.close()
@@ -47,7 +47,7 @@ async def loop(url: str, stop: bool, end: str) -> None:
     motion = await session.begin(m.MotMoveHome(1), HOMED, 0x50)
     print("homing", flush=True)
     match end:
-        case "terminate" | "exit on SIGTERM":
+        case "terminate" | "SIGHUP" | "SIGQUIT" | "exit on SIGTERM":
             await session.wait(motion)
         case "close":
             await session.close()

@@ -27,16 +27,17 @@ MOVE_HOME = bytes.fromhex("43 04 01 00 50 01")
 
 # World, how it ends, and with which status the process ends.
 ENDS = [
-    ("threads", "terminate", -signal.SIGTERM),
-    ("threads", "terminate reader", -signal.SIGTERM),
-    ("threads", "exit on SIGTERM", 7),
-    ("threads", "close", 0),
-    ("threads", "exit", 0),
-    ("loop", "terminate", -signal.SIGTERM),
-    ("loop", "exit on SIGTERM", 7),
-    ("loop", "close", 0),
-    ("loop", "exit", 0),
-]
+    (world, end, status)
+    for world in ("threads", "loop")
+    for end, status in (
+        ("terminate", -signal.SIGTERM),
+        ("SIGHUP", -getattr(signal, "SIGHUP", 0)),
+        ("SIGQUIT", -getattr(signal, "SIGQUIT", 0)),
+        ("exit on SIGTERM", 7),
+        ("close", 0),
+        ("exit", 0),
+    )
+] + [("threads", "terminate reader", -signal.SIGTERM)]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without asking it")
@@ -52,7 +53,9 @@ def test_a_program_that_ends_stops_what_moves(
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
             assert program.stdout is not None
             assert program.stdout.readline() == "homing\n"
-            if "SIGTERM" in end or "terminate" in end:
+            if end in ("SIGHUP", "SIGQUIT"):
+                program.send_signal(signal.Signals[end])
+            elif "SIGTERM" in end or "terminate" in end:
                 program.send_signal(signal.SIGTERM)
             assert program.wait(20) == status
         until = time.monotonic() + 10
@@ -61,6 +64,17 @@ def test_a_program_that_ends_stops_what_moves(
         said = b"".join(heard)
     assert said.startswith(MOVE_HOME)
     assert (MOVE_STOP in said) == (policy == "stop")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGHUP")
+def test_a_program_that_ignores_hangups_goes_on() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+    try:
+        with FramedSession(PROTOCOL, TestLink()):
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_a_handler_of_the_user_stays() -> None:
@@ -81,10 +95,10 @@ def test_after_the_last_session_everything_is_as_before(monkeypatch: pytest.Monk
     monkeypatch.setattr(atexit, "unregister", registered.remove)
     before = signal.getsignal(signal.SIGTERM)
     first, second = (FramedSession(PROTOCOL, TestLink()) for _ in range(2))
-    assert signal.getsignal(signal.SIGTERM) is termination._on_sigterm
+    assert signal.getsignal(signal.SIGTERM) is termination._on_termination
     first.close()
     assert registered == [termination._at_exit]
-    assert signal.getsignal(signal.SIGTERM) is termination._on_sigterm
+    assert signal.getsignal(signal.SIGTERM) is termination._on_termination
     second.close()
     assert signal.getsignal(signal.SIGTERM) is before
     assert not registered

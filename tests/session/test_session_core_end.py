@@ -87,7 +87,8 @@ def test_a_session_that_was_lost_can_be_closed_and_the_first_loss_counts():
     assert "unplugged" in str(asked.error)
     assert "unplugged" in str(talk.ask().error)
     talk.core.close(talk.now)
-    assert isinstance(talk.ask().error, SessionClosedError)
+    assert isinstance(talk.ask().error, TransportLost)
+    assert "unplugged" in str(talk.ask().error)
 
 
 def test_who_is_told_may_look_at_the_core(end):

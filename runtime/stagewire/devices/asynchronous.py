@@ -92,10 +92,10 @@ class _Opened(DeviceBase, Part, AsyncClosing):
     async def reconnect(self) -> None:
         """Open the line again, with the same options, and read again what was read then.
 
-        Nothing is sent again: what moved when the line was lost has moved on or not. The next motion there is
-        refused (:class:`~stagewire.errors.MotionUnderWayError`) until it was stopped, or ``is_moving()`` has
-        seen that nothing moves. A capture goes on in another file: behind ``session.txt``,
-        ``session-2.txt``.
+        Nothing is sent again. A motion that was under way when the line was lost or closed may still be: the
+        next one there asks for the status first, and is refused
+        (:class:`~stagewire.errors.MotionUnderWayError`) while the stage moves, or cannot be asked. A capture
+        goes on in another file: ``session-2.txt`` follows ``session.txt``.
 
         Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
         opened by a URL.
@@ -111,15 +111,12 @@ class _Opened(DeviceBase, Part, AsyncClosing):
 
         Harmless when done twice.
         """
-        lost = self.session.lost
         connection = self._at.connection
         if isinstance(self._link, Device):
             await leave(connection)
             with suppress(ValueError):  # closed before
                 self._link.session.on_close.remove(connection.last_words)
         await connection.line.close()
-        if not lost:
-            connection.said_last()
 
 
 class Device(_Opened):

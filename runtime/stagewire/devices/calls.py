@@ -16,7 +16,13 @@ from stagewire.devices.motions import Running
 from stagewire.devices.spot import Spot
 from stagewire.devices.tables import Action, Command, Given, ParameterSet, Query
 from stagewire.devices.values import Values
-from stagewire.errors import OutOfRangeError, StagewireError, TransportLost, UnsupportedError
+from stagewire.errors import (
+    MotionUnderWayError,
+    OutOfRangeError,
+    StagewireError,
+    TransportLost,
+    UnsupportedError,
+)
 from stagewire.message import Message
 
 __all__ = [
@@ -67,14 +73,20 @@ async def _see_whether_it_stands(spot: Spot, message: Message) -> None:
     Not one that was begun a moment ago: a controller may say that nothing moves when it is about to begin.
     """
     moving = spot.connection.unit.moving.get(type(message))
-    if moving is None or moves(message, moving):
-        return
-    running = spot.connection.motions.at(spot.place)
-    if running is None or running.just_begun(spot.line.now()):
-        return
-    if running.exchange is None or running.exchange.done:
-        spot.connection.motions.over(spot.place, running)
+    if moving is not None and not moves(message, moving) and _note_rest(spot):
         await spot.frames.settled(spot.address, spot.channel)
+
+
+def _note_rest(spot: Spot) -> bool:
+    """Note that nothing moves, and return whether that ends a motion whose end nobody awaits."""
+    motions = spot.connection.motions
+    running = motions.at(spot.place)
+    if running is None or running.just_begun(spot.line.now()):
+        return False
+    if running.exchange is not None and not running.exchange.done:
+        return False
+    motions.over(spot.place, running)
+    return True
 
 
 def moves(message: Message, moving: tuple[str, int]) -> bool:
@@ -163,6 +175,7 @@ async def send_starting(
 ) -> None:
     """Send what starts something whose end nothing tells."""
     motions, place = spot.connection.motions, spot.place
+    await refuse_left(spot, running.what, seconds)
     before = motions.at(place)
     motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
     try:
@@ -174,6 +187,25 @@ async def send_starting(
         raise
 
 
+async def refuse_left(spot: Spot, what: str, seconds: float) -> None:
+    """Raise where something that was started over an earlier line may still move; the status decides.
+
+    Raises :class:`~stagewire.errors.MotionUnderWayError`.
+    """
+    motions, unit = spot.connection.motions, spot.connection.unit
+    running = motions.at(spot.place)
+    if running is None or not running.left:
+        return
+    if unit.idle is not None or unit.status_query is not None:
+        await is_moving(spot, min(seconds, spot.seconds(None)))
+        if motions.at(spot.place) is not running:
+            return
+    raise MotionUnderWayError(
+        f"{what} was not sent: {running.what} was under way when its line was lost or closed, and may still "
+        "be; stop it, or wait until is_moving() says that nothing moves"
+    )
+
+
 async def is_moving(spot: Spot, timeout: float | None) -> bool:
     """Ask whether anything moves there.
 
@@ -183,7 +215,10 @@ async def is_moving(spot: Spot, timeout: float | None) -> bool:
     seconds = spot.seconds(timeout)
     if unit.idle is not None:
         reply = await spot.line.ask(unit.idle.read(), (unit.idle.reply,), spot.address, seconds)
-        return bool(getattr(reply, unit.idle.field) != unit.idle.value)
+        busy = bool(getattr(reply, unit.idle.field) != unit.idle.value)
+        if not busy:
+            _note_rest(spot)
+        return busy
     if unit.status_query is None:
         raise UnsupportedError(f"{unit.name} has no message that asks whether it moves")
     status = (await _ask(spot, unit.status_query, seconds, {})).message

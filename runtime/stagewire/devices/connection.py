@@ -100,11 +100,6 @@ class Connection:
         """Return what is to be said before the line is closed, by a signal handler perhaps."""
         return self.motions.stops() if self.choices.stop_on_close else b""
 
-    def said_last(self) -> None:
-        """Note that the last words were said, on a line that was there."""
-        if self.choices.stop_on_close:
-            self.motions.all_stopped()
-
     def next_log(self) -> str | Path | None:
         """Return the file for the capture of a line; of a line that is opened again another one."""
         log = self.choices.log

@@ -35,7 +35,10 @@ class Running:
         self.stopped = False
         """Whether a stop was sent since."""
         self.left = False
-        """Whether it was started over a line that is gone, so that nobody will hear of its end."""
+        """Whether it was started over a line that is gone, so that its end will not be heard.
+
+        A stop that was sent as the line was closed changes nothing: its answer was not heard either.
+        """
 
     def just_begun(self, now: float) -> bool:
         """Say whether a status may not show it yet, because it was started a moment ago."""
@@ -89,14 +92,9 @@ class Motions:
         ]
 
     def leave(self) -> None:
-        """Note that the line is gone; what was started over it may go on."""
+        """Note that the line is gone; what was started over it may go on, also where a stop was sent last."""
         for running in tuple(self._running.values()):
             running.left = True
-
-    def all_stopped(self) -> None:
-        """Note that a stop was sent to everything."""
-        for place in tuple(self._running):
-            self.stopped(place)
 
     def stops(self) -> bytes:
         """Return the bytes that stop everything; for a signal handler, so that it takes no lock."""

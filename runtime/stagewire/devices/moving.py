@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from stagewire.devices.calls import Keywords, send_starting
+from stagewire.devices.calls import Keywords, refuse_left, send_starting
 from stagewire.devices.giving import fields_of
 from stagewire.devices.line import Deadline
 from stagewire.devices.motions import Running
@@ -154,12 +154,8 @@ async def _begin(
         if not exchange.written or isinstance(exchange.error, MotionStopped | None):
             motions.over(place, running)
 
+    await refuse_left(spot, running.what, seconds)
     before = motions.at(place)
-    if before is not None and before.left:
-        raise MotionUnderWayError(
-            f"{running.what} was not sent: {before.what} was under way when its line was given up, and may "
-            "still be; stop it, or let is_moving() see that nothing moves"
-        )
     motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
     try:
         running.exchange = await spot.frames.begin(message, ends, spot.address, seconds, ended)

@@ -17,7 +17,7 @@ from stagewire.framing.events import (
     join_garbage,
     no_protocol,
 )
-from stagewire.framing.rule import Rule, TooLong
+from stagewire.framing.rule import TooLong, rule_of
 from stagewire.framing.table import End, FramingTable
 from stagewire.header import HEADER_SIZE
 
@@ -58,7 +58,7 @@ class Framer:
             raise BadValueError(
                 f"the end of a line is one of {', '.join(map(str, End))}, not {end!r}"
             )
-        self._rule = Rule(table, end)
+        self._rule = rule_of(table, end)
         self._decode = decode
         self._decoder: Callable[[bytes], Frame] = decode or no_protocol
         self._contexts: dict[int, dict[str, str]] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from struct import Struct
 
 from stagewire.framing.events import (
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from re import Pattern
     from typing import Final
 
-__all__ = ["Rule", "TooLong"]
+__all__ = ["Rule", "TooLong", "rule_of"]
 
 _HEADER: Final = Struct("<HHBB")  # id, parameters or packet length, destination, source
 
@@ -55,7 +56,7 @@ class _Shape:
 
 
 class Rule:
-    """What one header means, for one table and one end.
+    """What one header means, for one table and one end. Not changed once it is made.
 
     A pair of addresses is one number here: destination (without its top bit) times 256, plus
     source.
@@ -152,3 +153,9 @@ class Rule:
                 return start, size
             start += 1
         return max(start, stop - HEADER_SIZE + 1), 0
+
+
+@cache
+def rule_of(table: FramingTable, end: End) -> Rule:
+    """Return the rule of a table and an end, made once: every session and framer needs it."""
+    return Rule(table, end)

@@ -86,8 +86,11 @@ class Core:
     def close(self, now: float) -> None:
         """End everything that waits with a :class:`~stagewire.errors.SessionClosedError`.
 
-        So does everything from then on, at once. Nothing more is written.
+        So does everything from then on, at once. Nothing more is written. After the line was lost this
+        changes nothing.
         """
+        if self._failure is not None:
+            return
         over = SessionClosedError("the session was closed")
         self._finish(lambda exchange: SessionClosedError(f"{over}; {_what_of(exchange)}"), over)
 

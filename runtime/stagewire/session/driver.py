@@ -27,14 +27,15 @@ class Driver(Generic[_C]):
 
     def __init__(self, core: _C, link: Link | AsyncLink, recording: Recording | None) -> None:
         self.on_close: list[Callable[[], bytes]] = []
-        """Each returns the bytes that are to be said last, such as the stop of what moves.
+        """Functions that return the last words: bytes such as the stop of a motion.
 
-        Called when the session is closed, at the end of the process, and within the handler of ``SIGTERM``:
-        it has to take no lock, to call no session and to raise nothing.
+        They are called when the session is closed, at the end of the process, and within the handler of a
+        signal that ends it. So they take no lock, call no session and raise nothing.
         """
         self._core: _C = core
         self._recording = recording
-        self._end: StagewireError | None = None  # why nothing can be done any more
+        self._end: StagewireError | None = None  # why nothing can be done any more; never replaced
+        self._closed = False
         self._unsaid = b""  # the last words, while they are being written
         self._is_elsewhere = False  # this process is a fork of the one that opened it
         self._write_now = link.write_now
@@ -51,12 +52,12 @@ class Driver(Generic[_C]):
 
     @property
     def closed(self) -> bool:
-        """Whether it was closed by this side."""
-        return isinstance(self._end, SessionClosedError)
+        """Whether it was closed by this side, perhaps after the line was lost."""
+        return self._closed
 
     @property
     def lost(self) -> bool:
-        """Whether the line is gone."""
+        """Whether the line was lost; closing the session afterwards does not change that."""
         return isinstance(self._end, TransportLost)
 
     @property
@@ -92,6 +93,14 @@ class Driver(Generic[_C]):
             self._recording.note(str(error))
 
     # What is said last
+
+    def _end_core(self, now: float) -> None:
+        """Note that the session is closed, and keep its last words to be written; a loss stays a loss."""
+        self._closed = True
+        if self._end is None:
+            self._unsaid = self._last_words()
+            self._end = SessionClosedError(f"{self._url} was closed")
+        self._core.close(now)
 
     def _last_words(self) -> bytes:
         words = []

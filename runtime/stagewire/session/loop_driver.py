@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
-from stagewire.errors import SessionClosedError, StagewireError, TransportLost
+from stagewire.errors import StagewireError, TransportLost
 from stagewire.links import AsyncLink
 from stagewire.session import termination
 from stagewire.session.core import Core, log
@@ -161,14 +161,12 @@ class LoopDriver(Driver[_C]):
         if self.closed:
             return
         self._check_loop()
-        self._unsaid = last = b"" if self._end else self._last_words()
-        self._end = SessionClosedError(f"{self.url} was closed")
-        self._core.close(self.now())
+        self._end_core(self.now())
         self._wake_all()
         if self._timer is not None:
             self._timer.cancel()
-        if last:
-            self._write(last)
+        if self._unsaid:
+            self._write(self._unsaid)
             self._unsaid = b""
         termination.forget(self)
         try:

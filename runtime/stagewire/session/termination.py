@@ -1,11 +1,13 @@
-"""What sessions say last, however the process ends: at its end, and when it is asked to terminate.
+r"""What sessions say last, however the process ends: at its end, and when a signal ends it.
 
-Nothing is installed by an import. When the first session is opened, :mod:`atexit` is told of it. If it was
-opened in the main thread, and nobody else handles ``SIGTERM``, a handler says the last words of all sessions
-before the signal does what it does by default; so is Ctrl-C (:mod:`stagewire.session.interrupts`). A program
-with a handler of its own keeps it; if that one ends the program in order, ``atexit`` follows. A process that
-is killed (``SIGKILL``, ``TerminateProcess``) says nothing, and neither does a fork: the controllers are those
-of the process that opened the sessions.
+An import installs nothing. Opening the first session registers a function with :mod:`atexit`. If that happens
+in the main thread, it also installs a handler for each signal that asks a process to end: ``SIGTERM``;
+``SIGHUP``, which a closed terminal or a dropped ssh session sends; ``SIGQUIT`` (Ctrl-\); and ``SIGBREAK`` on
+Windows. The handler says the last words of all sessions, and then lets the signal do what it does by default.
+Ctrl-C has a handler of its own (:mod:`stagewire.session.interrupts`). A signal that the program handles
+or ignores (``nohup``) is left alone; if its handler ends the program in order, ``atexit`` follows. A process
+that is killed (``SIGKILL``, ``TerminateProcess``) says nothing. Neither does a fork: the controllers belong
+to the process that opened the sessions.
 """
 
 from __future__ import annotations
@@ -92,7 +94,7 @@ def _after_fork() -> None:
     _open.clear()
 
 
-def _on_sigterm(number: int, frame: FrameType | None) -> None:
+def _on_termination(number: int, frame: FrameType | None) -> None:
     for session in tuple(_open):
         with contextlib.suppress(Exception):
             session.say_last()
@@ -100,8 +102,15 @@ def _on_sigterm(number: int, frame: FrameType | None) -> None:
     signal.raise_signal(number)
 
 
+_ENDING: Final = ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
+"""The signals that ask a process to end; which of them exist depends on the system."""
+
 _HANDLERS: Final[dict[signal.Signals, tuple[_Handler, _Handler]]] = {
-    signal.SIGTERM: (signal.SIG_DFL, _on_sigterm),
+    **{
+        number: (signal.SIG_DFL, _on_termination)
+        for number in signal.Signals
+        if number.name in _ENDING
+    },
     signal.SIGINT: (signal.default_int_handler, on_interrupt),
 }
-"""What is handled while a session is open: how by default, and how then."""
+"""The signals that are handled while a session is open: the handler by default, and the one then."""

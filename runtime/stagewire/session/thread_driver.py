@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable
 from typing import Final, TypeVar
 
-from stagewire.errors import SessionClosedError, TransportLost
+from stagewire.errors import TransportLost
 from stagewire.links import Link
 from stagewire.session import termination
 from stagewire.session.core import Core, log
@@ -253,9 +253,7 @@ class ThreadDriver(Driver[_C]):
         with self._writing:
             with self._lock:
                 if not self.closed:
-                    self._unsaid = b"" if self._end else self._last_words()
-                    self._end = SessionClosedError(f"{self.url} was closed")
-                    self._core.close(self.now())
+                    self._end_core(self.now())
                     self._wake_all()
             if self._unsaid:
                 self._write(self._unsaid)

@@ -1,0 +1,224 @@
+"""A virtual TDC001 that goes on while its line is cut, closed and opened again, for threads and asyncio.
+
+Its lines are opened by ``kept://``, so that ``reconnect()`` reaches the same controller. It watches the bytes
+on the line: a move may reach the controller only if nothing that an earlier move began may still be moving.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import types
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager, suppress
+from importlib import metadata
+from typing import Any, TypeVar
+
+import stagewire_virtual as virtual
+from stagewire import End
+from stagewire.errors import LinkOpenError, TransportLost
+from stagewire.links import AsyncLink
+from stagewire_apt import PROTOCOL, stages
+from stagewire_apt import messages as m
+from stagewire_virtual.clock import SECOND
+from stagewire_virtual.errors import UnpluggedError
+from stagewire_virtual.linking import SteppedLink
+from stagewire_virtual.stepped import SteppedEventLoop
+
+T = TypeVar("T")
+
+URL = "kept://"
+MOVING = 0x02F0  # moving, jogging and homing, page 79
+MOVES = (m.MotMoveAbsolute, m.MotMoveHome, m.MotMoveJog, m.MotMoveVelocity)
+ENDS = (m.MotMoveCompletedDc, m.MotMoveStoppedDc, m.MotMoveHomed)
+
+
+class KeptController:
+    """The controller, and what was seen on its lines."""
+
+    def __init__(self) -> None:
+        self.controller = virtual.TDC001(stage=stages.Z8, travel=20 * 34304)
+        self.reachable = True  # a line to it can be opened
+        self.deaf = False  # what the host writes reaches nobody
+        self.cut_at_write = False  # the next write fails, and the line is gone
+        self.may_move = False  # what a move began, as far as a host can know
+        self.moves = 0
+        self.on_unplug: Callable[[], object] = lambda: None
+        self._heard = PROTOCOL.framer(End.DEVICE)
+        self._said = PROTOCOL.framer(End.HOST)
+        self._said.tell(0x50, status="dc")
+
+    def plug_in(self) -> None:
+        """Begin another line."""
+        if not self.reachable:
+            raise LinkOpenError(f"{URL}: nobody listens there")
+        self.controller.plug_in()
+        self._heard.reset()
+        self._said.reset()
+
+    def unplug(self) -> None:
+        """Cut the line."""
+        self.controller.unplug()
+        self.on_unplug()
+
+    def take(self, data: bytes) -> None:
+        """Take bytes of the host."""
+        if self.cut_at_write:
+            self.cut_at_write = False
+            self.unplug()
+        try:
+            self.controller.link.write(b"" if self.deaf else data)
+        except UnpluggedError as error:
+            raise TransportLost(f"{URL}: {error}") from None
+        if self.deaf:
+            return
+        for event in self._heard.feed(data):
+            message = event.frame.message
+            if isinstance(message, MOVES):
+                assert not self.may_move, "a second move was sent while the first may be under way"
+                self.may_move = True
+                self.moves += 1
+            elif isinstance(message, m.MotMoveStop):
+                self.may_move = False
+
+    def say(self, data: bytes) -> bytes:
+        """Watch bytes that reach the host."""
+        for event in self._said.feed(data):
+            message = event.frame.message
+            rests = isinstance(message, m.MotGetDcStatusUpdate) and not message.status_bits & MOVING
+            if rests or isinstance(message, ENDS):
+                self.may_move = False
+        return data
+
+
+class _KeptLink(SteppedLink):
+    def __init__(self, kept: KeptController) -> None:
+        kept.plug_in()
+        super().__init__(kept.controller)
+        self.url = URL
+        self._kept = kept
+
+    def read(self, timeout: float) -> bytes:
+        return self._kept.say(super().read(timeout))
+
+    def write(self, data: bytes) -> None:
+        self._check_open()
+        self._kept.take(data)
+
+
+class _KeptAsyncLink(AsyncLink):
+    """The same in an event loop: the time of the controller is that of the loop."""
+
+    def __init__(self, kept: KeptController) -> None:
+        kept.plug_in()
+        self.url = URL
+        self._kept = kept
+        self._loop = asyncio.get_running_loop()
+        self._open = True
+        self._timer: asyncio.TimerHandle | None = None
+        kept.on_unplug = lambda: self._loop.call_soon(self._look)
+        self._received: Callable[[bytes], None]
+        self._lost: Callable[[TransportLost], None]
+
+    def start(
+        self, received: Callable[[bytes], None], lost: Callable[[TransportLost], None]
+    ) -> None:
+        self._received, self._lost = received, lost
+        self._look()
+
+    def write(self, data: bytes) -> None:
+        if not self._open:
+            raise TransportLost(f"{URL}: gone")
+        self._pass_time()
+        self._kept.take(data)
+        self._loop.call_soon(self._look)
+
+    def write_now(self, data: bytes) -> None:
+        with suppress(TransportLost):
+            self.write(data)
+
+    async def close(self) -> None:
+        self._open = False
+
+    def _pass_time(self) -> None:
+        clock = self._kept.controller.clock
+        clock.run_until(max(clock.now, round(self._loop.time() * SECOND)))
+
+    def _look(self) -> None:
+        if not self._open:
+            return
+        self._pass_time()
+        controller = self._kept.controller
+        try:
+            data = controller.link.read()
+        except UnpluggedError:
+            self._open = False
+            self._lost(TransportLost(f"{URL}: the line was unplugged"))
+            return
+        if data:
+            self._received(self._kept.say(data))
+        due = controller.clock.next_due
+        if self._timer is not None:
+            self._timer.cancel()
+        if due is not None:
+            self._timer = self._loop.call_at(due / SECOND + 1e-9, self._look)
+
+
+class Side:
+    """A way to use a device: plain calls, or calls that a stepped event loop runs to their end."""
+
+    def __init__(self, asynchronous: bool) -> None:
+        self.package = "stagewire_apt.aio" if asynchronous else "stagewire_apt"
+        self._loop = SteppedEventLoop() if asynchronous else None
+
+    def run(self, call: Callable[[], Awaitable[T] | T]) -> Any:
+        """Make a call and return what it returns."""
+        if self._loop is None:
+            return call()
+
+        async def made() -> Any:
+            result: Any = call()
+            return await result if hasattr(result, "__await__") else result
+
+        return self._loop.run_until_complete(made())
+
+    def pass_time(self, kept: KeptController, seconds: float) -> None:
+        """Let time pass, whether a line is open or not; nothing is read where none is."""
+        if self._loop is None:
+            kept.controller.advance(seconds)
+        else:
+            self.run(lambda: asyncio.sleep(seconds))
+
+    def close(self) -> None:
+        if self._loop is not None:
+            self._loop.close()
+
+
+@contextmanager
+def lines_to(current: Callable[[], KeptController]) -> Iterator[None]:
+    """Let ``kept://`` lead to the controller that ``current`` returns."""
+    module = types.ModuleType("kept_lines")
+
+    def open_link(url: str, settings: object) -> _KeptLink:
+        return _KeptLink(current())
+
+    async def open_async_link(url: str, settings: object) -> _KeptAsyncLink:
+        return _KeptAsyncLink(current())
+
+    module.open_link = open_link  # type: ignore[attr-defined]
+    module.open_async_link = open_async_link  # type: ignore[attr-defined]
+    entry = metadata.EntryPoint("kept", module.__name__, "stagewire.links")
+    installed = metadata.entry_points
+
+    def entry_points(**wanted: Any) -> Any:
+        if wanted == {"group": "stagewire.links", "name": "kept"}:
+            return metadata.EntryPoints([entry])
+        return installed(**wanted)
+
+    sys.modules[module.__name__] = module
+    metadata.entry_points = entry_points
+    try:
+        yield
+    finally:
+        metadata.entry_points = installed
+        del sys.modules[module.__name__]
