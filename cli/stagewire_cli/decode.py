@@ -48,7 +48,9 @@ def decode(
     direction: Annotated[
         Direction | None,
         typer.Option(
-            "--direction", help="Of commands and replies without a frame: which they are."
+            "--direction",
+            case_sensitive=False,
+            help="Of commands and replies without a frame: which they are.",
         ),
     ] = None,
     command: Annotated[
@@ -57,7 +59,11 @@ def decode(
     ] = None,
     end: Annotated[
         End | None,
-        typer.Option("--end", help="End of the line that received the stream.  [default: none]"),
+        typer.Option(
+            "--end",
+            case_sensitive=False,
+            help="End of the line that received the stream.  [default: none]",
+        ),
     ] = None,
     message: Annotated[
         str | None,
@@ -68,7 +74,8 @@ def decode(
         ),
     ] = None,
     format: Annotated[
-        Format | None, typer.Option("--format", help="What to write.  [default: table]")
+        Format | None,
+        typer.Option("--format", case_sensitive=False, help="What to write.  [default: table]"),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="The same as --format jsonl.")] = False,
     target: Annotated[

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Iterable, Mapping
+from functools import reduce
 from typing import Any
 
 from stagewire_cli.errors import CalledWronglyError
@@ -42,22 +44,20 @@ def parse_value(name: str, text: str, field: Json) -> int | str:
     integer = _integer(text)
     if integer is not None:
         return integer
-    names: dict[str, int] = field.get("enum") or {}
-    folded = {known.lower(): value for known, value in names.items()}
-    if text.lower() in folded:
-        return folded[text.lower()]
-    flags: dict[str, int] = {
-        known.lower(): mask for known, mask in (field.get("flags") or {}).items()
-    }
+    values: dict[str, int] = field.get("enum") or {}
+    bits: dict[str, int] = field.get("flags") or {}
+    added = {*field.get("modifiers", ()), *bits}
+    numbers = {known.lower(): number for known, number in (values | bits).items()}
+    alone = {known.lower() for known in values if known not in added}
     parts = [part.strip().lower() for part in re.split(r"[|,+]", text)]
-    if flags and all(part in flags for part in parts):
-        value = 0
-        for part in parts:
-            value |= flags[part]
-        return value
-    known = [*names, *flags]
-    choice = f", or of {', '.join(known)}" if known else ""
-    raise CalledWronglyError(f"{name} takes an integer such as 5 or 0x05{choice}; not {text!r}")
+    if all(part in numbers for part in parts) and sum(part in alone for part in parts) <= 1:
+        return reduce(operator.or_, (numbers[part] for part in parts))
+    if not numbers:
+        raise CalledWronglyError(f"{name} takes an integer such as 5 or 0x05, not {text!r}")
+    joined = f" ({', '.join(map(str, sorted(added)))} may be joined by |)" if added else ""
+    raise CalledWronglyError(
+        f"{name} {text!r} is not one of {', '.join([*values, *bits])}{joined}, nor an integer such as 5 or 0x05"
+    )
 
 
 def parse_address(option: str, text: str) -> int:

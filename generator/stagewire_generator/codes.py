@@ -177,8 +177,8 @@ GROUPS: tuple[Group, ...] = (
             "SW034": Code(
                 "an enumeration or flag value twice",
                 "Two names have the same number; a line was copied, or the document has two words for one "
-                "thing.",
-                "each value has one name",
+                "thing. Or a modifier has a bit that another value has, so that their sum says less than both.",
+                "each value has one name, and a modifier has bits of its own",
             ),
             "SW035": Code(
                 "an exchange that does not fit",

@@ -74,11 +74,12 @@ class EnumValue:
     note: str
     keyboard: str = ""  # what is typed for it
     reserved: bool = False  # for future use
+    modifier: bool = False  # combined with one of the others by bitwise OR
 
 
 @dataclass(frozen=True, slots=True)
 class Enumeration:
-    """Named values of a field; others may occur and are kept."""
+    """Named values of a field; others that are received are kept."""
 
     name: str
     page: int
@@ -86,6 +87,12 @@ class Enumeration:
     values: tuple[EnumValue, ...]
     place: Place
     overlay: str = ""  # name of the overlay that it comes from; so wherever there is one
+    open: str = ""  # why the list may be incomplete; empty where it is complete
+
+    @property
+    def modifiers(self) -> tuple[EnumValue, ...]:
+        """The values that are combined with one of the others by bitwise OR."""
+        return tuple(value for value in self.values if value.modifier)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +112,7 @@ class FlagBit:
 
 @dataclass(frozen=True, slots=True)
 class FlagTable:
-    """Named bits of a field; others may be set and are kept."""
+    """Named bits of a field; others that are received are kept."""
 
     name: str
     page: int
@@ -114,6 +121,7 @@ class FlagTable:
     bits: tuple[FlagBit, ...]
     place: Place
     overlay: str = ""
+    open: str = ""  # as of an enumeration
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +189,7 @@ class Field:
     page: int
     place: Place
     ranged: bool = False  # the document gives a range
-    open: bool = False  # the document says that its list of values or bits is not complete
+    open: bool = False  # values or bits may be missing here, although the table is complete
     default: int | None = None
     constant: int | None = None
     target: str = ""  # absolute | relative: what is moved to, or by
@@ -197,6 +205,13 @@ class Field:
     def unit(self) -> str | None:
         """The engineering unit, if the field has one."""
         return (self.quantity.unit or None) if self.quantity else None
+
+    @property
+    def lists_all(self) -> bool:
+        """Whether every value or bit is listed: device classes then send no other."""
+        tables = [table for table in (self.enum, self.flags) if table]
+        tables += self.flags_by_unit.values()
+        return bool(tables) and not self.open and not any(table.open for table in tables)
 
 
 @dataclass(frozen=True, slots=True)

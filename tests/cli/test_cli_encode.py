@@ -31,6 +31,17 @@ if TYPE_CHECKING:
             "64 04 0E 00 81 21 01 00 00 00 00 00 00 00 00 00 00 20 00 80",
         ),
         ("HW_RICHRESPONSE data=01:02", "81 00 02 00 81 50 01 02"),
+        ("MOT_MOVE_JOG chan_ident=chan1 direction=Reverse", "6A 04 01 02 50 01"),
+        ("MOT_MOVE_JOG chan_ident=1 direction=3", "6A 04 01 03 50 01"),  # raw, as the codec
+        (
+            "MOT_SET_AVMODES chan_ident=1 mode_bits=LEDMODE_IDENT|ledmode_moving",
+            "B3 04 04 00 D0 01 01 00 09 00",
+        ),
+        (
+            "MOT_SET_LIMSWITCHPARAMS chan_ident=1 cw_hard_limit=makes|SWAPPED ccw_hard_limit=BREAKS "
+            "cw_soft_limit=0 ccw_soft_limit=0 software_limit_mode=ignore",
+            "23 04 10 00 D0 01 01 00 82 00 03 00 00 00 00 00 00 00 00 00 01 00",
+        ),
         (
             "MOT_MOVE_ABSOLUTE --form data chan_ident=1 absolute_distance=0 extra=beef",
             "53 04 08 00 D0 01 01 00 00 00 00 00 BE EF",
@@ -65,9 +76,11 @@ def test_what_is_encoded_decodes(stagewire: Stagewire) -> None:
         ("MOT_MOVE_HOME chan_ident", "'chan_ident' is not field=value"),
         ("MOT_MOVE_HOME chan_ident=1 chan_ident=2", "chan_ident is given twice"),
         ("MOT_MOVE_HOME channel=1", "has no field channel"),
-        ("MOT_MOVE_HOME chan_ident=CHAN9", "or of CHAN1, CHAN2; not 'CHAN9'"),
+        ("MOT_MOVE_HOME chan_ident=CHAN9", "chan_ident 'CHAN9' is not one of CHAN1, CHAN2, nor"),
+        ("MOT_MOVE_JOG chan_ident=1 direction=forwards", "is not one of FORWARD, REVERSE, nor an"),
+        ("MOT_MOVE_JOG chan_ident=1 direction=FORWARD|REVERSE", "is not one of FORWARD, REVERSE"),
         ("MOT_MOVE_HOME chan_ident=256", "chan_ident takes 0 to 255 (raw counts), not 256"),
-        ("MOT_MOVE_HOME chan_ident=1.5", "chan_ident takes an integer"),
+        ("MOT_MOVE_HOME chan_ident=1.5", "nor an integer such as 5 or 0x05"),
         ("MOT_MOVE_HOME chan_ident=1 --dest 0x80", "dest takes an address from 0 to 0x7f"),
         ("MOT_MOVE_HOME chan_ident=1 --source bay", "--source takes an address such as 0x50"),
         ("MOT_MOVE_HOME chan_ident=1 data=00", "is made from its fields"),

@@ -6,7 +6,7 @@ import inspect
 import json
 import math
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -112,8 +112,17 @@ def random_field(field: Any, draw: random.Random) -> Any:
     if field["kind"] == "bytes":
         return draw.randbytes(field["size"])
     if field.get("enum"):
-        return draw.choice(sorted(field["enum"].values()))
+        alone = {**field["enum"]}
+        added = [alone.pop(name) for name in field.get("modifiers", ())]
+        return draw.choice(sorted(alone.values())) | some_of(added, draw)
+    if field.get("flags") and not field.get("open"):
+        return some_of(field["flags"].values(), draw)
     return draw.randint(field["minimum"], field["maximum"])
+
+
+def some_of(masks: Iterable[int], draw: random.Random) -> int:
+    """Some of the masks, combined by bitwise OR."""
+    return sum(mask for mask in masks if draw.random() < 0.5)
 
 
 def fields_at_random(

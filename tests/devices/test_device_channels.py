@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from device_line import RecordedLine
 
@@ -104,6 +105,27 @@ def test_channels_have_their_own_stages_and_travels() -> None:
         with pytest.raises(LimitError):
             first.move_absolute(mm=11)
         second.move_absolute(counts=25600 * 11)
+
+
+def test_a_channel_is_named_by_number_member_or_name() -> None:
+    line = RecordedLine(virtual.BSC002())
+    with BSC002.open(line, identify=False) as bsc:
+        line.forget()
+        for second in (2, e.Channel.CHAN2, "CHAN2", "chan2", np.uint8(2)):
+            assert bsc.channel(second) is bsc.channels[1]
+        for wrong in ("CHAN3", "2", True, 2.0, e.RackBay.BAY_2, None):
+            with pytest.raises(BadValueError, match="is not one of 1, 2, CHAN1, CHAN2"):
+                bsc.channel(wrong)  # type: ignore[arg-type]
+        assert line.raw == b""
+
+
+def test_a_bay_is_named_by_its_number_alone() -> None:
+    """The enumeration of bays counts from 0 on the wire: its BAY_2 is 1."""
+    with BBD102.open(RecordedLine(virtual.BBD102()), identify=False) as rack:
+        assert rack.bay(np.int8(2)) is rack.bays[1]
+        for wrong in (e.RackBay.BAY_2, e.Channel.CHAN1, "BAY_2", True):
+            with pytest.raises(BadValueError, match="BBD102 bay .* is not one of 1, 2"):
+                rack.bay(wrong)  # type: ignore[arg-type]
 
 
 def test_channels_move_at_once() -> None:

@@ -139,8 +139,8 @@ def test_nobody_there() -> None:
     ("options", "error", "text"),
     [
         ({"lines": "usb"}, BadValueError, "open has no option lines"),
-        ({"line": "tcp"}, BadValueError, "line takes usb or rs232, not 'tcp'"),
-        ({"on_close": "halt"}, BadValueError, "on_close takes stop or leave"),
+        ({"line": "tcp"}, BadValueError, "line 'tcp' is not one of usb, rs232"),
+        ({"on_close": "halt"}, BadValueError, "on_close 'halt' is not one of stop, leave"),
         ({"stages": {2: "Z8"}}, BadValueError, r"stages: there is no 2 \(there are: 1\)"),
         ({"stage": "Z9"}, UnknownScaleError, r"no stage Z9 is known \(known on TDC001: Z8\)"),
         ({"stage": 8}, BadValueError, "stage takes a stage or the name of one"),

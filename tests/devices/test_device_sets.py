@@ -21,7 +21,7 @@ from stagewire.errors import (
     UnknownFieldError,
     UnknownScaleError,
 )
-from stagewire_apt import PROTOCOL, TDC001, stages
+from stagewire_apt import BPC301, PROTOCOL, TDC001, stages
 from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m
 
@@ -169,12 +169,72 @@ def test_change_writes_nothing_where_what_is_held_may_not_be_written(
     assert tdc.get_dc_pid_params().proportional == 40000
     line.forget()
     with pytest.raises(
-        OutOfRangeError, match=r"what the controller holds may not be written.*prop"
+        OutOfRangeError, match=r"holds a value that cannot be written back.*prop"
     ):
         tdc.change_dc_pid_params(integral=1)
     assert line.names(PROTOCOL) == ["MOT_REQ_DCPIDPARAMS"]
     changed = tdc.change_dc_pid_params(proportional=100)
     assert (changed.proportional, changed.filter_control) == (100, 15)
+
+
+def test_change_writes_back_no_value_that_its_enumeration_does_not_list(
+    tdc: TDC001, line: RecordedLine
+) -> None:
+    """A newer controller holds jog mode 7: reading shows it, and only an explicit value replaces it."""
+    held = m.MotGetJogParams(
+        chan_ident=1, jog_mode=7, jog_step_size=1, jog_min_velocity=0, jog_acceleration=2,
+        jog_max_velocity=3, jog_stop_mode=2,
+    )  # fmt: skip
+    line.twist = lambda data: held.pack(0x01, 0x50) if data[:2] == b"\x18\x04" else data
+    assert tdc.get_jog_params().jog_mode == 7
+    line.forget()
+    with pytest.raises(OutOfRangeError) as refused:
+        tdc.change_jog_params(jog_step_size=5)
+    assert str(refused.value) == (
+        "TDC001: change_jog_params: the controller holds a value that cannot be written back: jog_mode 7 "
+        "is not one of CONTINUOUS (1), SINGLE_STEP (2); nothing was written. Pass this value as well, or "
+        "write all values with set_jog_params"
+    )
+    assert line.names(PROTOCOL) == ["MOT_REQ_JOGPARAMS"]
+    changed = tdc.change_jog_params(jog_step_size=5, jog_mode="single_step")
+    assert (changed.jog_mode, changed.jog_step_size) == (e.JogMode.SINGLE_STEP, 5)
+
+
+def test_change_writes_back_unknown_bits() -> None:
+    """Bits that a newer controller has set stay set; a caller cannot set them."""
+    line = RecordedLine(virtual.BPC301())
+    with BPC301.open(line, line="rs232", identify=False) as bpc:
+        held = bpc.get_output_lut_params().message.values() | {"mode": 0x8001}
+        reply = m.PzGetOutputLutParams(**held).pack(0x01, 0x50)
+        line.twist = lambda data: reply if data[:2] == reply[:2] else data
+        line.forget()
+        with pytest.raises(OutOfRangeError, match=r"mode 32769 is not one of outputlut_continuous"):
+            bpc.change_output_lut_params(mode=0x8001)
+        assert line.raw == b""
+        assert bpc.change_output_lut_params(num_cycles=3).mode == 0x8001
+        assert m.PzSetOutputLutParams(**held | {"num_cycles": 3}).pack(0x50, 0x01) in line.sent
+
+
+@pytest.mark.parametrize(
+    ("direction", "said"),
+    [
+        ("forwards", "TDC001: jog direction 'forwards' is not one of FORWARD, REVERSE"),
+        (3, "TDC001: jog direction 3 is not one of FORWARD (1), REVERSE (2)"),
+        (0, "TDC001: jog direction 0 is not one of FORWARD (1), REVERSE (2)"),
+        (True, "TDC001: jog direction True is not one of FORWARD (1), REVERSE (2)"),
+        (
+            e.StopMode.PROFILED,
+            "TDC001: jog direction StopMode.PROFILED is not one of FORWARD (1), REVERSE (2)",
+        ),
+    ],
+)
+def test_an_error_lists_the_choices(
+    tdc: TDC001, line: RecordedLine, direction: int | str, said: str
+) -> None:
+    with pytest.raises((BadValueError, OutOfRangeError)) as refused:
+        tdc.jog(direction)
+    assert str(refused.value) == said
+    assert line.raw == b""
 
 
 def test_changes_of_several_threads_are_all_kept() -> None:

@@ -81,12 +81,12 @@ class Options:
 
 
 def parse_line(name: Line | str) -> Line:
-    """Return the line of a name: ``usb`` or ``rs232``.
+    """Return the line of a name in any case: ``usb`` or ``rs232``.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for another one.
     """
     try:
-        return Line(name)
+        return Line(name.lower())
     except ValueError:
         known = " or ".join(line.value for line in Line)
         raise BadOptionError(f"there is no line {name!r}; it is {known}") from None

@@ -107,6 +107,9 @@ class Channel(Enumeration):
 
     Channel within one module. Single-channel controllers, and every bay of a BBD10x, use CHAN1.
     Pages 27 and 93 also name CHANBOTH_ID for dual-channel units, without a value.
+
+    The list may be incomplete: Pages 27 and 93 name CHANBOTH_ID for dual-channel units, without a
+    value.
     """
 
     CHAN1 = 0x01
@@ -182,6 +185,8 @@ class HardwareType(Enumeration):
     """Values of ``hardware_type`` (page 22).
 
     Kind of hardware that answers; the document lists two.
+
+    The list may be incomplete: The document lists two of the values in use.
     """
 
     BRUSHLESS_DC_CONTROLLER = 0x2C
@@ -395,6 +400,9 @@ class StageAxis(Enumeration):
     """Values of ``stage_axis`` (page 76).
 
     Stage and axis that a channel drives.
+
+    The list may be incomplete: The document lists the axes of one stage; the values of other stages
+    are not known.
     """
 
     MLS203_X_AXIS = 0x10

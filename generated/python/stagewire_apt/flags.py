@@ -24,6 +24,8 @@ class BpcStatusBits(Flags):
 
     Status of a channel of a BPC controller; the table of page 104 has the same bits without 12 to
     14. Bits not named are for future use.
+
+    The list may be incomplete: The other bits are for future use (page 102).
     """
 
     __slots__ = ()
@@ -52,6 +54,8 @@ class DcStatusBits(Flags):
 
     Status of a DC servo channel. The bits from homed on stand on page 80, which says that further
     bits exist. Pages 62, 64, 66 and 73 number bits of this register from one.
+
+    The list may be incomplete: Page 80 says that further bits exist.
     """
 
     __slots__ = ()
@@ -134,6 +138,8 @@ class OutputMaxVoltsFlags(Flags):
     """Bits of ``output_max_volts_flags`` (page 122).
 
     Voltage limit of the stage and controller combination, as PZ_GET_OUTPUTMAXVOLTS reports it.
+
+    The list may be incomplete: Bit 0 is for future use (page 122).
     """
 
     __slots__ = ()
@@ -159,6 +165,8 @@ class RackStatusBits(Flags):
     """Bits of ``rack_status_bits`` (page 25).
 
     State of the digital inputs on the USER IO connector, 1 for logic high.
+
+    The list may be incomplete: What further bits mean depends on the controller (page 25).
     """
 
     __slots__ = ()
@@ -172,6 +180,8 @@ class StepperStatusBits(Flags):
     """Bits of ``stepper_status_bits`` (page 77).
 
     Status of a stepper channel, 1 for active. The document says on page 78 that further bits exist.
+
+    The list may be incomplete: Page 78 says that further bits exist.
     """
 
     __slots__ = ()
@@ -194,6 +204,8 @@ class TpzStatusBits(Flags):
 
     Status of a TPZ001 channel; the same table stands on page 103. Bits not named are for future
     use.
+
+    The list may be incomplete: The other bits are for future use (page 101).
     """
 
     __slots__ = ()

@@ -13,6 +13,8 @@ class Axis(Enumeration):
 
     The first byte of a command, which axis or function it is for. A controller can be given other
     identifiers than these, so any byte but 255 and the colon may stand there.
+
+    The list may be incomplete: A controller can be given other identifiers.
     """
 
     X = 0x18

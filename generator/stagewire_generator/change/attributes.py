@@ -362,6 +362,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "values": Elsewhere("tables"),
         "place": _PLACE,
         "overlay": _OVERLAY,
+        "open": Elsewhere("tables"),
     },
     model.EnumValue: {
         "name": _PAIRED,
@@ -369,6 +370,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "note": "text",
         "keyboard": "keyboard",
         "reserved": "value-reserved",
+        "modifier": "value-modifier",
     },
     model.FlagTable: {
         "name": _PAIRED,
@@ -378,6 +380,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "bits": Elsewhere("tables"),
         "place": _PLACE,
         "overlay": _OVERLAY,
+        "open": Elsewhere("tables"),
     },
     model.FlagBit: {
         "name": _PAIRED,

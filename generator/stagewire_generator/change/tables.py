@@ -37,6 +37,9 @@ def _compare(
     for old, new in tables.kept:
         where = {noun: new.name}
         comparison.attributes(where, old, new)
+        if old.open != new.open:
+            kind = "text" if old.open and new.open else f"{noun}-open"
+            comparison.add(kind, {**where, "attribute": "open"}, old.open, new.open)
         pairs = pair({m.name: m for m in members(old)}, {m.name: m for m in members(new)}, number)
         comparison.names(member, member, pairs, where)
         for before, after in pairs.kept:

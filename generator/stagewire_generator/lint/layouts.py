@@ -45,6 +45,15 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
             diagnostics.add(
                 enumeration.place, "SW034", f"{enumeration.name}: {value:#x} has two names"
             )
+        for modifier in enumeration.modifiers:
+            for value in enumeration.values:
+                if value is not modifier and value.value & modifier.value:
+                    what = f"{enumeration.name}: {modifier.name} and {value.name} share bits"
+                    diagnostics.add(enumeration.place, "SW034", what)
+        if len(enumeration.modifiers) == len(enumeration.values):
+            what = f"{enumeration.name}: every value is a modifier"
+            hint = "list the values that they modify"
+            diagnostics.add(enumeration.place, "SW034", what, hint)
     for table in protocol.flags:
         bits = [bit.bit for bit in table.bits]
         for number in sorted({b for b in bits if bits.count(b) > 1}):

@@ -49,12 +49,19 @@ def define_enumerations(tables: Tables) -> None:
                 value.get("note", ""),
                 value.get("keyboard", ""),
                 value.get("reserved", False),
+                value.get("modifier", False),
             )
             for key, value in entry["values"].items()
         )
         summary = entry.get("summary", "")
         tables.enumerations[name] = Enumeration(
-            name, entry["page"], summary, values, place, document.overlay
+            name,
+            entry["page"],
+            summary,
+            values,
+            place,
+            document.overlay,
+            entry.get("open", ""),
         )
 
 
@@ -70,7 +77,14 @@ def define_flags(tables: Tables) -> None:
         )
         summary = entry.get("summary", "")
         tables.flags[name] = FlagTable(
-            name, entry["page"], summary, format, bits, place, document.overlay
+            name,
+            entry["page"],
+            summary,
+            format,
+            bits,
+            place,
+            document.overlay,
+            entry.get("open", ""),
         )
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import (
     Enumeration,
+    EnumValue,
     Erratum,
     Field,
     FlagTable,
@@ -144,8 +145,11 @@ def where(protocol: Protocol, pages: Sequence[int], markup: Markup, overlay: str
     return f"page{'s' if len(pages) > 1 else ''} {', '.join(str(page) for page in pages)}{named}"
 
 
-def field_facts(field: Field, markup: Markup) -> str:
-    """Return what is said of a field: meaning, unit and scale, names of its values, range."""
+def field_facts(field: Field, markup: Markup, *, given: bool = False) -> str:
+    """Return what is said of a field: meaning, unit and scale, names of its values, range.
+
+    :param given: whether it describes an argument of a device class, which lists its choices.
+    """
     facts = []
     if field.note:
         facts.append(field.note.rstrip("."))
@@ -155,16 +159,34 @@ def field_facts(field: Field, markup: Markup) -> str:
         facts.append(f"always {field.constant:#04x}")
     if field.quantity:
         facts.append(_unit(field))
-    facts += [markup.table(table) for table in (field.enum, field.flags) if table]
+    for table in (field.enum, field.flags):
+        if table:
+            facts.append(markup.table(table) + (f": {_choices(table, markup)}" if given else ""))
     if field.format.kind == "text":
         facts.append(f"text of at most {field.format.size} characters")
     elif field.format.kind == "bytes":
         facts.append(f"{field.format.size} bytes")
-    else:
+    elif not (given and field.lists_all):
         facts.append(f"{field.minimum} to {field.maximum}")
     if field.default is not None:
         facts.append(f"by default {field.default}")
     return "; ".join(facts)
+
+
+def _choices(table: Enumeration | FlagTable, markup: Markup) -> str:
+    """Return the names that a caller may give, with their numbers."""
+    bar = markup.name("|")
+    if isinstance(table, FlagTable):
+        bits = ", ".join(f"{bit.name} ({bit.mask:#x})" for bit in table.bits)
+        return f"{bits}, or several joined by {bar}"
+    values = ", ".join(_numbered(value) for value in table.values if not value.modifier)
+    modifiers = " and ".join(map(_numbered, table.modifiers))
+    return f"{values}; {modifiers} may be added by {bar}" if modifiers else values
+
+
+def _numbered(value: EnumValue) -> str:
+    number = value.value
+    return f"{value.name} ({number if 0 <= number < 10 else hex(number)})"
 
 
 def _unit(field: Field) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeAlias, TypeVar
 
-from stagewire.devices.giving import fields_of
+from stagewire.devices.giving import check_held, fields_of
 from stagewire.devices.limits import check_fields
 from stagewire.devices.line import Deadline
 from stagewire.devices.motions import Running
@@ -110,8 +110,8 @@ async def set_all(
 async def change(spot: Spot, table: ParameterSet[V], timeout: float | None, given: Keywords) -> V:
     """Read a set of parameters, change some, and write all of them, while nobody else here does.
 
-    Returns what was written. Raises :class:`~stagewire.errors.OutOfRangeError` where what was read may not be
-    written.
+    Returns what was written. Raises :class:`~stagewire.errors.OutOfRangeError` where the controller holds a
+    value that cannot be written back: one out of range, or one that a complete enumeration does not list.
     """
     what = f"{spot.name}: change_{table.name}"
     new = fields_of(what, table.given, given, spot.scales(), some=True)
@@ -121,11 +121,14 @@ async def change(spot: Spot, table: ParameterSet[V], timeout: float | None, give
         read = (await _ask(spot, table, deadline.left, {})).message
         held = {entry.field: getattr(read, entry.field) for entry in table.given}
         try:
+            for entry in table.given:
+                if entry.field not in new:
+                    check_held(entry, held[entry.field])
             message = _message(spot, what, table, {**held, **new})
         except OutOfRangeError as error:
             raise OutOfRangeError(
-                f"{what}: what the controller holds may not be written: {error}; nothing was written. Give "
-                f"this value, too, or all of them by set_{table.name}"
+                f"{what}: the controller holds a value that cannot be written back: {error}; nothing was "
+                f"written. Pass this value as well, or write all values with set_{table.name}"
             ) from None
         await _write(spot, table, message, deadline)
     return table.values(type(read).keep({**read.values(), **new}), spot.scales())

@@ -118,9 +118,8 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
     travel = given.get("travel_mm")
     several = travel if isinstance(travel, Mapping) else None
     travels = _by_name("travel_mm", several, None if several else travel, names)
-    line, on_close = given.get("line", "usb"), given.get("on_close", "stop")
-    _one_of("line", line, ("usb", "rs232"))
-    _one_of("on_close", on_close, ("stop", "leave"))
+    line = _one_of("line", given.get("line", "usb"), ("usb", "rs232"))
+    on_close = _one_of("on_close", given.get("on_close", "stop"), ("stop", "leave"))
     return Choices(
         stages={name: _stage(facts, unit, stage) for name, stage in stages.items()},
         travels={name: parse_travel(length) for name, length in travels.items()},
@@ -253,6 +252,10 @@ def _setting(keyword: str, value: object, unit: str) -> Fraction | None:
     return number
 
 
-def _one_of(option: str, value: object, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise BadValueError(f"{option} takes {' or '.join(known)}, not {value!r}")
+def _one_of(option: str, value: object, known: tuple[str, ...]) -> str:
+    """Return one of the known words, which may be given in any case."""
+    word = value.lower() if isinstance(value, str) else value
+    if word not in known:
+        raise BadValueError(f"{option} {value!r} is not one of {', '.join(known)}")
+    assert isinstance(word, str)
+    return word

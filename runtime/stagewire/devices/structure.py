@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from stagewire.devices.connection import Connection, Name, Place
 from stagewire.devices.describing import description
+from stagewire.devices.giving import number_of
 from stagewire.devices.opening import commanded
 from stagewire.devices.options import OpenOptions, choose
 from stagewire.devices.scales import Scales
@@ -14,6 +15,7 @@ from stagewire.devices.spot import CONTROLLER, Spot
 from stagewire.devices.unit import Facts, Unit
 from stagewire.devices.values import Values
 from stagewire.errors import BadValueError, OutOfRangeError
+from stagewire.flags import Enumeration
 from stagewire.message import Message
 
 __all__ = ["AxesBase", "BaysBase", "ChannelsBase", "DeviceBase", "PartBase", "connect", "url_of"]
@@ -102,12 +104,14 @@ class ChannelsBase(PartBase, Generic[P]):
         """All channels, from channel 1 on."""
         return self._channels
 
-    def channel(self, number: int) -> P:
-        """Return a channel, counted from 1.
+    def channel(self, number: int | str) -> P:
+        """Return a channel, counted from 1, or by its name in the enumeration of channels, such as ``CHAN2``.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for one that is not there.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for a number that no channel has, and
+        :class:`~stagewire.errors.BadValueError` for what is neither a number nor a name.
         """
-        return _numbered("channel", self._channels, number, self._at.name)
+        names = self._at.connection.facts.channels
+        return _numbered("channel", self._channels, number, self._at.name, names)
 
 
 class BaysBase(DeviceBase, Generic[P]):
@@ -132,7 +136,9 @@ class BaysBase(DeviceBase, Generic[P]):
     def bay(self, number: int) -> P:
         """Return a bay, counted from 1 as the document's addresses: ``bay(1)`` is 0x21, ``bay(2)`` is 0x22.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for one that is not there.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for a number that no bay has, and
+        :class:`~stagewire.errors.BadValueError` for what is not a number: names of bays are refused, because
+        the enumerations of the document count bays from 0.
         """
         return _numbered("bay", self._bays, number, self._at.name)
 
@@ -154,6 +160,8 @@ class AxesBase(DeviceBase, Generic[P]):
         :class:`~stagewire.errors.BadValueError` for a name that is none.
         """
         protocol = commanded(self.facts)
+        if (number := number_of(None, axis)) is not None:  # also one of NumPy
+            axis = number
         if isinstance(axis, str):
             if axis.upper() not in protocol.axes:
                 known = ", ".join(protocol.axes)
@@ -168,12 +176,22 @@ class AxesBase(DeviceBase, Generic[P]):
         return self._axes[identifier]
 
 
-def _numbered(kind: str, parts: tuple[P, ...], number: int, owner: str) -> P:
-    if isinstance(number, bool) or not isinstance(number, int):
-        raise BadValueError(f"a {kind} has a number, not {number!r}")
-    if not 1 <= number <= len(parts):
-        raise OutOfRangeError(f"{owner} has {kind}s 1 to {len(parts)}, not {number}")
-    return parts[number - 1]
+def _numbered(
+    kind: str,
+    parts: tuple[P, ...],
+    number: object,
+    owner: str,
+    names: type[Enumeration] | None = None,
+) -> P:
+    found = number_of(names, number)
+    if found is None:
+        known = "".join(f", {name}" for name in (names.__members__ if names else ()))
+        raise BadValueError(
+            f"{owner} {kind} {number!r} is not one of {', '.join(map(str, range(1, len(parts) + 1)))}{known}"
+        )
+    if not 1 <= found <= len(parts):
+        raise OutOfRangeError(f"{owner} has {kind}s 1 to {len(parts)}, not {found}")
+    return parts[found - 1]
 
 
 def url_of(link: object) -> str:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 from stagewire.devices.values import Values
+from stagewire.flags import Enumeration, Flags
 from stagewire.message import Message
 from stagewire.session.options import Ends
 
@@ -43,6 +44,9 @@ class Given:
     :param maximum: of the raw value.
     :param default: the raw value that the library itself sends, such as in the stop of what it started.
     :param target: whether it is a place (``absolute``) or a distance (``relative``) that the travel limits.
+    :param choices: the class that names its values or bits; None where they have no names.
+    :param modifiers: the values of an enumeration that are added to one of the others, as a mask.
+    :param open: whether the list of choices may be incomplete, so that every number in the range is accepted.
     """
 
     field: str
@@ -53,6 +57,9 @@ class Given:
     maximum: int | None = None
     default: int | None = None
     target: Target | None = None
+    choices: type[Enumeration] | type[Flags] | None = None
+    modifiers: int = 0
+    open: bool = False
 
     @property
     def keywords(self) -> tuple[str, ...]:

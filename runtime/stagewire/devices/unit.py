@@ -11,6 +11,7 @@ from typing import Any, Literal
 from stagewire.devices.scales import Rule
 from stagewire.devices.tables import ParameterSet, Poll, Query
 from stagewire.devices.values import Values
+from stagewire.flags import Enumeration
 from stagewire.message import Message
 from stagewire.protocol import Protocol
 from stagewire.quantities import Scale
@@ -122,6 +123,7 @@ class Facts:
     :param prefixes: of serial numbers, of units that the document does not know or gives none for.
     :param identity: asks a unit what it is: its serial number, its model and its firmware.
     :param bay_used: asks a rack whether a bay is fitted.
+    :param channels: names the channels; None where nothing does.
     """
 
     protocol: Protocol
@@ -132,6 +134,7 @@ class Facts:
     prefixes: Mapping[int, Known] = field(default_factory=dict)
     identity: ParameterSet[Any] | Query[Any] | None = None
     bay_used: ParameterSet[Any] | Query[Any] | None = None
+    channels: type[Enumeration] | None = None
 
     def values_of(self, message: type[Message]) -> Callable[..., Values[Any]] | None:
         """Return the class of the values of a message; None for one that carries none."""

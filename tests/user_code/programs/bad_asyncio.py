@@ -11,7 +11,7 @@ async def one_stage(tdc: TDC001) -> float:
     tdc.home()  # wrong: unused-coroutine reportUnusedCoroutine
     await tdc.move_absolute(um=1.5)  # wrong: call-arg reportCallIssue
     await tdc.move_absolute(mm=b"1.5")  # wrong: arg-type reportArgumentType
-    await tdc.jog("forward")  # wrong: arg-type reportArgumentType
+    await tdc.jog(["FORWARD"])  # wrong: arg-type reportArgumentType
     tdc.start_home().wait()  # wrong: attr-defined reportAttributeAccessIssue
     print(tdc.get_vel_params().max_velocity)  # wrong: attr-defined reportAttributeAccessIssue
     async for status in tdc.subscribe(m.MotGetDcStatusUpdate):

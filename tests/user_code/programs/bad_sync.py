@@ -15,7 +15,7 @@ def one_stage(tdc: TDC001) -> None:
     tdc.move_absolute(mm=1.5).wait()  # wrong: attr-defined reportAttributeAccessIssue
     tdc.start_move_absolute(mm=1.5, timeout=3)  # wrong: call-arg reportCallIssue
     tdc.jog()  # wrong: call-arg reportCallIssue
-    tdc.jog("forward")  # wrong: arg-type reportArgumentType
+    tdc.jog(1.5)  # wrong: arg-type reportArgumentType
     tdc.set_vel_params(max_velocity_mm_s=2)  # wrong: call-arg reportCallIssue
     print(tdc.get_vel_params().max_velocity_mm)  # wrong: attr-defined reportAttributeAccessIssue
     tdc.get_vel_params().max_velocity = 3  # wrong: assignment reportAttributeAccessIssue

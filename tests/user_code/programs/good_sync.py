@@ -27,6 +27,10 @@ def one_stage(url: str) -> float:
         tdc.move_absolute(counts=34_304, timeout=30)
         tdc.move_relative(mm=-0.25)
         tdc.jog(enumerations.MoveDirection.FORWARD)
+        tdc.jog("reverse")
+        tdc.jog(1)
+        tdc.stop("immediate")
+        tdc.set_av_modes(mode_bits="ledmode_ident|ledmode_moving")
         motion = tdc.start_move_absolute(mm=12)
         assert_type(motion, Motion)
         assert_type(motion.done, bool)
@@ -55,6 +59,7 @@ def channels(url: str) -> None:
     """Each channel has one, too; and so has each of a module in a rack."""
     with BSC002.open(url) as bsc002:
         bsc002.channel(2).move_relative(counts=1000)
+        bsc002.channel("CHAN2").stop()
     with MST601.open(url, bay=1) as module:
         module.channel(1).home()
 

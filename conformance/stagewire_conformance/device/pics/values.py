@@ -58,9 +58,9 @@ def one_of(what: str, known: Collection[str], value: Any) -> str:
 def line(value: Any) -> str:
     """Return what a controller is connected by."""
     name = text(value)
-    if name not in _LINES:
-        raise _WrongError(f"expected {' or '.join(_LINES)}, not {name!r}")
-    return name
+    if name.lower() not in _LINES:
+        raise _WrongError(f"{name!r} is not one of {', '.join(_LINES)}")
+    return name.lower()
 
 
 def occupied(bays: Sequence[int], value: Any) -> int:

@@ -89,9 +89,9 @@ def flag_table_view(protocol: Protocol, table: FlagTable) -> NamedView:
 
 def _named_doc(protocol: Protocol, kind: str, table: Enumeration | FlagTable) -> str:
     head = f"{kind} of ``{table.name}`` ({where(protocol, [table.page], table.overlay)})."
-    return docstring(
-        f"{head}\n\n    {paragraph(table.summary, 4)}\n    " if table.summary else head
-    )
+    more = [table.summary, f"The list may be incomplete: {sentence(table.open)}" if table.open else ""]
+    text = "\n\n    ".join(paragraph(part, 4) for part in more if part)
+    return docstring(f"{head}\n\n    {text}\n    " if text else head)
 
 
 def quantity_view(protocol: Protocol, quantity: Quantity, factor: Factor) -> QuantityView:

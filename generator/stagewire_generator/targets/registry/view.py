@@ -79,6 +79,7 @@ def _registry_json(protocol: Protocol) -> Json:
                 "page": e.page,
                 "summary": e.summary,
                 "values": {value.name: _value(value) for value in e.values},
+                **_open(e),
                 **_from(e),
             }
             for e in protocol.enumerations
@@ -89,6 +90,7 @@ def _registry_json(protocol: Protocol) -> Json:
                 "summary": t.summary,
                 "format": t.format.name,
                 "bits": {b.name: _bit(b) for b in t.bits},
+                **_open(t),
                 **_from(t),
             }
             for t in protocol.flags
@@ -163,6 +165,11 @@ def _from(thing: _Registered) -> Json:
     return {"overlay": thing.overlay} if thing.overlay else {}
 
 
+def _open(table: Enumeration | FlagTable) -> Json:
+    """Return why the list of a table may be incomplete, or nothing."""
+    return {"open": table.open} if table.open else {}
+
+
 def _unit_messages(units: Json, unit: Json) -> list[str]:
     """Return what a unit answers and sends: its printed list, or what its family has instead."""
     key = unit.get("list")
@@ -181,6 +188,8 @@ def _value(value: EnumValue) -> Json:
         data["keyboard"] = value.keyboard
     if value.reserved:
         data["reserved"] = True
+    if value.modifier:
+        data["modifier"] = True
     return data
 
 
@@ -273,7 +282,9 @@ def _field(field: Field) -> Json:
         data["flags"] = {bit.name: bit.mask for bit in field.flags.bits}
     if field.target:
         data["target"] = field.target
-    if field.open:
+    if field.enum and field.enum.modifiers:
+        data["modifiers"] = [value.name for value in field.enum.modifiers]
+    if (field.enum or field.flags) and not field.lists_all:
         data["open"] = True
     if field.flags_by_unit:
         data["flags_by_unit"] = {unit: table.name for unit, table in field.flags_by_unit.items()}

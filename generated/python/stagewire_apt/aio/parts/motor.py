@@ -344,7 +344,7 @@ class WithJogParams(Part):
     async def set_jog_params(
         self,
         *,
-        jog_mode: e.JogMode | int,
+        jog_mode: e.JogMode | str | int,
         jog_step_size: int | None = None,
         step_size_mm: Number | None = None,
         jog_min_velocity: int | None = None,
@@ -353,7 +353,7 @@ class WithJogParams(Part):
         acceleration_mm_per_s2: Number | None = None,
         jog_max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
-        jog_stop_mode: e.StopMode | int,
+        jog_stop_mode: e.StopMode | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the jog params: every value, in one frame.
@@ -364,7 +364,7 @@ class WithJogParams(Part):
         Errata ``apt-velocity-units``, ``apt-velparams-example-acceleration``,
         ``apt-velparams-example-max-velocity``.
 
-        :param jog_mode: :class:`~.JogMode`; 0 to 65535.
+        :param jog_mode: :class:`~.JogMode`: CONTINUOUS (1), SINGLE_STEP (2).
         :param jog_step_size: length of a step in SINGLE_STEP mode; raw counts of mm, scale by
             stage; -2147483648 to 2147483647.
         :param step_size_mm: ``jog_step_size`` in mm; its scale depends on the stage on its
@@ -380,7 +380,7 @@ class WithJogParams(Part):
             2147483647.
         :param max_velocity_mm_per_s: ``jog_max_velocity`` in mm/s; its scale depends on the stage
             on its controller.
-        :param jog_stop_mode: :class:`~.StopMode`; 0 to 65535.
+        :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -405,7 +405,7 @@ class WithJogParams(Part):
     async def change_jog_params(
         self,
         *,
-        jog_mode: e.JogMode | int | None = None,
+        jog_mode: e.JogMode | str | int | None = None,
         jog_step_size: int | None = None,
         step_size_mm: Number | None = None,
         jog_min_velocity: int | None = None,
@@ -414,7 +414,7 @@ class WithJogParams(Part):
         acceleration_mm_per_s2: Number | None = None,
         jog_max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
-        jog_stop_mode: e.StopMode | int | None = None,
+        jog_stop_mode: e.StopMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.JogParams:
         """Change some of the jog params.
@@ -425,7 +425,7 @@ class WithJogParams(Part):
         Errata ``apt-velocity-units``, ``apt-velparams-example-acceleration``,
         ``apt-velparams-example-max-velocity``.
 
-        :param jog_mode: :class:`~.JogMode`; 0 to 65535.
+        :param jog_mode: :class:`~.JogMode`: CONTINUOUS (1), SINGLE_STEP (2).
         :param jog_step_size: length of a step in SINGLE_STEP mode; raw counts of mm, scale by
             stage; -2147483648 to 2147483647.
         :param step_size_mm: ``jog_step_size`` in mm; its scale depends on the stage on its
@@ -441,7 +441,7 @@ class WithJogParams(Part):
             2147483647.
         :param max_velocity_mm_per_s: ``jog_max_velocity`` in mm/s; its scale depends on the stage
             on its controller.
-        :param jog_stop_mode: :class:`~.StopMode`; 0 to 65535.
+        :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -491,13 +491,13 @@ class WithLimSwitchParams(Part):
     async def set_lim_switch_params(
         self,
         *,
-        cw_hard_limit: e.HardLimit | int,
-        ccw_hard_limit: e.HardLimit | int,
+        cw_hard_limit: e.HardLimit | str | int,
+        ccw_hard_limit: e.HardLimit | str | int,
         cw_soft_limit: int | None = None,
         cw_soft_limit_mm: Number | None = None,
         ccw_soft_limit: int | None = None,
         ccw_soft_limit_mm: Number | None = None,
-        software_limit_mode: e.SoftwareLimitMode | int,
+        software_limit_mode: e.SoftwareLimitMode | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the lim switch params: every value, in one frame.
@@ -508,10 +508,12 @@ class WithLimSwitchParams(Part):
         Errata ``apt-limswitch-bbd10x``, ``apt-limswitch-soft-limit-factor``,
         ``apt-limswitch-upper-bit``, ``apt-unsigned-long``.
 
-        :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; 0
-            to 65535.
+        :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`:
+            IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
+            (6); SWAPPED (0x80) may be added by ``|``.
         :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit;
-            :class:`~.HardLimit`; 0 to 65535.
+            :class:`~.HardLimit`: IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4),
+            BREAKS_HOME_ONLY (5), INDEX_MARK (6); SWAPPED (0x80) may be added by ``|``.
         :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for
             it, which is the MLS203's factor for velocities; raw counts of mm, scale by stage; 0 to
             4294967295.
@@ -521,8 +523,9 @@ class WithLimSwitchParams(Part):
             mm, scale by stage; -2147483648 to 2147483647.
         :param ccw_soft_limit_mm: ``ccw_soft_limit`` in mm; its scale depends on the stage on its
             controller.
-        :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`;
-            0 to 65535.
+        :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`:
+            IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3); ROTATION_STAGE (0x80) may be added by
+            ``|``.
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -544,13 +547,13 @@ class WithLimSwitchParams(Part):
     async def change_lim_switch_params(
         self,
         *,
-        cw_hard_limit: e.HardLimit | int | None = None,
-        ccw_hard_limit: e.HardLimit | int | None = None,
+        cw_hard_limit: e.HardLimit | str | int | None = None,
+        ccw_hard_limit: e.HardLimit | str | int | None = None,
         cw_soft_limit: int | None = None,
         cw_soft_limit_mm: Number | None = None,
         ccw_soft_limit: int | None = None,
         ccw_soft_limit_mm: Number | None = None,
-        software_limit_mode: e.SoftwareLimitMode | int | None = None,
+        software_limit_mode: e.SoftwareLimitMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.LimSwitchParams:
         """Change some of the lim switch params.
@@ -562,10 +565,12 @@ class WithLimSwitchParams(Part):
         Errata ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``,
         ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``.
 
-        :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; 0
-            to 65535.
+        :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`:
+            IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
+            (6); SWAPPED (0x80) may be added by ``|``.
         :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit;
-            :class:`~.HardLimit`; 0 to 65535.
+            :class:`~.HardLimit`: IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4),
+            BREAKS_HOME_ONLY (5), INDEX_MARK (6); SWAPPED (0x80) may be added by ``|``.
         :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for
             it, which is the MLS203's factor for velocities; raw counts of mm, scale by stage; 0 to
             4294967295.
@@ -575,8 +580,9 @@ class WithLimSwitchParams(Part):
             mm, scale by stage; -2147483648 to 2147483647.
         :param ccw_soft_limit_mm: ``ccw_soft_limit`` in mm; its scale depends on the stage on its
             controller.
-        :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`;
-            0 to 65535.
+        :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`:
+            IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3); ROTATION_STAGE (0x80) may be added by
+            ``|``.
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -1158,7 +1164,7 @@ class CanMoveVelocity(Part):
 
     async def move_velocity(
         self,
-        direction: e.MoveDirection | int,
+        direction: e.MoveDirection | str | int,
         *,
         timeout: float | None = None,
     ) -> MotionEnd:
@@ -1170,7 +1176,7 @@ class CanMoveVelocity(Part):
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``,
         ``apt-movevelparams-undefined``.
 
-        :param direction: :class:`~.MoveDirection`; 0 to 255.
+        :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -1181,7 +1187,7 @@ class CanMoveVelocity(Part):
         """
         return await self._act(t.MOVE_VELOCITY, timeout, direction=direction)
 
-    async def start_move_velocity(self, direction: e.MoveDirection | int) -> Motion:
+    async def start_move_velocity(self, direction: e.MoveDirection | str | int) -> Motion:
         """Send ``MOT_MOVE_VELOCITY``.
 
         Moves in one direction, with the velocity that MOT_SET_MOVEVELPARAMS is said to set, until a
@@ -1191,7 +1197,7 @@ class CanMoveVelocity(Part):
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``,
         ``apt-movevelparams-undefined``.
 
-        :param direction: :class:`~.MoveDirection`; 0 to 255.
+        :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
@@ -1209,7 +1215,7 @@ class CanStop(Part):
 
     async def stop(
         self,
-        stop_mode: e.StopMode | int = e.StopMode.PROFILED,
+        stop_mode: e.StopMode | str | int = e.StopMode.PROFILED,
         *,
         timeout: float | None = None,
     ) -> MotionEnd | None:
@@ -1220,7 +1226,7 @@ class CanStop(Part):
 
         Errata ``apt-header-parameters-as-word``, ``apt-lists-against-chapters``.
 
-        :param stop_mode: :class:`~.StopMode`; 0 to 255.
+        :param stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -1239,7 +1245,7 @@ class CanJog(Part):
 
     async def jog(
         self,
-        direction: e.MoveDirection | int,
+        direction: e.MoveDirection | str | int,
         *,
         timeout: float | None = None,
     ) -> MotionEnd:
@@ -1253,7 +1259,7 @@ class CanJog(Part):
 
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
 
-        :param direction: :class:`~.MoveDirection`; 0 to 255.
+        :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -1264,7 +1270,7 @@ class CanJog(Part):
         """
         return await self._act(t.JOG, timeout, direction=direction)
 
-    async def start_jog(self, direction: e.MoveDirection | int) -> Motion:
+    async def start_jog(self, direction: e.MoveDirection | str | int) -> Motion:
         """Send ``MOT_MOVE_JOG``.
 
         Starts a jog with the settings of MOT_SET_JOGPARAMS. Returns as soon as it is sent, with a
@@ -1276,7 +1282,7 @@ class CanJog(Part):
 
         Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
 
-        :param direction: :class:`~.MoveDirection`; 0 to 255.
+        :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
@@ -1682,7 +1688,7 @@ class WithAvModes(Part):
     async def set_av_modes(
         self,
         *,
-        mode_bits: f.LedMode | int,
+        mode_bits: f.LedMode | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the av modes: every value, in one frame.
@@ -1692,7 +1698,8 @@ class WithAvModes(Part):
 
         Erratum ``apt-avmodes-decimal``.
 
-        :param mode_bits: :class:`~.LedMode`; 0 to 65535.
+        :param mode_bits: :class:`~.LedMode`: ledmode_ident (0x1), ledmode_limitswitch (0x2),
+            ledmode_moving (0x8), or several joined by ``|``.
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -1704,7 +1711,7 @@ class WithAvModes(Part):
     async def change_av_modes(
         self,
         *,
-        mode_bits: f.LedMode | int | None = None,
+        mode_bits: f.LedMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.AvModes:
         """Change some of the av modes.
@@ -1714,7 +1721,8 @@ class WithAvModes(Part):
 
         Errata ``apt-avmodes-decimal``, ``apt-req-avmodes-table-id``.
 
-        :param mode_bits: :class:`~.LedMode`; 0 to 65535.
+        :param mode_bits: :class:`~.LedMode`: ledmode_ident (0x1), ledmode_limitswitch (0x2),
+            ledmode_moving (0x8), or several joined by ``|``.
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -1751,7 +1759,7 @@ class WithButtonParams(Part):
     async def set_button_params(
         self,
         *,
-        mode: e.ButtonMode | int,
+        mode: e.ButtonMode | str | int,
         position1: int | None = None,
         position1_mm: Number | None = None,
         position2: int | None = None,
@@ -1767,7 +1775,7 @@ class WithButtonParams(Part):
         Errata ``apt-buttonparams-example-bytes``, ``apt-buttonparams-length``,
         ``apt-buttonparams-position2``, ``apt-buttonparams-unused-row``.
 
-        :param mode: :class:`~.ButtonMode`; 0 to 65535.
+        :param mode: :class:`~.ButtonMode`: JOG (1), GO_TO_POSITION (2).
         :param position1: position of the top button; only in GO_TO_POSITION mode; raw counts of mm,
             scale by stage; -2147483648 to 2147483647.
         :param position1_mm: ``position1`` in mm; its scale depends on the stage on its controller.
@@ -1798,7 +1806,7 @@ class WithButtonParams(Part):
     async def change_button_params(
         self,
         *,
-        mode: e.ButtonMode | int | None = None,
+        mode: e.ButtonMode | str | int | None = None,
         position1: int | None = None,
         position1_mm: Number | None = None,
         position2: int | None = None,
@@ -1816,7 +1824,7 @@ class WithButtonParams(Part):
         ``apt-buttonparams-position2``, ``apt-buttonparams-unused-row``,
         ``apt-get-buttonparams-table-id``, ``apt-req-buttonparams-table-id``.
 
-        :param mode: :class:`~.ButtonMode`; 0 to 65535.
+        :param mode: :class:`~.ButtonMode`: JOG (1), GO_TO_POSITION (2).
         :param position1: position of the top button; only in GO_TO_POSITION mode; raw counts of mm,
             scale by stage; -2147483648 to 2147483647.
         :param position1_mm: ``position1`` in mm; its scale depends on the stage on its controller.
@@ -1900,7 +1908,7 @@ class WithPmdCurrentLoopParams(Part):
     async def set_pmd_current_loop_params(
         self,
         *,
-        phase: e.CurrentPhase | int,
+        phase: e.CurrentPhase | str | int,
         kp_current: int,
         ki_current: int,
         i_lim_current: int,
@@ -1915,7 +1923,7 @@ class WithPmdCurrentLoopParams(Part):
 
         A set starts no move; the currents of an enabled channel follow the new values at once.
 
-        :param phase: :class:`~.CurrentPhase`; 0 to 65535.
+        :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
         :param kp_current: proportional gain; 0 to 32767.
         :param ki_current: integral gain; 0 to 32767.
         :param i_lim_current: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
@@ -1941,7 +1949,7 @@ class WithPmdCurrentLoopParams(Part):
     async def change_pmd_current_loop_params(
         self,
         *,
-        phase: e.CurrentPhase | int | None = None,
+        phase: e.CurrentPhase | str | int | None = None,
         kp_current: int | None = None,
         ki_current: int | None = None,
         i_lim_current: int | None = None,
@@ -1959,7 +1967,7 @@ class WithPmdCurrentLoopParams(Part):
 
         Erratum ``apt-req-current-loop-table-id``.
 
-        :param phase: :class:`~.CurrentPhase`; 0 to 65535.
+        :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
         :param kp_current: proportional gain; 0 to 32767.
         :param ki_current: integral gain; 0 to 32767.
         :param i_lim_current: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
@@ -2436,7 +2444,7 @@ class WithPmdProfileModeParams(Part):
     async def set_pmd_profile_mode_params(
         self,
         *,
-        mode: e.ProfileMode | int,
+        mode: e.ProfileMode | str | int,
         jerk: int | None = None,
         mm_per_s3: Number | None = None,
         timeout: float | None = None,
@@ -2447,7 +2455,7 @@ class WithPmdProfileModeParams(Part):
 
         Erratum ``apt-jerk-unit``.
 
-        :param mode: :class:`~.ProfileMode`; 0 to 65535.
+        :param mode: :class:`~.ProfileMode`: TRAPEZOIDAL (0), S_CURVE (2).
         :param jerk: limit on the change of acceleration; S_CURVE only; raw counts of mm/s^3, scale
             by stage; 0 to 4294967295.
         :param mm_per_s3: ``jerk`` in mm/s^3; its scale depends on the stage on its controller.
@@ -2468,7 +2476,7 @@ class WithPmdProfileModeParams(Part):
     async def change_pmd_profile_mode_params(
         self,
         *,
-        mode: e.ProfileMode | int | None = None,
+        mode: e.ProfileMode | str | int | None = None,
         jerk: int | None = None,
         mm_per_s3: Number | None = None,
         timeout: float | None = None,
@@ -2480,7 +2488,7 @@ class WithPmdProfileModeParams(Part):
 
         Erratum ``apt-jerk-unit``.
 
-        :param mode: :class:`~.ProfileMode`; 0 to 65535.
+        :param mode: :class:`~.ProfileMode`: TRAPEZOIDAL (0), S_CURVE (2).
         :param jerk: limit on the change of acceleration; S_CURVE only; raw counts of mm/s^3, scale
             by stage; 0 to 4294967295.
         :param mm_per_s3: ``jerk`` in mm/s^3; its scale depends on the stage on its controller.
@@ -2531,7 +2539,7 @@ class WithPmdSettledCurrentLoopParams(Part):
     async def set_pmd_settled_current_loop_params(
         self,
         *,
-        phase: e.CurrentPhase | int,
+        phase: e.CurrentPhase | str | int,
         kp_settled: int,
         ki_settled: int,
         i_lim_settled: int,
@@ -2544,7 +2552,7 @@ class WithPmdSettledCurrentLoopParams(Part):
         Current loop settings that apply only while the axis is settled, against noise and vibration
         at the demanded position. ``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS``, page 73.
 
-        :param phase: :class:`~.CurrentPhase`; 0 to 65535.
+        :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
         :param kp_settled: proportional gain; 0 to 32767.
         :param ki_settled: integral gain; 0 to 32767.
         :param i_lim_settled: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
@@ -2570,7 +2578,7 @@ class WithPmdSettledCurrentLoopParams(Part):
     async def change_pmd_settled_current_loop_params(
         self,
         *,
-        phase: e.CurrentPhase | int | None = None,
+        phase: e.CurrentPhase | str | int | None = None,
         kp_settled: int | None = None,
         ki_settled: int | None = None,
         i_lim_settled: int | None = None,
@@ -2587,7 +2595,7 @@ class WithPmdSettledCurrentLoopParams(Part):
 
         Erratum ``apt-req-settled-current-loop-table-id``.
 
-        :param phase: :class:`~.CurrentPhase`; 0 to 65535.
+        :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
         :param kp_settled: proportional gain; 0 to 32767.
         :param ki_settled: integral gain; 0 to 32767.
         :param i_lim_settled: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
@@ -2645,7 +2653,7 @@ class WithPmdStageAxisParams(Part):
     async def set_pmd_stage_axis_params(
         self,
         *,
-        stage_id: e.StageAxis | int,
+        stage_id: e.StageAxis | str | int,
         axis_id: int,
         part_no_axis: str,
         serial_num: int,
@@ -2668,7 +2676,8 @@ class WithPmdStageAxisParams(Part):
         raise the minimum and lower the maximum position, to shorten the travel.
         ``MOT_SET_PMDSTAGEAXISPARAMS``, page 75.
 
-        :param stage_id: stage and axis; :class:`~.StageAxis`; 0 to 65535.
+        :param stage_id: stage and axis; :class:`~.StageAxis`: MLS203_X_AXIS (0x10), MLS203_Y_AXIS
+            (0x11); 0 to 65535.
         :param axis_id: not used by the BBD controllers; 0 to 65535.
         :param part_no_axis: text naming the stage type and the axis; text of at most 16 characters.
         :param serial_num: serial number of the stage; 0 to 4294967295.
@@ -2721,7 +2730,7 @@ class WithPmdStageAxisParams(Part):
     async def change_pmd_stage_axis_params(
         self,
         *,
-        stage_id: e.StageAxis | int | None = None,
+        stage_id: e.StageAxis | str | int | None = None,
         axis_id: int | None = None,
         part_no_axis: str | None = None,
         serial_num: int | None = None,
@@ -2749,7 +2758,8 @@ class WithPmdStageAxisParams(Part):
         ``apt-stageaxis-length``, ``apt-stageaxis-part-no-format``, ``apt-stageaxis-rows``,
         ``apt-stageaxis-units``.
 
-        :param stage_id: stage and axis; :class:`~.StageAxis`; 0 to 65535.
+        :param stage_id: stage and axis; :class:`~.StageAxis`: MLS203_X_AXIS (0x10), MLS203_Y_AXIS
+            (0x11); 0 to 65535.
         :param axis_id: not used by the BBD controllers; 0 to 65535.
         :param part_no_axis: text naming the stage type and the axis; text of at most 16 characters.
         :param serial_num: serial number of the stage; 0 to 4294967295.

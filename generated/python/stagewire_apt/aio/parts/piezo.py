@@ -64,7 +64,7 @@ class WithPosControlMode(Part):
     async def set_pos_control_mode(
         self,
         *,
-        mode: e.PositionControlMode | int,
+        mode: e.PositionControlMode | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the pos control mode: every value, in one frame.
@@ -74,7 +74,8 @@ class WithPosControlMode(Part):
 
         The actuator moves when the loop is closed or opened.
 
-        :param mode: :class:`~.PositionControlMode`; 0 to 255.
+        :param mode: :class:`~.PositionControlMode`: OPEN_LOOP (1), CLOSED_LOOP (2),
+            OPEN_LOOP_SMOOTH (3), CLOSED_LOOP_SMOOTH (4).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -86,7 +87,7 @@ class WithPosControlMode(Part):
     async def change_pos_control_mode(
         self,
         *,
-        mode: e.PositionControlMode | int | None = None,
+        mode: e.PositionControlMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.PosControlMode:
         """Change some of the pos control mode.
@@ -97,7 +98,8 @@ class WithPosControlMode(Part):
 
         The actuator moves when the loop is closed or opened.
 
-        :param mode: :class:`~.PositionControlMode`; 0 to 255.
+        :param mode: :class:`~.PositionControlMode`: OPEN_LOOP (1), CLOSED_LOOP (2),
+            OPEN_LOOP_SMOOTH (3), CLOSED_LOOP_SMOOTH (4).
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -301,7 +303,7 @@ class WithInputVoltsSrc(Part):
     async def set_input_volts_src(
         self,
         *,
-        volt_src: f.InputVoltsSource | int,
+        volt_src: f.InputVoltsSource | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the input volts src: every value, in one frame.
@@ -311,8 +313,8 @@ class WithInputVoltsSrc(Part):
 
         A set changes the voltage at once by what the chosen inputs carry.
 
-        :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`;
-            0 to 65535.
+        :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`:
+            external_signal (0x1), potentiometer (0x2), or several joined by ``|``.
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -324,7 +326,7 @@ class WithInputVoltsSrc(Part):
     async def change_input_volts_src(
         self,
         *,
-        volt_src: f.InputVoltsSource | int | None = None,
+        volt_src: f.InputVoltsSource | str | int | None = None,
         timeout: float | None = None,
     ) -> v.InputVoltsSrc:
         """Change some of the input volts src.
@@ -334,8 +336,8 @@ class WithInputVoltsSrc(Part):
 
         A set changes the voltage at once by what the chosen inputs carry.
 
-        :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`;
-            0 to 65535.
+        :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`:
+            external_signal (0x1), potentiometer (0x2), or several joined by ``|``.
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -508,9 +510,9 @@ class WithIoSettings(Part):
     async def set_io_settings(
         self,
         *,
-        amp_current_lim: e.AmpCurrentLimit | int,
-        amp_lp_filter: e.AmpLpFilter | int,
-        bnc_trig_or_lv_out: e.BncMode | int,
+        amp_current_lim: e.AmpCurrentLimit | str | int,
+        amp_lp_filter: e.AmpLpFilter | str | int,
+        bnc_trig_or_lv_out: e.BncMode | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the io settings: every value, in one frame.
@@ -522,10 +524,13 @@ class WithIoSettings(Part):
 
         Errata ``apt-always-chan1``, ``apt-iosettings-formats-missing``, ``apt-iosettings-length``.
 
-        :param amp_current_lim: :class:`~.AmpCurrentLimit`; 0 to 65535.
-        :param amp_lp_filter: for all channels; chan_ident is ignored; :class:`~.AmpLpFilter`; 0 to
-            65535.
-        :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; 0 to 65535.
+        :param amp_current_lim: :class:`~.AmpCurrentLimit`: CURRENTLIMIT_100MA (0),
+            CURRENTLIMIT_250MA (1), CURRENTLIMIT_500MA (2).
+        :param amp_lp_filter: for all channels; chan_ident is ignored; :class:`~.AmpLpFilter`:
+            OUTPUTLPFILTER_10HZ (0), OUTPUTLPFILTER_100HZ (1), OUTPUTLPFILTER_5KHZ (2),
+            OUTPUTLPFILTER_NONE (3).
+        :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`: BNCMODE_TRIG (0),
+            BNCMODE_LVOUT (0xffff).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -543,9 +548,9 @@ class WithIoSettings(Part):
     async def change_io_settings(
         self,
         *,
-        amp_current_lim: e.AmpCurrentLimit | int | None = None,
-        amp_lp_filter: e.AmpLpFilter | int | None = None,
-        bnc_trig_or_lv_out: e.BncMode | int | None = None,
+        amp_current_lim: e.AmpCurrentLimit | str | int | None = None,
+        amp_lp_filter: e.AmpLpFilter | str | int | None = None,
+        bnc_trig_or_lv_out: e.BncMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.IoSettings:
         """Change some of the io settings.
@@ -557,10 +562,13 @@ class WithIoSettings(Part):
 
         Errata ``apt-always-chan1``, ``apt-iosettings-formats-missing``, ``apt-iosettings-length``.
 
-        :param amp_current_lim: :class:`~.AmpCurrentLimit`; 0 to 65535.
-        :param amp_lp_filter: for all channels; chan_ident is ignored; :class:`~.AmpLpFilter`; 0 to
-            65535.
-        :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; 0 to 65535.
+        :param amp_current_lim: :class:`~.AmpCurrentLimit`: CURRENTLIMIT_100MA (0),
+            CURRENTLIMIT_250MA (1), CURRENTLIMIT_500MA (2).
+        :param amp_lp_filter: for all channels; chan_ident is ignored; :class:`~.AmpLpFilter`:
+            OUTPUTLPFILTER_10HZ (0), OUTPUTLPFILTER_100HZ (1), OUTPUTLPFILTER_5KHZ (2),
+            OUTPUTLPFILTER_NONE (3).
+        :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`: BNCMODE_TRIG (0),
+            BNCMODE_LVOUT (0xffff).
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -609,7 +617,7 @@ class WithOutputMaxVolts(Part):
         *,
         voltage: int | None = None,
         volts: Number | None = None,
-        flags: f.OutputMaxVoltsFlags | int,
+        flags: f.OutputMaxVoltsFlags | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the output max volts: every value, in one frame.
@@ -627,8 +635,9 @@ class WithOutputMaxVolts(Part):
         :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of
             V, v_per_count 1/10; 0 to 1500.
         :param volts: ``voltage`` in V; 0 to 150.
-        :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; 0 to 65535; by default
-            0.
+        :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`: voltagelimit_75v (0x2),
+            voltagelimit_100v (0x4), voltagelimit_150v (0x8), or several joined by ``|``; 0 to
+            65535; by default 0.
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -642,7 +651,7 @@ class WithOutputMaxVolts(Part):
         *,
         voltage: int | None = None,
         volts: Number | None = None,
-        flags: f.OutputMaxVoltsFlags | int | None = None,
+        flags: f.OutputMaxVoltsFlags | str | int | None = None,
         timeout: float | None = None,
     ) -> v.OutputMaxVolts:
         """Change some of the output max volts.
@@ -662,8 +671,9 @@ class WithOutputMaxVolts(Part):
         :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of
             V, v_per_count 1/10; 0 to 1500.
         :param volts: ``voltage`` in V; 0 to 150.
-        :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; 0 to 65535; by default
-            0.
+        :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`: voltagelimit_75v (0x2),
+            voltagelimit_100v (0x4), voltagelimit_150v (0x8), or several joined by ``|``; 0 to
+            65535; by default 0.
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -936,7 +946,7 @@ class WithOutputLutParams(Part):
     async def set_output_lut_params(
         self,
         *,
-        mode: f.LutOutputMode | int,
+        mode: f.LutOutputMode | str | int,
         cycle_length: int,
         num_cycles: int,
         delay_time: int | None = None,
@@ -960,7 +970,11 @@ class WithOutputLutParams(Part):
         ``apt-lut-long-range``, ``apt-lut-ranges``, ``apt-outputlutparams-breakdown-length``,
         ``apt-outputlutparams-breakdown-order``, ``apt-outputlutparams-trigger-start``.
 
-        :param mode: the bits may be combined; :class:`~.LutOutputMode`; 0 to 65535.
+        :param mode: the bits may be combined; :class:`~.LutOutputMode`: outputlut_continuous (0x1),
+            outputlut_fixed (0x2), outputlut_outputtrig (0x4), outputlut_inputtrig (0x8),
+            outputlut_outputtrig_sense_hi (0x10), outputlut_inputtrig_sense_hi (0x20),
+            outputlut_lutgated (0x40), outputlut_outputtrig_repeat (0x80), or several joined by
+            ``|``.
         :param cycle_length: Samples in a cycle, not more than have been loaded; 0 to 512 on the
             TPZ001; 0 to 7999.
         :param num_cycles: Cycles to put out in fixed mode; ignored in continuous mode. The maximum
@@ -1012,7 +1026,7 @@ class WithOutputLutParams(Part):
     async def change_output_lut_params(
         self,
         *,
-        mode: f.LutOutputMode | int | None = None,
+        mode: f.LutOutputMode | str | int | None = None,
         cycle_length: int | None = None,
         num_cycles: int | None = None,
         delay_time: int | None = None,
@@ -1037,7 +1051,11 @@ class WithOutputLutParams(Part):
         ``apt-lut-ranges``, ``apt-outputlutparams-breakdown-length``,
         ``apt-outputlutparams-breakdown-order``, ``apt-outputlutparams-trigger-start``.
 
-        :param mode: the bits may be combined; :class:`~.LutOutputMode`; 0 to 65535.
+        :param mode: the bits may be combined; :class:`~.LutOutputMode`: outputlut_continuous (0x1),
+            outputlut_fixed (0x2), outputlut_outputtrig (0x4), outputlut_inputtrig (0x8),
+            outputlut_outputtrig_sense_hi (0x10), outputlut_inputtrig_sense_hi (0x20),
+            outputlut_lutgated (0x40), outputlut_outputtrig_repeat (0x80), or several joined by
+            ``|``.
         :param cycle_length: Samples in a cycle, not more than have been loaded; 0 to 512 on the
             TPZ001; 0 to 7999.
         :param num_cycles: Cycles to put out in fixed mode; ignored in continuous mode. The maximum
@@ -1135,7 +1153,7 @@ class WithLutValueType(Part):
     async def set_lut_value_type(
         self,
         *,
-        lut_type: e.LutValueType | int,
+        lut_type: e.LutValueType | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the lut value type: every value, in one frame.
@@ -1146,7 +1164,7 @@ class WithLutValueType(Part):
 
         Erratum ``apt-lut-meaning``.
 
-        :param lut_type: :class:`~.LutValueType`; 0 to 255.
+        :param lut_type: :class:`~.LutValueType`: VOLTAGE (1), POSITION (2).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -1287,8 +1305,8 @@ class WithTpzIoSettings(Part):
     async def set_tpz_io_settings(
         self,
         *,
-        voltage_limit: e.VoltageLimit | int,
-        hub_analog_input: e.HubAnalogueInput | int,
+        voltage_limit: e.VoltageLimit | str | int,
+        hub_analog_input: e.HubAnalogueInput | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the tpz io settings: every value, in one frame.
@@ -1302,9 +1320,10 @@ class WithTpzIoSettings(Part):
         Errata ``apt-future-use-rows-missing``, ``apt-tpz-iosettings-length``,
         ``apt-voltage-limit-values``.
 
-        :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`; 0 to 65535.
+        :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`: VOLTAGELIMIT_75V (1),
+            VOLTAGELIMIT_100V (2), VOLTAGELIMIT_150V (3).
         :param hub_analog_input: where the feedback signal of a TSG001 comes from;
-            :class:`~.HubAnalogueInput`; 0 to 65535.
+            :class:`~.HubAnalogueInput`: HUB_ANALOGUEIN_A (1), HUB_ANALOGUEIN_B (2), EXTSIG_SMA (3).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -1321,8 +1340,8 @@ class WithTpzIoSettings(Part):
     async def change_tpz_io_settings(
         self,
         *,
-        voltage_limit: e.VoltageLimit | int | None = None,
-        hub_analog_input: e.HubAnalogueInput | int | None = None,
+        voltage_limit: e.VoltageLimit | str | int | None = None,
+        hub_analog_input: e.HubAnalogueInput | str | int | None = None,
         timeout: float | None = None,
     ) -> v.TpzIoSettings:
         """Change some of the tpz io settings.
@@ -1337,9 +1356,10 @@ class WithTpzIoSettings(Part):
         Errata ``apt-future-use-rows-missing``, ``apt-get-tpz-iosettings-table-id``,
         ``apt-request-channel-fixed``, ``apt-tpz-iosettings-length``, ``apt-voltage-limit-values``.
 
-        :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`; 0 to 65535.
+        :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`: VOLTAGELIMIT_75V (1),
+            VOLTAGELIMIT_100V (2), VOLTAGELIMIT_150V (3).
         :param hub_analog_input: where the feedback signal of a TSG001 comes from;
-            :class:`~.HubAnalogueInput`; 0 to 65535.
+            :class:`~.HubAnalogueInput`: HUB_ANALOGUEIN_A (1), HUB_ANALOGUEIN_B (2), EXTSIG_SMA (3).
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -1382,8 +1402,8 @@ class WithTsgIoSettings(Part):
     async def set_tsg_io_settings(
         self,
         *,
-        hub_analogue_output: e.HubAnalogueOutput | int,
-        display_mode: e.DisplayMode | int,
+        hub_analogue_output: e.HubAnalogueOutput | str | int,
+        display_mode: e.DisplayMode | str | int,
         force_calib: int | None = None,
         newtons: Number | None = None,
         timeout: float | None = None,
@@ -1399,8 +1419,9 @@ class WithTsgIoSettings(Part):
         ``apt-tsg-iosettings-example-short``.
 
         :param hub_analogue_output: where the feedback signal for a TPZ001 goes;
-            :class:`~.HubAnalogueOutput`; 0 to 65535.
-        :param display_mode: also the unit of the readings; :class:`~.DisplayMode`; 0 to 65535.
+            :class:`~.HubAnalogueOutput`: HUB_ANALOGUEOUT_1 (1), HUB_ANALOGUEOUT_2 (2).
+        :param display_mode: also the unit of the readings; :class:`~.DisplayMode`:
+            DISPUNITS_POSITION (1), DISPUNITS_VOLTAGE (2), DISPUNITS_FORCE (3).
         :param force_calib: Full scale of a force sensor in steps of 0.001 N; 30000 (30 N) suits the
             FSC102. The page prints a range of 1 to 1000, which its own default and example exceed;
             raw counts of N, n_per_count 1/1000; 1 to 65535; by default 30000.
@@ -1423,8 +1444,8 @@ class WithTsgIoSettings(Part):
     async def change_tsg_io_settings(
         self,
         *,
-        hub_analogue_output: e.HubAnalogueOutput | int | None = None,
-        display_mode: e.DisplayMode | int | None = None,
+        hub_analogue_output: e.HubAnalogueOutput | str | int | None = None,
+        display_mode: e.DisplayMode | str | int | None = None,
         force_calib: int | None = None,
         newtons: Number | None = None,
         timeout: float | None = None,
@@ -1441,8 +1462,9 @@ class WithTsgIoSettings(Part):
         ``apt-tsg-iosettings-example-short``.
 
         :param hub_analogue_output: where the feedback signal for a TPZ001 goes;
-            :class:`~.HubAnalogueOutput`; 0 to 65535.
-        :param display_mode: also the unit of the readings; :class:`~.DisplayMode`; 0 to 65535.
+            :class:`~.HubAnalogueOutput`: HUB_ANALOGUEOUT_1 (1), HUB_ANALOGUEOUT_2 (2).
+        :param display_mode: also the unit of the readings; :class:`~.DisplayMode`:
+            DISPUNITS_POSITION (1), DISPUNITS_VOLTAGE (2), DISPUNITS_FORCE (3).
         :param force_calib: Full scale of a force sensor in steps of 0.001 N; 30000 (30 N) suits the
             FSC102. The page prints a range of 1 to 1000, which its own default and example exceed;
             raw counts of N, n_per_count 1/1000; 1 to 65535; by default 30000.

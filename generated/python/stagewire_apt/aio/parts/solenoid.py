@@ -40,7 +40,7 @@ class WithSolOperatingMode(Part):
     async def set_sol_operating_mode(
         self,
         *,
-        operating_mode: e.SolenoidOperatingMode | int,
+        operating_mode: e.SolenoidOperatingMode | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the sol operating mode: every value, in one frame.
@@ -52,7 +52,8 @@ class WithSolOperatingMode(Part):
 
         Erratum ``apt-four-bit-integer``.
 
-        :param operating_mode: :class:`~.SolenoidOperatingMode`; 0 to 255.
+        :param operating_mode: :class:`~.SolenoidOperatingMode`: SOLENOID_MANUAL (1),
+            SOLENOID_SINGLE (2), SOLENOID_AUTO (3), SOLENOID_TRIGGER (4).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -64,7 +65,7 @@ class WithSolOperatingMode(Part):
     async def change_sol_operating_mode(
         self,
         *,
-        operating_mode: e.SolenoidOperatingMode | int | None = None,
+        operating_mode: e.SolenoidOperatingMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.SolOperatingMode:
         """Change some of the sol operating mode.
@@ -77,7 +78,8 @@ class WithSolOperatingMode(Part):
 
         Erratum ``apt-four-bit-integer``.
 
-        :param operating_mode: :class:`~.SolenoidOperatingMode`; 0 to 255.
+        :param operating_mode: :class:`~.SolenoidOperatingMode`: SOLENOID_MANUAL (1),
+            SOLENOID_SINGLE (2), SOLENOID_AUTO (3), SOLENOID_TRIGGER (4).
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -226,7 +228,7 @@ class WithSolInterlockMode(Part):
     async def set_sol_interlock_mode(
         self,
         *,
-        interlock_mode: e.SolenoidInterlockMode | int,
+        interlock_mode: e.SolenoidInterlockMode | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the sol interlock mode: every value, in one frame.
@@ -238,7 +240,8 @@ class WithSolInterlockMode(Part):
 
         Erratum ``apt-four-bit-integer``.
 
-        :param interlock_mode: :class:`~.SolenoidInterlockMode`; 0 to 255.
+        :param interlock_mode: :class:`~.SolenoidInterlockMode`: SOLENOID_ENABLED (1),
+            SOLENOID_DISABLED (2).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -250,7 +253,7 @@ class WithSolInterlockMode(Part):
     async def change_sol_interlock_mode(
         self,
         *,
-        interlock_mode: e.SolenoidInterlockMode | int | None = None,
+        interlock_mode: e.SolenoidInterlockMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.SolInterlockMode:
         """Change some of the sol interlock mode.
@@ -263,7 +266,8 @@ class WithSolInterlockMode(Part):
 
         Erratum ``apt-four-bit-integer``.
 
-        :param interlock_mode: :class:`~.SolenoidInterlockMode`; 0 to 255.
+        :param interlock_mode: :class:`~.SolenoidInterlockMode`: SOLENOID_ENABLED (1),
+            SOLENOID_DISABLED (2).
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -297,7 +301,7 @@ class WithSolState(Part):
     async def set_sol_state(
         self,
         *,
-        state: e.SolenoidState | int,
+        state: e.SolenoidState | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the sol state: every value, in one frame.
@@ -307,7 +311,7 @@ class WithSolState(Part):
 
         Erratum ``apt-four-bit-integer``.
 
-        :param state: :class:`~.SolenoidState`; 0 to 255.
+        :param state: :class:`~.SolenoidState`: SOLENOID_ON (1), SOLENOID_OFF (2).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -319,7 +323,7 @@ class WithSolState(Part):
     async def change_sol_state(
         self,
         *,
-        state: e.SolenoidState | int | None = None,
+        state: e.SolenoidState | str | int | None = None,
         timeout: float | None = None,
     ) -> v.SolState:
         """Change some of the sol state.
@@ -329,7 +333,7 @@ class WithSolState(Part):
 
         Erratum ``apt-four-bit-integer``.
 
-        :param state: :class:`~.SolenoidState`; 0 to 255.
+        :param state: :class:`~.SolenoidState`: SOLENOID_ON (1), SOLENOID_OFF (2).
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was

@@ -127,7 +127,7 @@ class WithRackBayUsed(Part):
     def get_bay_used(
         self,
         *,
-        bay_ident: e.RackBay | int,
+        bay_ident: e.RackBay | str | int,
         timeout: float | None = None,
     ) -> v.RackBayUsed:
         """Read the bay used.
@@ -138,7 +138,8 @@ class WithRackBayUsed(Part):
         Errata ``apt-bay-idents``, ``apt-rack-bayused-example-id``,
         ``apt-rack-get-bayused-example-addresses``.
 
-        :param bay_ident: :class:`~.RackBay`; 0 to 255.
+        :param bay_ident: :class:`~.RackBay`: BAY_1 (0), BAY_2 (1), BAY_3 (2), BAY_4 (3), BAY_5 (4),
+            BAY_6 (5), BAY_7 (6), BAY_8 (7), BAY_9 (8), BAY_10 (9).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -196,7 +197,7 @@ class WithChanEnableState(Part):
     def set_chan_enable_state(
         self,
         *,
-        enable_state: e.EnableState | int,
+        enable_state: e.EnableState | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the chan enable state: every value, in one frame.
@@ -205,7 +206,7 @@ class WithChanEnableState(Part):
 
         To disable lets a load go that the motor holds; to enable powers the motor.
 
-        :param enable_state: :class:`~.EnableState`; 0 to 255.
+        :param enable_state: :class:`~.EnableState`: ENABLE (1), DISABLE (2).
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -217,7 +218,7 @@ class WithChanEnableState(Part):
     def change_chan_enable_state(
         self,
         *,
-        enable_state: e.EnableState | int | None = None,
+        enable_state: e.EnableState | str | int | None = None,
         timeout: float | None = None,
     ) -> v.ChanEnableState:
         """Change some of the chan enable state.
@@ -227,7 +228,7 @@ class WithChanEnableState(Part):
 
         To disable lets a load go that the motor holds; to enable powers the motor.
 
-        :param enable_state: :class:`~.EnableState`; 0 to 255.
+        :param enable_state: :class:`~.EnableState`: ENABLE (1), DISABLE (2).
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
@@ -312,7 +313,7 @@ class WithDigOutputs(Part):
     def set_dig_outputs(
         self,
         *,
-        dig_op: f.RackDigitalOutputs | int,
+        dig_op: f.RackDigitalOutputs | str | int,
         timeout: float | None = None,
     ) -> None:
         """Write the dig outputs: every value, in one frame.
@@ -326,8 +327,9 @@ class WithDigOutputs(Part):
         Errata ``apt-digital-inputs-outputs``, ``apt-digoutputs-integer``,
         ``apt-rack-digoutputs-example-bay``.
 
-        :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; 0 to
-            255.
+        :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`:
+            digital_output_1 (0x1), digital_output_2 (0x2), digital_output_3 (0x4), digital_output_4
+            (0x8), or several joined by ``|``.
         :param timeout: in seconds; None for that of the device.
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
@@ -339,7 +341,7 @@ class WithDigOutputs(Part):
     def change_dig_outputs(
         self,
         *,
-        dig_op: f.RackDigitalOutputs | int | None = None,
+        dig_op: f.RackDigitalOutputs | str | int | None = None,
         timeout: float | None = None,
     ) -> v.DigOutputs:
         """Change some of the dig outputs.
@@ -353,8 +355,9 @@ class WithDigOutputs(Part):
         Errata ``apt-digital-inputs-outputs``, ``apt-digoutputs-integer``,
         ``apt-rack-digoutputs-example-bay``, ``apt-rack-get-digoutputs-parameter``.
 
-        :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; 0 to
-            255.
+        :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`:
+            digital_output_1 (0x1), digital_output_2 (0x2), digital_output_3 (0x4), digital_output_4
+            (0x8), or several joined by ``|``.
         :param timeout: in seconds; None for that of the device.
 
         Reads, changes what is given, writes all in one frame, under one lock; returns what was

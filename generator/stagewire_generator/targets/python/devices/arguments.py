@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from stagewire_generator.model import Field, Layout, Message, Protocol, Quantity
+from stagewire_generator.naming import camel
 from stagewire_generator.targets.python.devices.naming import (
     ARGUMENTS,
     apart,
@@ -13,7 +14,7 @@ from stagewire_generator.targets.python.devices.naming import (
     unit_words,
 )
 
-__all__ = ["Argument", "Way", "arguments_of", "given_fields"]
+__all__ = ["Argument", "Way", "arguments_of", "given_fields", "table_class"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +42,13 @@ class Argument:
     keyword: str
     ways: tuple[Way, ...]
     default: str | int | None = None
+
+
+def table_class(field: Field) -> str:
+    """Return the class that names the values or bits of a field; empty where it has none."""
+    if field.enum:
+        return f"e.{camel(field.enum.name)}"
+    return f"f.{camel(field.flags.name)}" if field.flags else ""
 
 
 def given_fields(protocol: Protocol, layout: Layout) -> list[Field]:

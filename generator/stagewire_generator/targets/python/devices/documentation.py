@@ -162,6 +162,6 @@ def _pages(members: Iterable[Message]) -> list[int]:
 
 def _parameters(arguments: Sequence[Argument]) -> Iterator[str]:
     for argument in arguments:
-        yield f":param {argument.keyword}: {raw_text(argument.field)}."
+        yield f":param {argument.keyword}: {field_facts(argument.field, MARKUP, given=True)}."
         for way in argument.ways:
             yield f":param {way.keyword}: {unit_text(argument, way)}."

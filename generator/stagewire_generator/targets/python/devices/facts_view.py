@@ -11,6 +11,7 @@ from stagewire_generator.model import (
     Json,
     Protocol,
 )
+from stagewire_generator.targets.python.devices.arguments import table_class
 from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.rules_view import (
@@ -65,6 +66,8 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
     for call in tables.calls:
         if call.message.tells:
             facts.append(f"{_TOLD[call.message.tells]}=t.{call.constant}")
+    if channels := _channels(protocol):
+        facts.append(f"channels={channels}")
     return FactsView(
         lists=tuple(
             laid_out(_frozenset(f"{name} = ", sorted(names)), 0)
@@ -82,6 +85,14 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
         ),
         facts=laid_out(Nested("FACTS = Facts(", tuple(facts), ")"), 0),
     )
+
+
+def _channels(protocol: Protocol) -> str:
+    """Return the class that names the channels; empty where none does."""
+    channel = protocol.framing.get("channel")
+    fields = (f for m in protocol.messages for layout in m.layouts for f in layout.all_fields)
+    classes = {table_class(field) for field in fields if field.name == channel}
+    return classes.pop() if len(classes) == 1 else ""
 
 
 def _list_name(entry: Json) -> str:

@@ -47,7 +47,7 @@ def facts_imports(package: str, text: str) -> tuple[str, ...]:
         *_imported("stagewire.devices.tables", ("Poll",), text),
         *_imported("stagewire.devices.unit", _UNIT, text),
         *_imported("stagewire.quantities", ("Scale", "UnknownScale"), text),
-        *([f"from {package} import messages as m"] if _uses("m", text) else []),
+        *_aliased(package, text),
         *([f"from {package} import quantities"] if "quantities." in text else []),
         *([f"from {package}.devices import tables as t"] if _uses("t", text) else []),
         f"from {package}.messages import PROTOCOL",

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stagewire_generator.model import Field, Protocol
-from stagewire_generator.naming import camel
-from stagewire_generator.targets.python.devices.arguments import Argument
+from stagewire_generator.targets.python.devices.arguments import Argument, table_class
 from stagewire_generator.targets.python.devices.documentation import method_doc
 from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
 from stagewire_generator.targets.python.devices.plan import Call
@@ -101,14 +100,11 @@ def _parameter(argument: Argument, optional: bool) -> str:
     field = argument.field
     head = f"{argument.keyword}: {_type(field)}"
     if argument.default is not None and not optional:
-        named = f"e.{camel(field.enum.name)}." if field.enum else ""
-        return f"{head} = {named if isinstance(argument.default, str) else ''}{argument.default}"
+        named = f"{table_class(field)}." if isinstance(argument.default, str) else ""
+        return f"{head} = {named}{argument.default}"
     return f"{head} | None = None" if optional else head
 
 
 def _type(field: Field) -> str:
-    if field.enum:
-        return f"e.{camel(field.enum.name)} | int"
-    if field.flags:
-        return f"f.{camel(field.flags.name)} | int"
-    return _TYPES[field.format.kind]
+    table = table_class(field)
+    return f"{table} | str | int" if table else _TYPES[field.format.kind]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from stagewire_generator.model import Layout, Message
 from stagewire_generator.naming import message_classes
-from stagewire_generator.targets.python.devices.arguments import Argument
+from stagewire_generator.targets.python.devices.arguments import Argument, table_class
 from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
 from stagewire_generator.targets.python.devices.plan import Call, Plan
 from stagewire_generator.targets.python.source import literal
@@ -150,6 +150,12 @@ def _argument(argument: Argument) -> Nested:
             for w in argument.ways
         ]
         items.append(_tuple("ways=", ways))
+    if field.enum or field.flags:
+        items.append(f"choices={table_class(field)}")
+        if field.enum and field.enum.modifiers:
+            items.append(f"modifiers=0x{sum(v.value for v in field.enum.modifiers):02X}")
+        if not field.lists_all:
+            items.append("open=True")
     if field.format.kind == "integer":
         items += [f"minimum={field.minimum}", f"maximum={field.maximum}"]
     if field.target:
