@@ -54,9 +54,10 @@ def parse_value(name: str, text: str, field: Json) -> int | str:
         return reduce(operator.or_, (numbers[part] for part in parts))
     if not numbers:
         raise CalledWronglyError(f"{name} takes an integer such as 5 or 0x05, not {text!r}")
-    joined = f" ({', '.join(map(str, sorted(added)))} may be joined by |)" if added else ""
+    known = ", ".join([*values, *bits])
+    several = ", or several joined by |" if added else ""
     raise CalledWronglyError(
-        f"{name} {text!r} is not one of {', '.join([*values, *bits])}{joined}, nor an integer such as 5 or 0x05"
+        f"{name} {text!r} is not one of {known}{several}, nor an integer such as 5 or 0x05"
     )
 
 

@@ -177,7 +177,7 @@ GROUPS: tuple[Group, ...] = (
             "SW034": Code(
                 "an enumeration or flag value twice",
                 "Two names have the same number; a line was copied, or the document has two words for one "
-                "thing. Or a modifier has a bit that another value has, so that their sum says less than both.",
+                "thing. Or a modifier has bits in common with another value, or has no value to modify.",
                 "each value has one name, and a modifier has bits of its own",
             ),
             "SW035": Code(

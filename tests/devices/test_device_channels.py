@@ -124,7 +124,7 @@ def test_a_bay_is_named_by_its_number_alone() -> None:
     with BBD102.open(RecordedLine(virtual.BBD102()), identify=False) as rack:
         assert rack.bay(np.int8(2)) is rack.bays[1]
         for wrong in (e.RackBay.BAY_2, e.Channel.CHAN1, "BAY_2", True):
-            with pytest.raises(BadValueError, match="BBD102 bay .* is not one of 1, 2"):
+            with pytest.raises(BadValueError, match=r"BBD102 bay .* is not one of 1, 2"):
                 rack.bay(wrong)  # type: ignore[arg-type]
 
 

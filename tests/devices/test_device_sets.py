@@ -168,9 +168,7 @@ def test_change_writes_nothing_where_what_is_held_may_not_be_written(
     line.twist = illegal
     assert tdc.get_dc_pid_params().proportional == 40000
     line.forget()
-    with pytest.raises(
-        OutOfRangeError, match=r"holds a value that cannot be written back.*prop"
-    ):
+    with pytest.raises(OutOfRangeError, match=r"holds a value that cannot be written back.*prop"):
         tdc.change_dc_pid_params(integral=1)
     assert line.names(PROTOCOL) == ["MOT_REQ_DCPIDPARAMS"]
     changed = tdc.change_dc_pid_params(proportional=100)

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import random
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from proof_calls import Call, arguments, calls, fields_of, givens, layouts, message_of, method, units
+from proof_calls import (
+    Call,
+    arguments,
+    calls,
+    fields_of,
+    givens,
+    layouts,
+    message_of,
+    method,
+    units,
+)
 from proof_controller import Parrot
 from proof_line import SIDES, Side, settled
 
@@ -62,12 +73,23 @@ def illegal(field: Any) -> Iterator[tuple[Any, type[StagewireError]]]:
         outside = [number for number in range(field["maximum"] + 1) if number not in legal]
         yield from ((value, OutOfRangeError) for value in (*outside[:3], *outside[-1:]))
         yield from ((np.uint16(value), OutOfRangeError) for value in outside[:1])
-    wrong = ["forwards", "", "1", b"FORWARD", True, np.True_, 1.0, object(), [1], enumerations.BayState.EMPTY]
+    wrong = [
+        "forwards",
+        "",
+        "1",
+        b"FORWARD",
+        True,
+        np.True_,
+        1.0,
+        object(),
+        [1],
+        enumerations.BayState.EMPTY,
+    ]
     yield from ((value, BadValueError) for value in wrong)
     for names in (field.get("enum", {}), field.get("flags", {})):
         yield from ((f"{name}|NONSENSE", BadValueError) for name in names)
     alone = [name for name in field.get("enum", ()) if name not in field.get("modifiers", ())]
-    yield from (("|".join(pair), BadValueError) for pair in zip(alone, alone[1:], strict=False))
+    yield from (("|".join(pair), BadValueError) for pair in itertools.pairwise(alone))
     yield from ((name, BadValueError) for name in field.get("modifiers", ()))
 
 
@@ -112,7 +134,10 @@ def forms(field: Any) -> Iterator[tuple[int, list[Any]]]:
                 yield number, [table(number), name, name.lower(), name.title(), np.int64(number)]
                 for more in field.get("modifiers", ()):
                     both = number | field["enum"][more]
-                    yield both, [table[name] | table[more], f"{more}|{name}", f"{name} | {more}".lower()]
+                    yield (
+                        both,
+                        [table[name] | table[more], f"{more}|{name}", f"{name} | {more}".lower()],
+                    )
     else:
         bits: Any = getattr(flags, camel(field["flag_table"]))
         for name, number in field["flags"].items():

@@ -155,6 +155,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/editors.md", '"yaml.schemaStore.enable": false,'): settings,
     ("docs/overlays.md", "overlay: later_issues"): schema("overlay"),
     ("docs/registry.md", "parameter_sets:"): schema("messages"),
+    ("docs/registry.md", "enumerations:"): schema("messages"),
     ("docs/registry.md", "setup_commands:"): schema("messages"),
     ("docs/registry.md", "framing:"): schema("protocol"),
     ("docs/registry.md", "settings:"): schema("quantities"),

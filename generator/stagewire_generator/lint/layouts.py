@@ -46,9 +46,9 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 enumeration.place, "SW034", f"{enumeration.name}: {value:#x} has two names"
             )
         for modifier in enumeration.modifiers:
-            for value in enumeration.values:
-                if value is not modifier and value.value & modifier.value:
-                    what = f"{enumeration.name}: {modifier.name} and {value.name} share bits"
+            for other in enumeration.values:
+                if other is not modifier and other.value & modifier.value:
+                    what = f"{enumeration.name}: {modifier.name} and {other.name} share bits"
                     diagnostics.add(enumeration.place, "SW034", what)
         if len(enumeration.modifiers) == len(enumeration.values):
             what = f"{enumeration.name}: every value is a modifier"

@@ -16,7 +16,7 @@ from functools import reduce
 from typing import Any, NoReturn
 
 from stagewire.devices.scales import Scales
-from stagewire.devices.tables import Given
+from stagewire.devices.tables import Given, Named
 from stagewire.errors import BadValueError, MissingFieldError, OutOfRangeError
 from stagewire.flags import Enumeration, Flags
 from stagewire.quantities import Number, Scale, exact
@@ -81,9 +81,7 @@ def in_unit(value: object, unit: str, keyword: str) -> Number:
     return value  # type: ignore[return-value]
 
 
-def number_of(
-    choices: type[Enumeration] | type[Flags] | None, value: object, modifiers: int = 0
-) -> int | None:
+def number_of(choices: Named | None, value: object, modifiers: int = 0) -> int | None:
     """Return the number that a member, a name or an integer stands for; None for anything else.
 
     Names of bits are joined by ``|``, and so is the name of a value with those of its modifiers. An integer
@@ -124,7 +122,9 @@ def _checked(what: str, entry: Given, value: object) -> object:
         return value
     table = entry.choices
     number = number_of(table, value, entry.modifiers)
-    if table is not None and (number is None or not (entry.open or _is_listed(entry, table, number))):
+    if table is not None and (
+        number is None or not (entry.open or _is_listed(entry, table, number))
+    ):
         error = BadValueError if number is None else OutOfRangeError
         raise error(_not_listed(f"{what} {entry.keyword}", entry, table, value))
     if number is None:
@@ -138,7 +138,7 @@ def _checked(what: str, entry: Given, value: object) -> object:
     return number
 
 
-def _by_name(choices: type[Enumeration] | type[Flags], text: str, modifiers: int) -> int | None:
+def _by_name(choices: Named, text: str, modifiers: int) -> int | None:
     known = {name.upper(): number for name, number in _names(choices).items()}
     parts = [part.strip().upper() for part in text.split("|")]
     if any(part not in known for part in parts):
@@ -149,24 +149,24 @@ def _by_name(choices: type[Enumeration] | type[Flags], text: str, modifiers: int
     return reduce(operator.or_, numbers)
 
 
-def _names(choices: type[Enumeration] | type[Flags]) -> dict[str, int]:
+def _names(choices: Named) -> dict[str, int]:
     if issubclass(choices, Flags):
         return choices.bits
     return {name: member.value for name, member in choices.__members__.items()}
 
 
-def _is_listed(entry: Given, table: type[Enumeration] | type[Flags], number: int) -> bool:
+def _is_listed(entry: Given, table: Named, number: int) -> bool:
     if issubclass(table, Flags):
         return not table(number).unnamed
-    return number & ~entry.modifiers in (n for n in table if not n & entry.modifiers)
+    alone = {n for n in _names(table).values() if not n & entry.modifiers}
+    return number & ~entry.modifiers in alone
 
 
-def _not_listed(
-    name: str, entry: Given, table: type[Enumeration] | type[Flags], value: object
-) -> str:
+def _not_listed(name: str, entry: Given, table: Named, value: object) -> str:
     """Return what is wrong with a choice, and all choices; where a number was given, with their numbers."""
     named = isinstance(value, str)
-    listed, added = [], []
+    listed: list[str] = []
+    added: list[str] = []
     for choice, number in _names(table).items():
         shown = choice if named else f"{choice} ({number if 0 <= number < 10 else hex(number)})"
         (added if number & entry.modifiers else listed).append(shown)
@@ -177,11 +177,10 @@ def _not_listed(
         text += f", alone or with {', '.join(added)} added by |"
     if entry.open:
         text += f", nor an integer from {entry.minimum} to {entry.maximum}"
+    given = repr(value)
     if isinstance(value, Enumeration):
-        value = f"{type(value).__name__}.{value.name}"
-    else:
-        value = repr(value)
-    return f"{name} {value} is not one of {text}"
+        given = f"{type(value).__name__}.{value.name}"
+    return f"{name} {given} is not one of {text}"
 
 
 def _converted(what: str, entry: Given, keyword: str, value: object, scales: Scales) -> int:

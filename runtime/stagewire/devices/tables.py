@@ -20,6 +20,7 @@ __all__ = [
     "Ends",
     "Given",
     "MotionEnd",
+    "Named",
     "ParameterSet",
     "Poll",
     "Query",
@@ -29,6 +30,7 @@ __all__ = [
 V = TypeVar("V", bound=Values[Any])
 
 Target: TypeAlias = Literal["absolute", "relative"]
+Named: TypeAlias = type[Enumeration] | type[Flags]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,7 @@ class Given:
     maximum: int | None = None
     default: int | None = None
     target: Target | None = None
-    choices: type[Enumeration] | type[Flags] | None = None
+    choices: Named | None = None
     modifiers: int = 0
     open: bool = False
 

@@ -138,7 +138,7 @@ def _value(field: Mapping[str, Any]) -> Value:
         empty = "" if field["kind"] == "text" else bytes(field["size"])
         return Value(field["name"], empty, None, None, None)
     table = field.get("enum")
-    is_listed = table and not field.get("open") and "modifiers" not in field
+    complete = not field.get("open") and "modifiers" not in field
     minimum, maximum = field["minimum"], field["maximum"]
     nearest = min(max(0, minimum), maximum)
     if table and nearest not in table.values():
@@ -148,5 +148,5 @@ def _value(field: Mapping[str, Any]) -> Value:
         default=nearest if field["default"] is None else field["default"],
         minimum=minimum,
         maximum=maximum,
-        listed=frozenset(table.values()) if is_listed else None,
+        listed=frozenset(table.values()) if table and complete else None,
     )

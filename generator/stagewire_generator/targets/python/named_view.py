@@ -89,7 +89,10 @@ def flag_table_view(protocol: Protocol, table: FlagTable) -> NamedView:
 
 def _named_doc(protocol: Protocol, kind: str, table: Enumeration | FlagTable) -> str:
     head = f"{kind} of ``{table.name}`` ({where(protocol, [table.page], table.overlay)})."
-    more = [table.summary, f"The list may be incomplete: {sentence(table.open)}" if table.open else ""]
+    more = [
+        table.summary,
+        f"The list may be incomplete: {sentence(table.open)}" if table.open else "",
+    ]
     text = "\n\n    ".join(paragraph(part, 4) for part in more if part)
     return docstring(f"{head}\n\n    {text}\n    " if text else head)
 
