@@ -170,6 +170,15 @@ def test_an_option_that_cannot_be_is_refused_before_a_line_is_opened(
         TDC001.open("virtual://NO_SUCH_UNIT", **options)  # type: ignore[arg-type]
 
 
+def test_an_option_with_named_choices_takes_them_in_any_case() -> None:
+    options: dict[str, Any] = {"line": "RS232", "on_close": "Leave"}
+    line = RecordedLine(virtual.TDC001())
+    with TDC001.open(line, **options) as tdc:
+        tdc.start_move_velocity("forward")
+        line.forget()
+    assert line.raw == b""  # no stop, as `leave` says
+
+
 @pytest.mark.parametrize(
     ("unit", "options", "error", "text"),
     [

@@ -271,3 +271,31 @@ def test_names_that_are_taken(
     assert [*inspect.signature(package.TP1.echo).parameters] == [
         "self", "timeout_value", "names_value", "load", "percent", "timeout",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("package", "opened", "modifiers"),
+    [
+        (
+            "stagewire_apt",
+            {
+                "bpc_status_bits", "channel", "dc_status_bits", "hardware_type", "output_max_volts_flags",
+                "rack_status_bits", "stage_axis", "stepper_status_bits", "tpz_status_bits",
+            },
+            {"hard_limit": ["SWAPPED"], "software_limit_mode": ["ROTATION_STAGE"]},
+        ),
+        ("stagewire_ms2000", {"axis"}, {}),
+    ],
+)  # fmt: skip
+def test_which_lists_of_names_may_be_incomplete(
+    package: str, opened: set[str], modifiers: dict[str, list[str]]
+) -> None:
+    """Decided table by table; all others are complete, so that device classes send nothing else."""
+    enumerations, flags = registry(package)["enumerations"], registry(package)["flags"]
+    both = enumerations | flags
+    assert {name for name, table in both.items() if table.get("open")} == opened
+    found = {
+        name: [value for value, entry in table["values"].items() if entry.get("modifier")]
+        for name, table in enumerations.items()
+    }
+    assert {name: values for name, values in found.items() if values} == modifiers
