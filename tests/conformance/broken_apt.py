@@ -97,6 +97,11 @@ def losing(count: int, after: Callable[[bytes], bool]) -> Spoil:
     return takes(change)
 
 
+def at_both_ends(raw: bytes) -> bytes:
+    """Set the bits of both limit switches, in whatever message has the bits."""
+    return of(BITS, flip(8, 3))(of(STEPPER, flip(16, 3))(raw))
+
+
 def is_unknown(raw: bytes) -> bool:
     return len(raw) >= 6 and not name_of(raw) and raw[5] == 1
 
@@ -277,9 +282,11 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
     "a position that runs away":
         ("BMS001", running_away(), STATUS, FAIL, "and no bit that says that it moves"),
     "both limit switches":
-        ("BMS001", sends(STEPPER, flip(16, 3)), STATUS, NON_STRICT, "both limit switches are active"),
+        ("BMS001", Spoil(to_host=at_both_ends), STATUS, NON_STRICT, "both limit switches are active"),
     "other bits for each question":
         ("TDC001", sends(BITS, flip(9, 4)), STATUS, FAIL, "differ in homed"),
+    "other bits for each question to a stepper":
+        ("BMS001", sends(BITS, flip(9, 4)), STATUS, FAIL, "differ in homed"),
     "the status of channel 1 for channel 2":
         ("BMS002", sends(STEPPER, byte(6, 1)), "status/0x50/2", FAIL, "it should be about channel 2"),
     "a closed loop that is open":

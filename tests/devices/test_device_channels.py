@@ -17,7 +17,7 @@ from stagewire.errors import (
     SessionClosedError,
     UnknownScaleError,
 )
-from stagewire_apt import BBD102, BSC002, MPZ601, MST601, TDC001, stages
+from stagewire_apt import BBD102, BSC002, MPZ601, MST601, TDC001, devices, stages
 from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m
 
@@ -34,6 +34,19 @@ def test_bays_are_numbered_as_the_addresses_of_the_document() -> None:
         )
         assert line.raw == expected.pack(0x22, 0x01)
         assert rack.bays == (rack.bay(1), rack.bay(2))
+
+
+@pytest.mark.parametrize("unit", ["BSC001", "BSC102", "MST601", "OST001", "TST001"])
+def test_a_stepper_answers_with_its_status_bits_alone(unit: str) -> None:
+    cls, options = getattr(devices, unit), {"bay": 1} if unit == "MST601" else {}
+    url = "virtual://rack?bays=MST601" if unit == "MST601" else f"virtual://{unit}"
+    with cls.open(url, **options) as device:
+        motor = device.bay(1) if unit == "BSC102" else device
+        motor = device.channel(2) if unit == "MST601" else motor
+        values = motor.get_status_bits()
+        assert values.status_bits.settled
+        assert not values.status_bits.homed
+        assert values.chan_ident == (2 if unit == "MST601" else 1)
 
 
 def test_the_rack_itself_is_the_motherboard() -> None:

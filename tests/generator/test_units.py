@@ -193,6 +193,14 @@ def test_one_form_of_status(name: str) -> None:
     assert REGISTRY["families"][unit["family"]]["status"] == unit["status"]
 
 
+def test_every_motor_that_homes_can_be_asked_for_its_status_bits() -> None:
+    """Page 81 excepts no family; the solenoid driver has a printed list without the message."""
+    both = {"MOT_REQ_STATUSBITS", "MOT_GET_STATUSBITS"}
+    motors = {name for name, unit in UNITS.items() if "MOT_MOVE_HOME" in unit["messages"]}
+    assert motors == {name for name, unit in UNITS.items() if both & set(unit["messages"])}
+    assert all(both <= set(UNITS[name]["messages"]) for name in motors)
+
+
 def test_every_message_belongs_to_a_unit() -> None:
     """Left over are the two that the document names without describing them."""
     known = {message for unit in UNITS.values() for message in unit["messages"]}

@@ -105,7 +105,7 @@ class MotorHost:
     @property
     def bits(self) -> set[str]:
         """The bits of the status that are set, by name, and no other bits."""
-        word = self._motor.status_bits()["status_bits"]
+        word = self._motor.status()["status_bits"]
         names = dict(BITS)
         if self._context["status"] == "stepper":
             names = {**dict(list(BITS.items())[:11]), "interlock_enabled": 12}

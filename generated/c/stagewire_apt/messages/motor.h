@@ -1337,7 +1337,11 @@ static inline apt_status apt_mot_req_statusbits_decode(
 typedef struct apt_mot_get_statusbits {
     /** See enum apt_channel; 0 to 65535. */
     uint16_t chan_ident;
-    /** The same bits as in MOT_GET_DCSTATUSUPDATE; bits APT_DC_STATUS_BITS_...; 0 to 4294967295. */
+    /**
+     * The bits of MOT_GET_DCSTATUSUPDATE on every unit, as page 81 says. On steppers rely only on
+     * the bits that MOT_GET_STATUSUPDATE has under the same names: page 77 gives bit 12 another
+     * meaning; bits APT_DC_STATUS_BITS_...; 0 to 4294967295.
+     */
     uint32_t status_bits;
 } apt_mot_get_statusbits;
 

@@ -82,6 +82,7 @@ _BENCHTOP_STEPPER = frozenset(
         "MOT_GET_MOVEABSPARAMS",
         "MOT_GET_MOVERELPARAMS",
         "MOT_GET_POSCOUNTER",
+        "MOT_GET_STATUSBITS",
         "MOT_GET_STATUSUPDATE",
         "MOT_GET_VELPARAMS",
         "MOT_MOVE_ABSOLUTE",
@@ -101,6 +102,7 @@ _BENCHTOP_STEPPER = frozenset(
         "MOT_REQ_MOVEABSPARAMS",
         "MOT_REQ_MOVERELPARAMS",
         "MOT_REQ_POSCOUNTER",
+        "MOT_REQ_STATUSBITS",
         "MOT_REQ_STATUSUPDATE",
         "MOT_REQ_VELPARAMS",
         "MOT_RESUME_ENDOFMOVEMSGS",
@@ -414,6 +416,7 @@ _CARD_SLOT_STEPPER = frozenset(
         "MOT_GET_MOVEABSPARAMS",
         "MOT_GET_MOVERELPARAMS",
         "MOT_GET_POSCOUNTER",
+        "MOT_GET_STATUSBITS",
         "MOT_GET_STATUSUPDATE",
         "MOT_GET_VELPARAMS",
         "MOT_MOVE_ABSOLUTE",
@@ -433,6 +436,7 @@ _CARD_SLOT_STEPPER = frozenset(
         "MOT_REQ_MOVEABSPARAMS",
         "MOT_REQ_MOVERELPARAMS",
         "MOT_REQ_POSCOUNTER",
+        "MOT_REQ_STATUSBITS",
         "MOT_REQ_STATUSUPDATE",
         "MOT_REQ_VELPARAMS",
         "MOT_RESUME_ENDOFMOVEMSGS",
@@ -483,6 +487,7 @@ _CUBE_STEPPER = frozenset(
         "MOT_GET_MOVERELPARAMS",
         "MOT_GET_POSCOUNTER",
         "MOT_GET_POTPARAMS",
+        "MOT_GET_STATUSBITS",
         "MOT_GET_STATUSUPDATE",
         "MOT_GET_VELPARAMS",
         "MOT_MOVE_ABSOLUTE",
@@ -505,6 +510,7 @@ _CUBE_STEPPER = frozenset(
         "MOT_REQ_MOVERELPARAMS",
         "MOT_REQ_POSCOUNTER",
         "MOT_REQ_POTPARAMS",
+        "MOT_REQ_STATUSBITS",
         "MOT_REQ_STATUSUPDATE",
         "MOT_REQ_VELPARAMS",
         "MOT_RESUME_ENDOFMOVEMSGS",
@@ -613,6 +619,7 @@ _MODULAR_STEPPER = frozenset(
         "MOT_GET_MOVEABSPARAMS",
         "MOT_GET_MOVERELPARAMS",
         "MOT_GET_POSCOUNTER",
+        "MOT_GET_STATUSBITS",
         "MOT_GET_STATUSUPDATE",
         "MOT_GET_VELPARAMS",
         "MOT_MOVE_ABSOLUTE",
@@ -632,6 +639,7 @@ _MODULAR_STEPPER = frozenset(
         "MOT_REQ_MOVEABSPARAMS",
         "MOT_REQ_MOVERELPARAMS",
         "MOT_REQ_POSCOUNTER",
+        "MOT_REQ_STATUSBITS",
         "MOT_REQ_STATUSUPDATE",
         "MOT_REQ_VELPARAMS",
         "MOT_RESUME_ENDOFMOVEMSGS",
@@ -733,6 +741,7 @@ _OPTO_STEPPER = frozenset(
         "MOT_GET_MOVERELPARAMS",
         "MOT_GET_POSCOUNTER",
         "MOT_GET_POTPARAMS",
+        "MOT_GET_STATUSBITS",
         "MOT_GET_STATUSUPDATE",
         "MOT_GET_VELPARAMS",
         "MOT_MOVE_ABSOLUTE",
@@ -755,6 +764,7 @@ _OPTO_STEPPER = frozenset(
         "MOT_REQ_MOVERELPARAMS",
         "MOT_REQ_POSCOUNTER",
         "MOT_REQ_POTPARAMS",
+        "MOT_REQ_STATUSBITS",
         "MOT_REQ_STATUSUPDATE",
         "MOT_REQ_VELPARAMS",
         "MOT_RESUME_ENDOFMOVEMSGS",
@@ -1388,10 +1398,10 @@ UNITS: dict[str, Unit] = {
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
             "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status, status bits that are those of the DC status) and to"
-            " a control keypad (LED, potentiometer, buttons). The one server-alive message of the"
-            " motor chapter is counted in, because its text speaks of any controller on USB, "
-            "although its name and place are those of the DC status."
+            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included, "
+            "because their text names no family: the server-alive message, which any controller "
+            "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
         kind="generic_usb",
         address=0x50,
@@ -1404,6 +1414,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=25,
         stages=("APT_STEPPER",),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -1418,10 +1429,10 @@ UNITS: dict[str, Unit] = {
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
             "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status, status bits that are those of the DC status) and to"
-            " a control keypad (LED, potentiometer, buttons). The one server-alive message of the"
-            " motor chapter is counted in, because its text speaks of any controller on USB, "
-            "although its name and place are those of the DC status."
+            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included, "
+            "because their text names no family: the server-alive message, which any controller "
+            "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
         kind="generic_usb",
         address=0x50,
@@ -1434,6 +1445,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=35,
         stages=("APT_STEPPER",),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -1673,10 +1685,10 @@ UNITS: dict[str, Unit] = {
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
             "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status, status bits that are those of the DC status) and to"
-            " a control keypad (LED, potentiometer, buttons). The one server-alive message of the"
-            " motor chapter is counted in, because its text speaks of any controller on USB, "
-            "although its name and place are those of the DC status."
+            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included, "
+            "because their text names no family: the server-alive message, which any controller "
+            "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
         kind="generic_usb",
         address=0x50,
@@ -1689,6 +1701,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=20,
         stages=("APT_STEPPER",),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -1703,10 +1716,10 @@ UNITS: dict[str, Unit] = {
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
             "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status, status bits that are those of the DC status) and to"
-            " a control keypad (LED, potentiometer, buttons). The one server-alive message of the"
-            " motor chapter is counted in, because its text speaks of any controller on USB, "
-            "although its name and place are those of the DC status."
+            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included, "
+            "because their text names no family: the server-alive message, which any controller "
+            "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
         kind="generic_usb",
         address=0x50,
@@ -1719,6 +1732,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=30,
         stages=("APT_STEPPER",),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -1733,10 +1747,10 @@ UNITS: dict[str, Unit] = {
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
             "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status, status bits that are those of the DC status) and to"
-            " a control keypad (LED, potentiometer, buttons). The one server-alive message of the"
-            " motor chapter is counted in, because its text speaks of any controller on USB, "
-            "although its name and place are those of the DC status."
+            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included, "
+            "because their text names no family: the server-alive message, which any controller "
+            "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
         kind="generic_usb",
         address=0x50,
@@ -1749,6 +1763,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=40,
         stages=("APT_STEPPER",),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -1776,6 +1791,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         stages=("APT_STEPPER",),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -1804,6 +1820,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=70,
         stages=("APT_STEPPER",),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -1855,6 +1872,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         stages=("APT_STEPPER",),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -1926,6 +1944,7 @@ UNITS: dict[str, Unit] = {
             "themselves nothing is known"
         ),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -2090,6 +2109,7 @@ UNITS: dict[str, Unit] = {
         ),
         also_at=(0x11, 0x21),
         moving={
+            m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotMoveStoppedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),

@@ -483,6 +483,7 @@ class BMS001(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -503,10 +504,10 @@ class BMS001(
 
     BMS001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status, status bits that are those of the DC status) and
-    to a control keypad (LED, potentiometer, buttons). The one server-alive message of the motor
-    chapter is counted in, because its text speaks of any controller on USB, although its name and
-    place are those of the DC status.
+    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included, because
+    their text names no family: the server-alive message, which any controller on USB must receive
+    (page 80), and MOT_REQ_STATUSBITS (page 81).
     """
 
     facts = FACTS
@@ -521,6 +522,7 @@ class BMS002Channel(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -552,10 +554,10 @@ class BMS002(
 
     BMS002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status, status bits that are those of the DC status) and
-    to a control keypad (LED, potentiometer, buttons). The one server-alive message of the motor
-    chapter is counted in, because its text speaks of any controller on USB, although its name and
-    place are those of the DC status.
+    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included, because
+    their text names no family: the server-alive message, which any controller on USB must receive
+    (page 80), and MOT_REQ_STATUSBITS (page 81).
     """
 
     facts = FACTS
@@ -977,6 +979,7 @@ class BSC001(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -997,10 +1000,10 @@ class BSC001(
 
     BSC001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status, status bits that are those of the DC status) and
-    to a control keypad (LED, potentiometer, buttons). The one server-alive message of the motor
-    chapter is counted in, because its text speaks of any controller on USB, although its name and
-    place are those of the DC status.
+    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included, because
+    their text names no family: the server-alive message, which any controller on USB must receive
+    (page 80), and MOT_REQ_STATUSBITS (page 81).
     """
 
     facts = FACTS
@@ -1015,6 +1018,7 @@ class BSC002Channel(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -1046,10 +1050,10 @@ class BSC002(
 
     BSC002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status, status bits that are those of the DC status) and
-    to a control keypad (LED, potentiometer, buttons). The one server-alive message of the motor
-    chapter is counted in, because its text speaks of any controller on USB, although its name and
-    place are those of the DC status.
+    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included, because
+    their text names no family: the server-alive message, which any controller on USB must receive
+    (page 80), and MOT_REQ_STATUSBITS (page 81).
     """
 
     facts = FACTS
@@ -1070,6 +1074,7 @@ class BSC101(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -1090,10 +1095,10 @@ class BSC101(
 
     BSC101, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status, status bits that are those of the DC status) and
-    to a control keypad (LED, potentiometer, buttons). The one server-alive message of the motor
-    chapter is counted in, because its text speaks of any controller on USB, although its name and
-    place are those of the DC status.
+    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included, because
+    their text names no family: the server-alive message, which any controller on USB must receive
+    (page 80), and MOT_REQ_STATUSBITS (page 81).
 
     Page 7 lists it and does not count it among the card slot systems.
     """
@@ -1115,6 +1120,7 @@ class BSC102Bay(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -1176,6 +1182,7 @@ class BSC103Bay(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -1276,6 +1283,7 @@ class MST601Channel(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -1379,6 +1387,7 @@ class OST001(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -1562,6 +1571,7 @@ class TST001(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,

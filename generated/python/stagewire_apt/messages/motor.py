@@ -1576,8 +1576,9 @@ class MotGetStatusBits(FramedMessage):
     Report: status bits alone, without position and velocity.
 
     :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param status_bits: the same bits as in MOT_GET_DCSTATUSUPDATE; :class:`~.DcStatusBits`; 0 to
-        4294967295.
+    :param status_bits: The bits of MOT_GET_DCSTATUSUPDATE on every unit, as page 81 says. On
+        steppers rely only on the bits that MOT_GET_STATUSUPDATE has under the same names: page 77
+        gives bit 12 another meaning; :class:`~.DcStatusBits`; 0 to 4294967295.
     """
 
     __slots__ = ("chan_ident", "status_bits")

@@ -108,17 +108,17 @@ class StageChannel(Behaviour):
 
     @live("MOT_STATUSBITS")
     def status_bits(self) -> dict[str, int]:
-        """Return the status bits (page 81)."""
-        return {"status_bits": STATUS_BITS[self._kind](self._state())}
+        """Return the status bits alone: those of the DC status on every motor (page 81)."""
+        return self._bits("dc")
 
     def status(self) -> Mapping[str, int]:
         """Return the fields of the status message of this instant (pages 77 and 79)."""
         position = self._position.value
         if self._kind == "stepper":
-            return {"position": position, "enc_count": self._encoder.value, **self.status_bits()}
+            return {"position": position, "enc_count": self._encoder.value, **self._bits("stepper")}
         velocity = round(self._axis.velocity / self._scales.status_velocity)
         velocity = min(max(velocity, -_FASTEST), _FASTEST)
-        return {"position": position, "velocity": velocity, **self.status_bits()}
+        return {"position": position, "velocity": velocity, **self._bits("dc")}
 
     def row(self) -> Shown:
         """Return what the live table shows: millimetres where the scale is known, else counts."""
@@ -126,6 +126,9 @@ class StageChannel(Behaviour):
         scale = self._scales.counts_per_mm
         position = f"{float(counts / scale):.4f} mm" if scale else f"{counts} counts"
         return Shown(position, self._state().words)
+
+    def _bits(self, table: str) -> dict[str, int]:
+        return {"status_bits": STATUS_BITS[table](self._state())}
 
     def _state(self) -> State:
         action, drive = self._drive.action, self._drive

@@ -161,7 +161,9 @@ class MotStatusBits(Values[m.MotGetStatusBits]):
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; 0 to 65535."""
     status_bits = Bits("status_bits", f.DcStatusBits)
-    """The same bits as in MOT_GET_DCSTATUSUPDATE; :class:`~.DcStatusBits`; 0 to 4294967295."""
+    """The bits of MOT_GET_DCSTATUSUPDATE on every unit, as page 81 says. On steppers rely only on the
+    bits that MOT_GET_STATUSUPDATE has under the same names: page 77 gives bit 12 another meaning;
+    :class:`~.DcStatusBits`; 0 to 4294967295."""
 
 
 class GenMoveParams(Values[m.MotGetGenMoveParams]):

@@ -7,7 +7,7 @@ while it is looked at is left out.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from stagewire_conformance.device.checks.apt.reading.channel_status import ChannelStatus
@@ -65,7 +65,8 @@ def _bits_alone(trial: Trial, channel: ChannelStatus) -> Difference | None:
     assert channel.bits_alone is not None  # else it does not apply
     before = channel.get(trial)
     alone = channel.ask(trial, channel.bits_alone)
-    return _other_bits(channel, before, alone, channel.get(trial))
+    shared = channel.masks_shared_with(channel.bits_alone)
+    return _other_bits(shared, before, alone, channel.get(trial))
 
 
 def _by_itself(trial: Trial, channel: ChannelStatus) -> Difference | None:
@@ -74,7 +75,7 @@ def _by_itself(trial: Trial, channel: ChannelStatus) -> Difference | None:
     told = channel.next(trial)
     after = channel.get(trial)
     different = _other_position(before, told, after) if "position" in channel.fields else None
-    return different or _other_bits(channel, before, told, after)
+    return different or _other_bits(channel.masks, before, told, after)
 
 
 def _other_position(before: Heard, told: Heard, after: Heard) -> Difference | None:
@@ -93,11 +94,11 @@ def _other_position(before: Heard, told: Heard, after: Heard) -> Difference | No
 
 
 def _other_bits(
-    channel: ChannelStatus, before: Heard, told: Heard, after: Heard
+    masks: Mapping[str, int], before: Heard, told: Heard, after: Heard
 ) -> Difference | None:
     bits, due = told.message.status_bits, after.message.status_bits
     differing = (bits ^ due) & ~(before.message.status_bits ^ due)
-    names = [name for name, mask in channel.masks.items() if differing & mask]
+    names = [name for name, mask in masks.items() if differing & mask]
     if not names:
         return None
     return Difference(

@@ -64,7 +64,14 @@ class ChannelStatus:
     @cached_property
     def masks(self) -> Mapping[str, int]:
         """The bits that the document names for the unit, by their names."""
-        field = self.fields[_BITS]
+        return self._masks_in(self.stream.status)
+
+    def masks_shared_with(self, message: str) -> Mapping[str, int]:
+        """Return the bits that another message has under the same names; a stepper has two tables of bits."""
+        return dict(self.masks.items() & self._masks_in(message).items())
+
+    def _masks_in(self, message: str) -> dict[str, int]:
+        field = self.declared.registry.fields(message, "data")[_BITS]
         table = field.get("flags_by_unit", {}).get(self.place.unit.name, field["flag_table"])
         bits = self.declared.registry.table("flags")[table]["bits"]
         return {name: bit["mask"] for name, bit in bits.items()}
