@@ -165,8 +165,19 @@ class Controller:
 
 
 @dataclass(frozen=True, slots=True)
+class Limit:
+    """What a stage must not exceed."""
+
+    value: Fraction
+    unit: str  # mm | mm/s | mm/s^2
+    source: str
+    page: int | None
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Stage:
-    """A stage and its exact factors on each controller; a text instead of a factor says why none."""
+    """A stage: exact factors on each controller, and limits; a text instead of either says why none."""
 
     name: str
     title: str
@@ -174,6 +185,7 @@ class Stage:
     scales: Mapping[str, Mapping[str, Factor | str]]
     place: Place
     overlay: str = ""
+    limits: Mapping[str, Limit | str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

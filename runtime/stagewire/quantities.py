@@ -16,7 +16,7 @@ from typing import NoReturn
 
 from stagewire.errors import BadValueError, UnknownScaleError
 
-__all__ = ["Number", "Scale", "Stage", "UnknownScale", "exact", "round_half_away"]
+__all__ = ["Limit", "Number", "Scale", "Stage", "UnknownScale", "exact", "round_half_away"]
 
 Number = int | float | Decimal | Fraction | str
 
@@ -123,15 +123,41 @@ class UnknownScale:
         return f"<UnknownScale in {self.unit}: {self.reason}>"
 
 
+@dataclass(frozen=True, slots=True, repr=False)
+class Limit:
+    """A limit of a stage.
+
+    :param value: exact, in ``unit``.
+    :param unit: ``mm``, ``mm/s`` or ``mm/s^2``.
+    :param source: where the value comes from, for people.
+    """
+
+    value: Fraction
+    unit: str
+    source: str
+
+    @classmethod
+    def of(cls, value: Number, unit: str, source: str) -> Limit:
+        """Make a limit; raises :class:`~stagewire.errors.BadValueError` for a value that is not positive."""
+        number = exact(value)
+        if number <= 0:
+            raise BadValueError(f"a limit is above 0, not {value}")
+        return cls(number, unit, source)
+
+    def __repr__(self) -> str:
+        return f"<Limit {float(self.value):.10g} {self.unit}: {self.source}>"
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Stage:
-    """A stage and its scales on each controller that the registry knows it on.
+    """A stage: its scales on each controller that the registry knows it on, and its limits.
 
     One that the registry does not know is made by :meth:`of_user`.
 
     :param scales: controller -> quantity -> scale.
     :param controllers: controller -> the units that it stands for.
     :param by_user: whether its scales are those of a user, who answers for them on any controller.
+    :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> the limit, or why it is unknown.
     """
 
     name: str
@@ -140,15 +166,42 @@ class Stage:
     scales: Mapping[str, Mapping[str, Scale | UnknownScale]]
     controllers: Mapping[str, tuple[str, ...]]
     by_user: bool = False
+    limits: Mapping[str, Limit | str] = field(default_factory=dict)
 
     @classmethod
-    def of_user(cls, name: str, **scales: Scale) -> Stage:
+    def of_user(
+        cls,
+        name: str,
+        *,
+        travel_mm: Number | None = None,
+        max_velocity_mm_per_s: Number | None = None,
+        max_acceleration_mm_per_s2: Number | None = None,
+        **scales: Scale,
+    ) -> Stage:
         """Make a stage that the registry does not know, with scales by quantity.
 
         ``Stage.of_user("rotary", position=Scale.counts_per("mm", 1919))``: the quantities are those of the
         registry, such as ``position``, ``velocity`` and ``acceleration``, and so are their units.
+
+        :param travel_mm: its length, from one end to the other.
+        :param max_velocity_mm_per_s: the highest velocity that may be set.
+        :param max_acceleration_mm_per_s2: the highest acceleration that may be set.
+
+        A limit that is left out is unknown, and is not checked. Raises
+        :class:`~stagewire.errors.BadValueError` for a limit that is not positive.
         """
-        return cls(name, "a stage of yours", 0, {"": dict(scales)}, {"": ()}, by_user=True)
+        stated = {
+            "travel": (travel_mm, "mm"),
+            "max_velocity": (max_velocity_mm_per_s, "mm/s"),
+            "max_acceleration": (max_acceleration_mm_per_s2, "mm/s^2"),
+        }
+        limits = {
+            limit: Limit.of(value, unit, "a stage of yours")
+            for limit, (value, unit) in stated.items()
+            if value is not None
+        }
+        own: dict[str, Mapping[str, Scale | UnknownScale]] = {"": dict(scales)}
+        return cls(name, "a stage of yours", 0, own, {"": ()}, by_user=True, limits=limits)
 
     def scale(self, quantity: str, controller: str) -> Scale | UnknownScale:
         """Return the scale of ``quantity`` on ``controller`` (its family, or a unit of it).

@@ -14,6 +14,11 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
+RAISED: dict[str, dict[str, Any]] = {
+    "MLS203": {"max_velocity_mm_per_s": 10**9, "max_acceleration_mm_per_s2": 10**9},
+    "Z8": {"max_velocity_mm_per_s": 10**9},
+}
+"""Stage -> options that raise its limits, for what is about other things than these."""
 KINDS = {"_get", "_set", "_change", "_ask", "_tell", "_act", "_start", "_halt"}
 
 

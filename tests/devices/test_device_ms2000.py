@@ -200,9 +200,11 @@ def test_values_that_look_like_a_setup_command_are_refused_on_request(line: Reco
 
 def test_it_says_what_is_known_of_it(ms: MS2000) -> None:
     lines = str(ms).splitlines()
-    assert lines[:3] == [
+    assert lines[:5] == [
         "MS2000: MS-2000 controller, at virtual://MS2000",
-        "  axis X: travel -10 to 10 mm",
+        "  axis X: no stage",
+        "    travel: -10 to 10 mm (as travel_mm says)",
+        "    maximum velocity: unknown; not checked; give max_velocity_mm_per_s=",
         "    position: 10 counts per um (the document)",
     ]
     assert "counts per ms" not in str(ms)  # which are milliseconds

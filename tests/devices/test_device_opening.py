@@ -142,7 +142,11 @@ def test_nobody_there() -> None:
         ({"line": "tcp"}, BadValueError, "line 'tcp' is not one of usb, rs232"),
         ({"on_close": "halt"}, BadValueError, "on_close 'halt' is not one of stop, leave"),
         ({"stages": {2: "Z8"}}, BadValueError, r"stages: there is no 2 \(there are: 1\)"),
-        ({"stage": "Z9"}, UnknownScaleError, r"no stage Z9 is known \(known on TDC001: Z8\)"),
+        (
+            {"stage": "Z9"},
+            UnknownScaleError,
+            r"no stage Z9 is known \(known on TDC001: Z8, Z806, Z812, Z825\)",
+        ),
         ({"stage": 8}, BadValueError, "stage takes a stage or the name of one"),
         ({"stage": stages.MLS203}, UnknownScaleError, "MLS203 is not known on TDC001"),
         ({"stages": ["Z8"]}, BadValueError, "stages takes a dictionary, such as {1: …}"),
@@ -223,10 +227,11 @@ def test_a_device_says_what_it_is() -> None:
     controller = virtual.TDC001(stage=stages.Z8, serial_number=83000001)
     with TDC001.open(RecordedLine(controller), stage="Z8", travel_mm=12) as tdc:
         lines = str(tdc).splitlines()
-        assert lines[:3] == [
+        assert lines[:4] == [
             "TDC001: 1 channel T-Cube DC servo driver, at virtual://TDC001",
             "  serial number 83000001, model TDC001, firmware 1.0.0",
-            "  channel 1: stage Z8; travel 0 to 12 mm",
+            "  channel 1: stage Z8",
+            "    travel: 0 to 12 mm (as travel_mm says)",
         ]
         assert "    position: 34304 counts per mm (Z8, page 56 of the document)" in lines
         assert "    status_velocity in counts only: Z8 has no such scale on TDC001" in lines
@@ -236,10 +241,10 @@ def test_a_device_says_what_it_is() -> None:
 
 def test_channels_that_are_alike_are_said_once() -> None:
     with BBD102.open(RecordedLine(virtual.BBD102()), stage="MLS203") as rack:
-        assert "  bays 1, 2: stage MLS203; travel unknown" in str(rack)
+        assert "  bays 1, 2: stage MLS203\n    travel: unknown" in str(rack)
         assert str(rack).count("position: 20000 counts per mm") == 2  # position, encoder_position
     with BBD102.open(RecordedLine(virtual.BBD102()), stages={2: "MLS203"}) as rack:
-        assert "  bay 1: travel unknown" in str(rack)
+        assert "  bay 1: no stage\n    travel: unknown" in str(rack)
         assert str(rack).count(" position, ") == str(rack).count("give stage= (the document") == 1
         assert "  bay 2: stage MLS203" in str(rack)
 

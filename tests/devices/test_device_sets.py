@@ -257,7 +257,9 @@ def test_without_a_stage_there_are_counts_only() -> None:
     line = RecordedLine(virtual.TDC001(stage=stages.Z8))
     with TDC001.open(line, line="rs232") as tdc:
         line.forget()
-        with pytest.raises(UnknownScaleError, match=r"give stage= \(the document has Z8\)"):
+        with pytest.raises(
+            UnknownScaleError, match=r"give stage= \(the document has Z8, Z806, Z812, Z825\)"
+        ):
             tdc.move_absolute(mm=1)
         assert line.raw == b""
         values = tdc.get_pos_counter()

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from proof_calls import (
+    RAISED,
     Call,
     arguments,
     calls,
@@ -36,6 +37,7 @@ def options_of(unit: str) -> dict[str, Any]:
     options: dict[str, Any] = {"identify": False, "on_close": "leave"}
     if facts["stages"]:
         options["stage"] = getattr(stages, facts["stages"][0])
+        options |= RAISED.get(facts["stages"][0], {})
     if facts["status"] == "piezo":
         options |= {"max_volts": 75, "max_travel_um": 100}
     return options

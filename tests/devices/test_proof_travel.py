@@ -10,7 +10,18 @@ import random
 from typing import Any
 
 import pytest
-from proof_calls import Call, arguments, calls, facts_of, givens, message_of, method, part_of, units
+from proof_calls import (
+    RAISED,
+    Call,
+    arguments,
+    calls,
+    facts_of,
+    givens,
+    message_of,
+    method,
+    part_of,
+    units,
+)
 from proof_controller import Parrot
 from proof_line import SIDES, Side, settled
 
@@ -67,6 +78,7 @@ class Scene:
             "identify": False,
             "on_close": "leave",
             "stage": getattr(stages, facts_of(unit)["stages"][0]),
+            **RAISED.get(facts_of(unit)["stages"][0], {}),
             "travel_mm": TRAVEL,
         }
         self._unit = unit

@@ -433,6 +433,82 @@ static inline apt_status apt_to_counts_int32(
  */
 #define APT_SCALE_MLS203_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
 
+/* MLS203_X: X axis of the MLS203. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203. */
+
+/**
+ * position of MLS203_X on BBD10x, in mm (page 14): counts_per_mm 20000; printed as “20,000 PMD
+ * units”.
+ */
+#define APT_SCALE_MLS203_X_BBD10X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of MLS203_X on BBD10x, in mm (page 29): counts_per_mm 20000; printed as “10 x
+ * 20,000”.
+ */
+#define APT_SCALE_MLS203_X_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of MLS203_X on BBD10x, in mm/s (page 14): counts_per_mm_per_s 16777216/125; printed as
+ * “134218”.
+ */
+#define APT_SCALE_MLS203_X_BBD10X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of MLS203_X on BBD10x, in mm/s^2 (page 14): counts_per_mm_per_s2 134217728/9765625;
+ * printed as “13.7439”.
+ */
+#define APT_SCALE_MLS203_X_BBD10X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of MLS203_X on BBD10x, in mm/s^3 (page 14): counts_per_mm_per_s3
+ * 70368744177664/762939453125; printed as “92.2337”.
+ */
+#define APT_SCALE_MLS203_X_BBD10X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of MLS203_X on BBD10x, in mm/s (page 79): counts_per_mm_per_s 256/125; printed as
+ * “204.8”.
+ */
+#define APT_SCALE_MLS203_X_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* MLS203_Y: Y axis of the MLS203. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203. */
+
+/**
+ * position of MLS203_Y on BBD10x, in mm (page 14): counts_per_mm 20000; printed as “20,000 PMD
+ * units”.
+ */
+#define APT_SCALE_MLS203_Y_BBD10X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of MLS203_Y on BBD10x, in mm (page 29): counts_per_mm 20000; printed as “10 x
+ * 20,000”.
+ */
+#define APT_SCALE_MLS203_Y_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of MLS203_Y on BBD10x, in mm/s (page 14): counts_per_mm_per_s 16777216/125; printed as
+ * “134218”.
+ */
+#define APT_SCALE_MLS203_Y_BBD10X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of MLS203_Y on BBD10x, in mm/s^2 (page 14): counts_per_mm_per_s2 134217728/9765625;
+ * printed as “13.7439”.
+ */
+#define APT_SCALE_MLS203_Y_BBD10X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of MLS203_Y on BBD10x, in mm/s^3 (page 14): counts_per_mm_per_s3
+ * 70368744177664/762939453125; printed as “92.2337”.
+ */
+#define APT_SCALE_MLS203_Y_BBD10X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of MLS203_Y on BBD10x, in mm/s (page 79): counts_per_mm_per_s 256/125; printed as
+ * “204.8”.
+ */
+#define APT_SCALE_MLS203_Y_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
 /* Z8: Z8 series DC servo actuator, 1.0 mm lead screw behind a 67:1 gear head. TDC001: TDC001. */
 
 /**
@@ -460,6 +536,99 @@ static inline apt_status apt_to_counts_int32(
 
 /*
  * acceleration of Z8 on TDC001, in mm/s^2 (page 56): there is no scale. Issue 3 gives none; later
+ * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
+ */
+
+/* Z806: Z806 actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z806 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
+ */
+#define APT_SCALE_Z806_TDC001_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
+
+/**
+ * encoder_position of Z806 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 =
+ * 34,304 encoder counts”.
+ */
+#define APT_SCALE_Z806_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
+
+/**
+ * pot_velocity of Z806 on TDC001, in mm/s (page 56): counts_per_mm_per_s 34304; printed as “3430
+ * Encoder Counts/sec = 0.1 mm/sec”.
+ */
+#define APT_SCALE_Z806_TDC001_POT_VELOCITY APT_BRACED(INT64_C(34304), INT64_C(1))
+
+/**
+ * velocity of Z806 on TDC001, in mm/s (page 56): counts_per_mm_per_s 35970351104/46875; source:
+ * later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue 3 gives
+ * none.
+ */
+#define APT_SCALE_Z806_TDC001_VELOCITY APT_BRACED(INT64_C(35970351104), INT64_C(46875))
+
+/*
+ * acceleration of Z806 on TDC001, in mm/s^2 (page 56): there is no scale. Issue 3 gives none; later
+ * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
+ */
+
+/* Z812: Z812 actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z812 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
+ */
+#define APT_SCALE_Z812_TDC001_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
+
+/**
+ * encoder_position of Z812 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 =
+ * 34,304 encoder counts”.
+ */
+#define APT_SCALE_Z812_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
+
+/**
+ * pot_velocity of Z812 on TDC001, in mm/s (page 56): counts_per_mm_per_s 34304; printed as “3430
+ * Encoder Counts/sec = 0.1 mm/sec”.
+ */
+#define APT_SCALE_Z812_TDC001_POT_VELOCITY APT_BRACED(INT64_C(34304), INT64_C(1))
+
+/**
+ * velocity of Z812 on TDC001, in mm/s (page 56): counts_per_mm_per_s 35970351104/46875; source:
+ * later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue 3 gives
+ * none.
+ */
+#define APT_SCALE_Z812_TDC001_VELOCITY APT_BRACED(INT64_C(35970351104), INT64_C(46875))
+
+/*
+ * acceleration of Z812 on TDC001, in mm/s^2 (page 56): there is no scale. Issue 3 gives none; later
+ * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
+ */
+
+/* Z825: Z825 actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z825 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
+ */
+#define APT_SCALE_Z825_TDC001_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
+
+/**
+ * encoder_position of Z825 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 =
+ * 34,304 encoder counts”.
+ */
+#define APT_SCALE_Z825_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
+
+/**
+ * pot_velocity of Z825 on TDC001, in mm/s (page 56): counts_per_mm_per_s 34304; printed as “3430
+ * Encoder Counts/sec = 0.1 mm/sec”.
+ */
+#define APT_SCALE_Z825_TDC001_POT_VELOCITY APT_BRACED(INT64_C(34304), INT64_C(1))
+
+/**
+ * velocity of Z825 on TDC001, in mm/s (page 56): counts_per_mm_per_s 35970351104/46875; source:
+ * later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue 3 gives
+ * none.
+ */
+#define APT_SCALE_Z825_TDC001_VELOCITY APT_BRACED(INT64_C(35970351104), INT64_C(46875))
+
+/*
+ * acceleration of Z825 on TDC001, in mm/s^2 (page 56): there is no scale. Issue 3 gives none; later
  * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
  */
 

@@ -418,6 +418,14 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "scales": Elsewhere("scales"),
         "place": _PLACE,
         "overlay": _OVERLAY,
+        "limits": Elsewhere("scales"),
+    },
+    model.Limit: {
+        "value": "stage-limit",
+        "unit": "stage-limit",
+        "source": "limit-note",
+        "page": "limit-note",
+        "note": "limit-note",
     },
     model.Erratum: {
         "id": _PAIRED,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stagewire_generator.change.attributes import SCALE
 from stagewire_generator.change.comparison import Comparison, Where
 from stagewire_generator.change.exact import Scale, known
-from stagewire_generator.model import Factor, Json, Stage
+from stagewire_generator.model import Factor, Json, Limit, Stage
 
 __all__ = ["compare_scales"]
 
@@ -33,6 +33,10 @@ def compare_scales(comparison: Comparison) -> None:
         where = {"stage": other.name}
         comparison.attributes(where, one, other)
         _stage(comparison, where, one, other)
+        for name in (*one.limits, *(name for name in other.limits if name not in one.limits)):
+            _limit(
+                comparison, {**where, "limit": name}, one.limits.get(name), other.limits.get(name)
+            )
 
 
 def _stage(comparison: Comparison, where: Where, old: Stage, new: Stage) -> None:
@@ -49,6 +53,21 @@ def _stage(comparison: Comparison, where: Where, old: Stage, new: Stage) -> None
     for key in (*before, *(key for key in after if key not in before)):
         at = {**where, "controller": key[0], "quantity": key[1]}
         _scale(comparison, at, before.get(key), after.get(key))
+
+
+def _limit(
+    comparison: Comparison, where: Where, old: Limit | str | None, new: Limit | str | None
+) -> None:
+    """Compare two limits of a stage; of one that is unknown there is a reason, or nothing at all."""
+    if isinstance(old, Limit) and isinstance(new, Limit):
+        comparison.attributes(where, old, new)
+        return
+    before, after = (
+        f"{limit.value} {limit.unit}" if isinstance(limit, Limit) else limit for limit in (old, new)
+    )
+    if before != after:
+        known = isinstance(old, Limit) or isinstance(new, Limit)
+        comparison.add("stage-limit" if known else "limit-note", where, before, after)
 
 
 def _scale(comparison: Comparison, where: Where, old: Scale, new: Scale) -> None:

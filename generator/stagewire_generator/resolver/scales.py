@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.model import Controller, Factor, Json, Quantity, Stage
+from stagewire_generator.model import Controller, Factor, Json, Limit, Quantity, Stage
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document
 
 __all__ = ["define_quantities", "resolve_settings", "resolve_stages"]
 
 _FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
+_LIMIT_UNITS = {"mm": "mm", "mm_per_s": "mm/s", "mm_per_s2": "mm/s^2"}
 _RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
 
 
@@ -46,9 +47,24 @@ def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage,
         for name, entry in document.data.get("controllers", {}).items():
             place = document.place("controllers", name)
             controllers[name] = Controller(name, tuple(entry["units"]), place, document.overlay)
+    alike: list[tuple[Document, str, Json]] = []
     for document in files:
         for name, entry in document.data.get("stages", {}).items():
-            stages[name] = _stage(tables, controllers, document, name, entry)
+            if "like" in entry:
+                alike.append((document, name, entry))
+            else:
+                stages[name] = _stage(tables, controllers, document, name, entry)
+    with_scales = dict(stages)
+    for document, name, entry in alike:
+        place = document.place("stages", name)
+        what = "stage with scales of its own"
+        other = tables.look_up(
+            with_scales, entry["like"], what, document.place("stages", name, "like")
+        )
+        if other is not None:
+            limits = {**other.limits, **_limits(entry)}
+            overlay, title, page = document.overlay, entry["title"], entry["page"]
+            stages[name] = Stage(name, title, page, other.scales, place, overlay, limits)
     return tuple(controllers.values()), tuple(stages.values())
 
 
@@ -72,7 +88,22 @@ def _stage(
             if factor:
                 scales.setdefault(controller, {})[quantity] = factor
     place = document.place(*path)
-    return Stage(name, entry["title"], entry["page"], scales, place, document.overlay)
+    limits = _limits(entry)
+    return Stage(name, entry["title"], entry["page"], scales, place, document.overlay, limits)
+
+
+def _limits(entry: Json) -> dict[str, Limit | str]:
+    """Return the limits of a stage; of one that is unknown, the reason."""
+    limits: dict[str, Limit | str] = {}
+    for name, limit in entry.get("limits", {}).items():
+        if "unknown" in limit:
+            limits[name] = limit["unknown"]
+            continue
+        [key] = limit.keys() & _LIMIT_UNITS.keys()  # as the schema demands
+        source, note = limit.get("source", ""), limit.get("note", "")
+        unit = _LIMIT_UNITS[key]
+        limits[name] = Limit(Fraction(str(limit[key])), unit, source, limit.get("page"), note)
+    return limits
 
 
 def _factor(tables: Tables, entry: Json, unit: str, place: Place) -> Factor | None:

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from typing import Any, TypeAlias, TypeVar
 
 from stagewire.devices.giving import check_held, fields_of
-from stagewire.devices.limits import check_fields
 from stagewire.devices.line import Deadline
 from stagewire.devices.motions import Running
 from stagewire.devices.spot import Spot
@@ -29,7 +28,7 @@ __all__ = [
     "Keywords",
     "ask",
     "change",
-    "check_travel",
+    "check_limits",
     "is_moving",
     "send_starting",
     "set_all",
@@ -111,11 +110,12 @@ async def change(spot: Spot, table: ParameterSet[V], timeout: float | None, give
     """Read a set of parameters, change some, and write all of them, while nobody else here does.
 
     Returns what was written. Raises :class:`~stagewire.errors.OutOfRangeError` where the controller holds a
-    value that cannot be written back: one out of range, or one that a complete enumeration does not list.
+    value that cannot be written back: one out of range, or one that a complete enumeration does not list; and
+    :class:`~stagewire.errors.LimitError` for one above a limit of the stage.
     """
     what = f"{spot.name}: change_{table.name}"
     new = fields_of(what, table.given, given, spot.scales(), some=True)
-    check_travel(spot, what, table.given, new)
+    check_limits(spot, what, table.given, new)
     deadline = Deadline(spot.line, spot.seconds(timeout))
     async with spot.lock(table.name, what, deadline.left):
         read = (await _ask(spot, table, deadline.left, {})).message
@@ -126,7 +126,7 @@ async def change(spot: Spot, table: ParameterSet[V], timeout: float | None, give
                     check_held(entry, held[entry.field])
             message = _message(spot, what, table, {**held, **new})
         except OutOfRangeError as error:
-            raise OutOfRangeError(
+            raise type(error)(
                 f"{what}: the controller holds a value that cannot be written back: {error}; nothing was "
                 f"written. Pass this value as well, or write all values with set_{table.name}"
             ) from None
@@ -137,17 +137,15 @@ async def change(spot: Spot, table: ParameterSet[V], timeout: float | None, give
 def _message(spot: Spot, what: str, table: ParameterSet[Any], fields: dict[str, Any]) -> Message:
     """Return what writes the set, if all of it may be written."""
     assert table.set is not None  # else there is no such method
-    check_travel(spot, what, table.given, fields)
+    check_limits(spot, what, table.given, fields)
     return spot.message(table.set, fields)
 
 
-def check_travel(
+def check_limits(
     spot: Spot, what: str, entries: tuple[Given, ...], fields: Mapping[str, Any]
 ) -> None:
-    """Raise :class:`~stagewire.errors.LimitError` for a target outside of the travel, if that is known."""
-    travel = spot.connection.travel(spot.place)
-    if travel is not None:
-        check_fields(travel, what, entries, fields, spot.scales())
+    """Raise :class:`~stagewire.errors.LimitError` for values that exceed the limits of the stage."""
+    spot.connection.limits(spot.place).check(what, entries, fields, spot.scales())
 
 
 async def _write(
@@ -161,7 +159,7 @@ async def tell(spot: Spot, table: Command, timeout: float | None, given: Keyword
     """Send what nothing answers."""
     what = f"{spot.name}: {table.name}"
     fields = fields_of(what, table.given, given, spot.scales())
-    check_travel(spot, what, table.given, fields)
+    check_limits(spot, what, table.given, fields)
     message = spot.message(table.message, fields)
     seconds = spot.seconds(timeout)
     running = spot.running(table, what)

@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from stagewire.devices.limits import Travel, check_measurable
+from stagewire.devices.limits import Limits, limits_of
 from stagewire.devices.line import Line
 from stagewire.devices.motions import Motions
 from stagewire.devices.options import SETTINGS, Choices
@@ -29,6 +29,10 @@ Name: TypeAlias = int | str | tuple[int, int]
 """How a user names a place: channel or bay by number, axis by name, channel of a bay by both."""
 
 
+_NO_LIMITS = Limits(None, {}, {})
+"""Of what moves nothing, such as the motherboard of a rack."""
+
+
 class Connection:
     """What all parts of one device share; it outlives the line, which may be opened again.
 
@@ -39,7 +43,7 @@ class Connection:
     :param places: the channels, bays or axes that a stage can stand on, and how the user names them.
     :param addresses: of everything that answers, the device itself first.
 
-    Raises :class:`~stagewire.errors.UnknownScaleError` for a travel that no position can be compared with.
+    Raises :class:`~stagewire.errors.UnknownScaleError` for a stated limit that nothing can be compared with.
     """
 
     line: Line
@@ -72,11 +76,18 @@ class Connection:
             for cls in (told.set, told.get):
                 if cls is not None:
                     self._telling.setdefault(cls, []).append((setting, told))
-        self._travels = {place: choices.travel_of(name) for place, name in places.items()}
+        self._limits = {
+            place: limits_of(
+                choices.stage_of(name), choices.travel_of(name), choices.ceilings_of(name)
+            )
+            for place, name in places.items()
+        }
         self.forget()
-        for place, travel in self._travels.items():
-            if travel is not None:
-                check_measurable(unit.name, unit.quantities, self._scales[place])
+        has_status = unit.status_query is not None
+        for place, limits in self._limits.items():
+            limits.check_measurable(
+                unit.name, unit.settable, self._scales[place], has_status=has_status
+            )
 
     def forget(self) -> None:
         """Forget what the controller said, before it is asked again on another line."""
@@ -117,9 +128,14 @@ class Connection:
                 self.learn(source, None, message)
         return self._scales.get(place, self._bare)
 
-    def travel(self, place: Place) -> Travel | None:
-        """Return the travel of the stage on one channel; None where nobody gave it."""
-        return self._travels.get(place)
+    def limits(self, place: Place) -> Limits:
+        """Return the limits that can be checked now on one channel."""
+        limits = self.stated_limits(place)
+        return limits.now(self.scales(place))
+
+    def stated_limits(self, place: Place) -> Limits:
+        """Return the limits of the stage on one channel, whether or not they can be checked."""
+        return self._limits.get(place, _NO_LIMITS)
 
     @property
     def telling(self) -> tuple[type[Message], ...]:

@@ -7,7 +7,6 @@ from typing import Final
 
 from stagewire.devices.connection import Connection, Name, Place
 from stagewire.devices.identity import described_identity
-from stagewire.devices.limits import POSITION
 
 __all__ = ["description"]
 
@@ -15,7 +14,7 @@ _KINDS: Final = {"rack": ("bay", "bays"), "line": ("axis", "axes")}
 
 
 def description(connection: Connection) -> str:
-    """Return several lines: unit, identity, and of each channel its stage, travel and scales."""
+    """Return several lines: unit, identity, and of each channel its stage, limits and scales."""
     return "\n".join(_lines(connection))
 
 
@@ -39,18 +38,11 @@ def _name(name: Name) -> str:
 
 
 def _channel(connection: Connection, place: Place) -> tuple[str, ...]:
-    """Say what stands on a channel, and then each of its scales."""
-    lines = connection.scales(place).described(connection.unit.quantities)
-    return _stage(connection, place), *lines
-
-
-def _stage(connection: Connection, place: Place) -> str:
-    stage, travel = connection.scales(place).stage, connection.travel(place)
-    parts = []
+    """Name the stage of a channel, then each of its limits and scales."""
+    scales, unit = connection.scales(place), connection.unit
+    limits = connection.stated_limits(place).described(unit.settable, scales)
+    stage = scales.stage
+    name = "no stage"
     if stage is not None:
-        parts.append(f"stage {stage.name}{' (yours)' if stage.by_user else ''}")
-    if travel is not None:
-        parts.append(f"travel {travel}")
-    elif POSITION in connection.unit.quantities:
-        parts.append("travel unknown: limits are not checked; give travel_mm=")
-    return "; ".join(parts) or "no stage"
+        name = f"stage {stage.name}{' (yours)' if stage.by_user else ''}"
+    return name, *limits, *scales.described(unit.quantities)

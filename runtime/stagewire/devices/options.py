@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypedDict
 
 from stagewire.devices.giving import in_unit
-from stagewire.devices.limits import Travel, parse_travel
+from stagewire.devices.limits import CEILINGS, Travel, parse_travel
 from stagewire.devices.scales import ByStage, settings_of
 from stagewire.devices.unit import Facts, Unit
 from stagewire.errors import BadValueError, UnknownScaleError
@@ -34,7 +34,13 @@ class OpenOptions(TypedDict, total=False):
     """Where channels differ: number of the channel or bay, or name of the axis -> stage."""
     travel_mm: Length | Mapping[Any, Length] | None
     """Where the stage can go: from 0 to this, or ``(low, high)``; or by channel as ``stages``. Targets
-    outside are refused. Without it limits are not checked: the document gives no travel."""
+    outside are refused. Without it the length of the travel that the stage has in the registry is the limit,
+    where that is known."""
+    max_velocity_mm_per_s: Number | Mapping[Any, Number] | None
+    """The highest velocity that may be set; or by channel as ``stages``. It replaces the limit that the stage
+    has in the registry, and may be higher."""
+    max_acceleration_mm_per_s2: Number | Mapping[Any, Number] | None
+    """The highest acceleration, likewise."""
     max_volts: Number | None
     """The maximum output voltage, where the controller is not asked for it or does not say it."""
     max_travel_um: Number | None
@@ -74,6 +80,7 @@ class Choices:
 
     stages: Mapping[Any, Stage] = field(default_factory=dict)
     travels: Mapping[Any, Travel] = field(default_factory=dict)
+    ceilings: Mapping[str, Mapping[Any, Fraction]] = field(default_factory=dict)
     max_volts: Fraction | None = None
     max_travel_um: Fraction | None = None
     serial_number: int | None = None
@@ -98,6 +105,10 @@ class Choices:
         """Return the travel there."""
         return self.travels.get(name)
 
+    def ceilings_of(self, name: object) -> dict[str, Fraction]:
+        """Return the other limits stated there, by name."""
+        return {limit: values[name] for limit, values in self.ceilings.items() if name in values}
+
 
 def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions) -> Choices:
     """Return the choices of a user, checked as far as they can be without the controller.
@@ -115,14 +126,16 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
         raise BadValueError(f"open has no option {', '.join(sorted(unknown))} (there are: {known})")
     _check_useful(facts, unit, given)
     stages = _by_name("stages", given.get("stages"), given.get("stage"), names)
-    travel = given.get("travel_mm")
-    several = travel if isinstance(travel, Mapping) else None
-    travels = _by_name("travel_mm", several, None if several else travel, names)
+    travels = _one_or_several("travel_mm", given.get("travel_mm"), names)
     line = _one_of("line", given.get("line", "usb"), ("usb", "rs232"))
     on_close = _one_of("on_close", given.get("on_close", "stop"), ("stop", "leave"))
     return Choices(
         stages={name: _stage(facts, unit, stage) for name, stage in stages.items()},
         travels={name: parse_travel(length) for name, length in travels.items()},
+        ceilings={
+            limit: _ceiling(option, given.get(option), unit_of_limit, names)
+            for limit, (_, option, unit_of_limit) in CEILINGS.items()
+        },
         max_volts=_setting("max_volts", given.get("max_volts"), "V"),
         max_travel_um=_setting("max_travel_um", given.get("max_travel_um"), "um"),
         serial_number=given.get("serial_number"),
@@ -200,6 +213,20 @@ def _by_name(
             raise BadValueError(f"{option}: there is no {name!r} (there are: {there})")
         chosen[name] = value
     return chosen
+
+
+def _one_or_several(option: str, value: object, names: tuple[Any, ...]) -> dict[Any, Any]:
+    """Return what holds for each name, where one value or a dictionary was given."""
+    several = value if isinstance(value, Mapping) else None
+    return _by_name(option, several, None if several is not None else value, names)
+
+
+def _ceiling(option: str, value: object, unit: str, names: tuple[Any, ...]) -> dict[Any, Fraction]:
+    numbers = {
+        name: _setting(option, number, unit)
+        for name, number in _one_or_several(option, value, names).items()
+    }
+    return {name: number for name, number in numbers.items() if number is not None}
 
 
 def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:

@@ -83,6 +83,7 @@ class Unit:
     :param status_query: what asks for such a status.
     :param idle: how an axis is asked whether it moves, where no bits say it.
     :param quantities: those that its messages carry.
+    :param settable: those that its messages to the controller carry.
     """
 
     name: str
@@ -108,6 +109,7 @@ class Unit:
     status_query: ParameterSet[Any] | Query[Any] | None = None
     idle: Poll | None = None
     quantities: tuple[str, ...] = ()
+    settable: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Unit {self.name}: {self.title}>"

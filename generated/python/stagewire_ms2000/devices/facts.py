@@ -70,6 +70,7 @@ UNITS: dict[str, Unit] = {
         family="low_level",
         idle=Poll(m.ReadStatus, m.ReadStatusReply, "status", 0x62),
         quantities=("position", "speed", "time"),
+        settable=("position", "speed", "time"),
     ),
     "MS2000": Unit(
         name="MS2000",
@@ -84,6 +85,7 @@ UNITS: dict[str, Unit] = {
         family="low_level",
         idle=Poll(m.ReadStatus, m.ReadStatusReply, "status", 0x62),
         quantities=("position", "speed", "time"),
+        settable=("position", "speed", "time"),
     ),
 }
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
 
 from stagewire_generator.model import (
     Enumeration,
     Factor,
     FlagTable,
+    Limit,
     Protocol,
     Quantity,
     Stage,
@@ -130,9 +133,35 @@ def stage_view(protocol: Protocol, stage: Stage) -> StageView:
         f"    page={stage.page},\n"
         f"    scales={{\n{''.join(scales)}    }},\n"
         f"    controllers={{\n{''.join(families)}    }},\n"
+        f"{_limits(stage)}"
         ")"
     )
     return StageView(stage.name, source)
+
+
+def _limits(stage: Stage) -> str:
+    """Return the argument with the limits of a stage; empty where it has none."""
+    if not stage.limits:
+        return ""
+    lines = []
+    for name, limit in stage.limits.items():
+        if isinstance(limit, str):
+            lines.append(long_text(f"{literal(name)}: ", " ".join(limit.split()), 8))
+        else:
+            arguments = [literal(_decimal(limit.value)), literal(limit.unit)]
+            arguments.append(long_text("source=", _source(stage, limit), 12))
+            lines.append(call(f"{literal(name)}: Limit.of", arguments, "", 8))
+    entries = "".join(f"        {line},\n" for line in lines)
+    return f"    limits={{\n{entries}    }},\n"
+
+
+def _source(stage: Stage, limit: Limit) -> str:
+    page = f"page {limit.page} of {stage.overlay or 'the document'}" if limit.page else ""
+    return "; ".join(filter(None, [page, limit.source]))
+
+
+def _decimal(value: Fraction) -> str:
+    return str(Decimal(value.numerator) / Decimal(value.denominator))
 
 
 def _scale(name: str, factor: Factor | str, unit: str) -> str:

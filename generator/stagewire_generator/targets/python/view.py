@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire_generator.model import Factor, Overlay, Protocol
+from stagewire_generator.model import Factor, Limit, Overlay, Protocol
 from stagewire_generator.targets.documentation import sentence
 from stagewire_generator.targets.python.class_view import ClassView
 from stagewire_generator.targets.python.devices import DevicesView, devices_view
@@ -104,6 +104,8 @@ def package_view(protocol: Protocol) -> PackageView:
     factors = [f for s in protocol.stages for scales in s.scales.values() for f in scales.values()]
     kinds = ["Stage"] if stages else []
     kinds += ["Scale"] if any(isinstance(f, Factor) for f in factors) else []
+    limits = [limit for stage in protocol.stages for limit in stage.limits.values()]
+    kinds += ["Limit"] if any(isinstance(limit, Limit) for limit in limits) else []
     kinds += ["UnknownScale"] if any(isinstance(f, str) for f in factors) else []
     return PackageView(
         package=protocol.package,

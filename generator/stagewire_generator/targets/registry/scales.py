@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from stagewire_generator.model import Factor, Json, Quantity
+from stagewire_generator.model import Factor, Json, Limit, Quantity
 
-__all__ = ["factor_json", "scale_json", "setting_json"]
+__all__ = ["factor_json", "limit_json", "scale_json", "setting_json"]
 
 
 def scale_json(quantity: Quantity) -> Json:
@@ -23,6 +23,20 @@ def factor_json(factor: Factor) -> Json:
         data["source"] = factor.source
     if factor.page is not None:
         data["page"] = factor.page
+    return data
+
+
+def limit_json(limit: Limit | str) -> Json:
+    """Return a limit of a stage and where it is from, or why it is unknown."""
+    if isinstance(limit, str):
+        return {"unknown": limit}
+    data: Json = {"value": _rational(limit.value), "unit": limit.unit}
+    if limit.source:
+        data["source"] = limit.source
+    if limit.page is not None:
+        data["page"] = limit.page
+    if limit.note:
+        data["note"] = limit.note
     return data
 
 

@@ -27,7 +27,12 @@ from stagewire_generator.model import (
 )
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.canonical import canonical
-from stagewire_generator.targets.registry.scales import factor_json, scale_json, setting_json
+from stagewire_generator.targets.registry.scales import (
+    factor_json,
+    limit_json,
+    scale_json,
+    setting_json,
+)
 
 __all__ = ["registry_text", "render"]
 
@@ -303,5 +308,6 @@ def _stage(stage: Stage) -> Json:
             }
             for controller, scales in stage.scales.items()
         },
+        "limits": {name: limit_json(limit) for name, limit in stage.limits.items()},
         **_from(stage),
     }

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from stagewire.quantities import Limit
 from stagewire_apt.enumerations import (
     ButtonMode,
     CurrentPhase,
@@ -55,13 +56,16 @@ def is_brushless(channel: Channel) -> bool:
 
 
 def travel_of(channel: Channel, scales: Scales) -> int:
-    """Return the travel of a channel's stage in counts: what the user told, or what such stages have.
+    """Return the travel of a channel's stage in counts: that of the user, of the registry, or of such stages.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for one that a position cannot count.
     """
     told = channel.settings.travel
     if told is None:
-        return round(_plausible(channel).travel * _counts_per_mm(scales))
+        stage = channel.settings.stage
+        own = None if stage is None else stage.limits.get("travel")
+        length = own.value if isinstance(own, Limit) else _plausible(channel).travel
+        return round(float(length) * _counts_per_mm(scales))
     if not 0 < told <= _LONGEST:
         raise BadOptionError(
             f"{channel.unit.name} needs a travel of 1 to {_LONGEST} counts, not {told}"

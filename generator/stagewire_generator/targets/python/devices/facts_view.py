@@ -150,9 +150,11 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
         also = tuple(f"0x{address:02X}" for address in family["also_at"]["addresses"])
         items.append(Nested("also_at=(", also, ")"))
     items += _moving(protocol, unit, tables)
-    quantities = sorted(_quantities(protocol, unit))
-    if quantities:
-        items.append(_strings("quantities=", quantities))
+    carried = {
+        "quantities=": _quantities(protocol, unit),
+        "settable=": _quantities(protocol, unit, sent=True),
+    }
+    items.extend(_strings(argument, sorted(names)) for argument, names in carried.items() if names)
     return Nested(f"{literal(unit.name)}: Unit(", tuple(items), ")")
 
 
@@ -218,12 +220,14 @@ def _motion(field: Field, unit: str) -> int:
     return sum(bit.mask for bit in table.bits if bit.motion) if table else 0
 
 
-def _quantities(protocol: Protocol, unit: UnitPlan) -> set[str]:
+def _quantities(protocol: Protocol, unit: UnitPlan, *, sent: bool = False) -> set[str]:
+    """Return the quantities of a unit's messages; or of those only that are sent to it."""
     return {
         field.quantity.name
         for message in protocol.messages
-        if message.name in unit.messages
+        if message.name in unit.messages and not (sent and message.direction == "to_host")
         for layout in message.layouts
+        if not (sent and layout.form == "reply")
         for field in layout.all_fields
         if field.quantity
     }
