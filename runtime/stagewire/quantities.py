@@ -16,7 +16,16 @@ from typing import NoReturn
 
 from stagewire.errors import BadValueError, UnknownScaleError
 
-__all__ = ["Limit", "Number", "Scale", "Stage", "UnknownScale", "exact", "round_half_away"]
+__all__ = [
+    "Limit",
+    "Number",
+    "Scale",
+    "Stage",
+    "UnknownLimit",
+    "UnknownScale",
+    "exact",
+    "round_half_away",
+]
 
 Number = int | float | Decimal | Fraction | str
 
@@ -148,6 +157,16 @@ class Limit:
         return f"<Limit {float(self.value):.10g} {self.unit}: {self.source}>"
 
 
+@dataclass(frozen=True, slots=True)
+class UnknownLimit:
+    """A limit that no source states; what it would limit is not checked.
+
+    :param reason: for people.
+    """
+
+    reason: str
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Stage:
     """A stage: its scales on each controller that the registry knows it on, and its limits.
@@ -157,7 +176,7 @@ class Stage:
     :param scales: controller -> quantity -> scale.
     :param controllers: controller -> the units that it stands for.
     :param by_user: whether its scales are those of a user, who answers for them on any controller.
-    :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> the limit, or why it is unknown.
+    :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> the limit; a missing one is unknown.
     """
 
     name: str
@@ -166,7 +185,7 @@ class Stage:
     scales: Mapping[str, Mapping[str, Scale | UnknownScale]]
     controllers: Mapping[str, tuple[str, ...]]
     by_user: bool = False
-    limits: Mapping[str, Limit | str] = field(default_factory=dict)
+    limits: Mapping[str, Limit | UnknownLimit] = field(default_factory=dict)
 
     @classmethod
     def of_user(

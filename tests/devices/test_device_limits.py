@@ -13,7 +13,7 @@ from device_line import RecordedLine
 import stagewire_virtual as virtual
 from stagewire import Scale, Stage
 from stagewire.errors import BadValueError, LimitError, UnknownScaleError
-from stagewire.quantities import Limit
+from stagewire.quantities import Limit, UnknownLimit
 from stagewire_apt import BBD102, PROTOCOL, TDC001, TPZ001, TST001, aio, stages
 from stagewire_ms2000 import MS2000
 
@@ -85,7 +85,7 @@ def test_what_the_controller_holds_is_not_written_back_above_the_limit() -> None
     line = RecordedLine(line.controller)
     with TDC001.open(line, stage="Z8", line="rs232") as tdc:
         line.forget()
-        with pytest.raises(LimitError, match="cannot write back what the controller holds"):
+        with pytest.raises(LimitError, match="holds a value that cannot be written back"):
             tdc.change_vel_params(min_velocity=0)
         assert line.names(PROTOCOL) == ["MOT_REQ_VELPARAMS"]
         tdc.change_vel_params(max_velocity_mm_per_s=1)
@@ -224,10 +224,10 @@ def test_every_limit_of_the_registry_has_a_source() -> None:
     }
     assert {name for name, _ in known} == set(stages.__all__)
     for limit in known.values():
-        assert limit.source if isinstance(limit, Limit) else limit
+        assert limit.source if isinstance(limit, Limit) else limit.reason
     assert known["Z8", "max_velocity"].value == Fraction("2.6")
     lengths = {name: known[name, "travel"] for name in ("Z806", "Z812", "Z825")}
     assert {name: limit.value for name, limit in lengths.items()} == {
         "Z806": 6, "Z812": 12, "Z825": 25,
     }  # fmt: skip
-    assert isinstance(known["APT_STEPPER", "max_velocity"], str)
+    assert isinstance(known["APT_STEPPER", "max_velocity"], UnknownLimit)

@@ -176,11 +176,13 @@ class Bare(ast.NodeTransformer):
     """Takes away docstrings and arguments that are texts for people; sorts what has no order."""
 
     TEXTS: ClassVar = {  # place of the text
-        "Bit": 1, "Stage": 1, "UnknownScale": 1, "FramedProtocol": 1, "CommandProtocol": 1, "Known": 1,
+        "Bit": 1, "Stage": 1, "UnknownLimit": 0, "UnknownScale": 1, "FramedProtocol": 1,
+        "CommandProtocol": 1, "Known": 1,
     }  # fmt: skip
     KEYWORDS: ClassVar = {
         "Stage": {"page"},
         "Unit": {"title", "page", "messages_from", "pause_source"},
+        "of": {"source"},
         "counts_per": {"printed", "source"},
         "unit_per": {"printed", "source"},
     }

@@ -184,6 +184,53 @@ def test_references_are_followed(protocol: Protocol) -> None:
     assert stage.scales["TP9"]["speed"] == "no page says so"
 
 
+_LIKE = """
+  Long:
+    title: a longer slide
+    page: 3
+    like: Slide
+    limits: {travel: {mm: 20, page: 3}}
+"""
+
+
+def with_stages(spec: Path, old: str, new: str) -> Path:
+    stages = spec / "tiny" / "stages.yaml"
+    text = stages.read_text(encoding="utf-8").rstrip()
+    assert old in text
+    stages.write_text(text.replace(old, new) + _LIKE, encoding="utf-8")
+    return spec
+
+
+def test_a_stage_has_limits_and_may_be_like_another(spec: Path) -> None:
+    [protocol] = check(with_stages(spec, "mm: 10", "mm: 10"))
+    slide, long = protocol.stages
+    assert slide.limits["travel"] == model.Limit(Fraction(10), "mm", "the title", 3, "as printed")
+    assert slide.limits["max_velocity"] == model.Limit(
+        Fraction("2.5"), "mm/s", "a data sheet", None
+    )
+    assert slide.limits["max_acceleration"] == "no page says so"
+    assert long.scales == slide.scales
+    assert long.limits == {**slide.limits, "travel": model.Limit(Fraction(20), "mm", "", 3)}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ('mm_per_s: "2.5", source: a data sheet', 'mm_per_s: "2.5"', "SW010"),  # no source
+        ('mm_per_s: "2.5"', "mm: 3", "SW010"),
+        ('mm_per_s: "2.5"', 'mm_per_s: "0.0"', "SW010"),
+        ('mm_per_s: "2.5"', "mm_per_s: 5/2", "SW010"),
+        ("mm: 10, page: 3", "mm: 10, unknown: lost", "SW010"),
+        ("    limits:\n", "    like: Long\n    limits:\n", "SW010"),  # beside scales of its own
+        ("  Slide:\n", "  Slip:\n", "SW021"),  # Long is like what nothing defines
+    ],
+)
+def test_a_limit_has_one_value_and_a_source(spec: Path, old: str, new: str, code: str) -> None:
+    with pytest.raises(SpecError) as caught:
+        check(with_stages(spec, old, new))
+    assert code in {diagnostic.code for diagnostic in caught.value.diagnostics}
+
+
 def test_errata_reach_their_fields(protocol: Protocol) -> None:
     assert field(protocol, "POS_MOVE", "absolute_distance").errata == ("tiny-move-length",)
     assert field(protocol, "POS_MOVE", "chan_ident").errata == ()

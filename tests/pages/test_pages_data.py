@@ -158,6 +158,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/registry.md", "enumerations:"): schema("messages"),
     ("docs/registry.md", "setup_commands:"): schema("messages"),
     ("docs/registry.md", "framing:"): schema("protocol"),
+    ("docs/registry.md", "stages:"): schema("stages"),
     ("docs/registry.md", "settings:"): schema("quantities"),
     ("docs/registry.md", "errata:"): schema("errata"),
     ("docs/registry.md", "rules:"): schema("rules"),

@@ -31,7 +31,7 @@ _IN_MESSAGES = _IN_CHAPTERS | frozenset({
 })  # fmt: skip
 _IN_FLAGS = _IN_CHAPTERS | frozenset({"Bit", "Flags"})
 _IN_ENUMERATIONS = _KEPT | frozenset({"Enumeration"})
-_IN_STAGES = _KEPT | frozenset({"Limit", "Scale", "Stage", "UnknownScale"})
+_IN_STAGES = _KEPT | frozenset({"Limit", "Scale", "Stage", "UnknownLimit", "UnknownScale"})
 _IN_UNITS = _KEPT | frozenset({
     "AxesDevice", "Axis", "Bay", "Channel", "ChannelsBay", "ChannelsDevice", "FACTS", "ModuleDevice",
     "PROTOCOL", "RackDevice", "SingleChannelDevice", "SingleChannelModule", "UNITS"

@@ -15,7 +15,7 @@ from typing import Any, Final
 from stagewire.devices.scales import Scales
 from stagewire.devices.tables import Given
 from stagewire.errors import BadValueError, LimitError, UnknownScaleError
-from stagewire.quantities import Limit, Number, Stage, exact
+from stagewire.quantities import Limit, Number, Stage, UnknownLimit, exact
 
 __all__ = [
     "CEILINGS",
@@ -271,7 +271,7 @@ def limits_of(
     length = own.get("travel")
     if travel is None and isinstance(length, Limit):
         travel = Travel(length.value, None, _source(stage, length), stated)
-    reasons = {name: limit for name, limit in own.items() if isinstance(limit, str)}
+    reasons = {name: limit.reason for name, limit in own.items() if isinstance(limit, UnknownLimit)}
     return Limits(travel, known, reasons)
 
 

@@ -146,12 +146,13 @@ def _limits(stage: Stage) -> str:
     lines = []
     for name, limit in stage.limits.items():
         if isinstance(limit, str):
-            lines.append(long_text(f"{literal(name)}: ", " ".join(limit.split()), 8))
+            reason = long_text("", " ".join(limit.split()), 12)
+            lines.append(call(f"{literal(name)}: UnknownLimit", [reason], ",", 8))
         else:
             arguments = [literal(_decimal(limit.value)), literal(limit.unit)]
             arguments.append(long_text("source=", _source(stage, limit), 12))
-            lines.append(call(f"{literal(name)}: Limit.of", arguments, "", 8))
-    entries = "".join(f"        {line},\n" for line in lines)
+            lines.append(call(f"{literal(name)}: Limit.of", arguments, ",", 8))
+    entries = "".join(f"        {line}\n" for line in lines)
     return f"    limits={{\n{entries}    }},\n"
 
 

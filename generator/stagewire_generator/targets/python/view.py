@@ -106,6 +106,7 @@ def package_view(protocol: Protocol) -> PackageView:
     kinds += ["Scale"] if any(isinstance(f, Factor) for f in factors) else []
     limits = [limit for stage in protocol.stages for limit in stage.limits.values()]
     kinds += ["Limit"] if any(isinstance(limit, Limit) for limit in limits) else []
+    kinds += ["UnknownLimit"] if any(isinstance(limit, str) for limit in limits) else []
     kinds += ["UnknownScale"] if any(isinstance(f, str) for f in factors) else []
     return PackageView(
         package=protocol.package,
