@@ -176,7 +176,7 @@ class Stage:
     :param scales: controller -> quantity -> scale.
     :param controllers: controller -> the units that it stands for.
     :param by_user: whether its scales are those of a user, who answers for them on any controller.
-    :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> the limit; a missing one is unknown.
+    :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> the limit; unknown if missing.
     """
 
     name: str
