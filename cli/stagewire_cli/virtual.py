@@ -18,6 +18,7 @@ EXAMPLE = """\b
 Examples:
   stagewire virtual TDC001 --stage Z8 --tcp 127.0.0.1:4001 --log -
   stagewire virtual BBD102 BSC103 TPZ001 --pty
+  stagewire virtual TDC001 --model KDC101 --serial-number 27000001
   stagewire virtual TDC001 --quirk header_only_completion --fault "to_host drop frame every=10"
   stagewire virtual --bench bench.toml
   stagewire virtual --replay session.txt --tcp 4001
@@ -123,6 +124,41 @@ def virtual(
             help="The same seed gives the same bytes; more units count up from it.",
         ),
     ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            "--model",
+            metavar="TEXT",
+            help="Model to report, such as KDC101; of a rack, that of its motherboard.",
+        ),
+    ] = None,
+    serial_number: Annotated[
+        int | None,
+        typer.Option(
+            "--serial-number",
+            parser=_whole,
+            metavar="NUMBER",
+            help="Serial number to report; more units count up from it.",
+        ),
+    ] = None,
+    hardware_type: Annotated[
+        int | None,
+        typer.Option(
+            "--hardware-type",
+            parser=_whole,
+            metavar="NUMBER",
+            help="Hardware type to report, such as 16.",
+        ),
+    ] = None,
+    stage_id: Annotated[
+        int | None,
+        typer.Option(
+            "--stage-id",
+            parser=_whole,
+            metavar="NUMBER",
+            help="Stage id to report, as later controllers do, such as 7.",
+        ),
+    ] = None,
     line: Annotated[
         str | None,
         typer.Option(
@@ -198,6 +234,10 @@ def virtual(
         "travel": travel,
         "position": position,
         "seed": seed,
+        "model": model,
+        "serial_number": serial_number,
+        "hardware_type": hardware_type,
+        "stage_id": stage_id,
         "line": line,
         "quirks": quirk or None,
         "strategies": strategy or None,

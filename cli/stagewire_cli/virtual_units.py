@@ -22,6 +22,9 @@ LinkMaker: TypeAlias = Callable[[Clock, Observer], ServedLink]
 
 _ANY_PORT = "0"
 
+_COUNTING = ("seed", "serial_number")
+"""Options that count up from unit to unit."""
+
 _SINGULAR = {"quirks": "quirk", "strategies": "strategy", "faults": "fault"}
 
 _FAULT_TEXTS = """
@@ -47,8 +50,9 @@ def of_names(
     :param tcp: the port of the first one; those of the others follow. None: any that are free.
     :param pty: whether each gets a pseudo-terminal instead.
     :param bind: address of the network to be reached at.
-    :param options: for all units, by the keys of a bench file; what is None was not given. The seed is that
-        of the first one, and counts up with the others, so that no two have the same serial number.
+    :param options: for all units, by the keys of a bench file; what is None was not given. Seed and serial
+        number are those of the first unit and count up with the others, so that no two units have the same
+        serial number.
 
     Raises :class:`~stagewire_virtual.errors.VirtualError` with everything that is wrong.
     """
@@ -68,8 +72,7 @@ def of_names(
     for number, name in enumerate(names):
         own: dict[str, Any] = {"name": name, "label": _label(names, number)}
         own |= {"pty": True} if pty else {"tcp": _port(first, number)}
-        if "seed" in given:
-            own["seed"] = given["seed"] + number
+        own |= {key: given[key] + number for key in _COUNTING if key in given}
         tables.append(given | own)
     return [unit.link for unit in make_bench(tables, bind=bind, called=option).units]
 

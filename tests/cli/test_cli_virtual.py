@@ -145,6 +145,13 @@ def test_options_of_the_command_line_are_those_of_a_bench() -> None:
         (["TDC001", "--travel", "1 mm"], "'--travel': expected a whole number, not '1 mm'"),
         (["TDC001", "--position", "x"], "'--position': expected a whole number, not 'x'"),
         (["TDC001", "--seed", "1.5"], "'--seed': expected a whole number, not '1.5'"),
+        (["TDC001", "--model", "KDC101-LONG"], "--model: model 'KDC101-LONG' does not fit"),
+        (["TDC001", "--serial-number", "2147483648"], "--serial-number: the serial number 2147"),
+        (["TDC001", "--serial-number", "x"], "'--serial-number': expected a whole number"),
+        (["TDC001", "--hardware-type", "65536"], "--hardware-type: the hardware type 65536"),
+        (["TDC001", "--stage-id", "-1"], "--stage-id: the stage id -1 does not fit"),
+        (["MS2000", "--model", "MS"], "--model: MS2000 does not report a model"),
+        (["--replay", "x", "--stage-id", "7"], "--stage-id is for units that are named"),
         (["TDC001", "RACK"], "serve it with --bench FILE"),
         (["RAK"], "did you mean RACK?"),
         (["TDC001", "--quirk", "none"], "long_status"),
@@ -270,6 +277,29 @@ def test_a_session_its_log_and_its_replay(tmp_path: Path) -> None:
         code, _, err = playing.end()
     assert code == 1
     assert "MOD_REQ_CHANENABLESTATE" in err
+
+
+@posix
+def test_a_replay_says_the_identity_of_the_recording(tmp_path: Path) -> None:
+    log = tmp_path / "session.txt"
+    words = (
+        "--model",
+        "KDC101",
+        "--serial-number",
+        27000001,
+        "--hardware-type",
+        16,
+        "--stage-id",
+        7,
+    )
+    with running("TDC001", *words, "--log", log) as serving:
+        answer = ask(serving.places["TDC001"], INFO)
+        assert serving.end(signal.SIGTERM)[0] == 0
+    assert answer[6:20] == (27000001).to_bytes(4, "little") + b"KDC101\0\0\x10\0"
+    assert answer[6 + 76 : 6 + 78] == b"\7\0"
+    with running("--replay", log) as playing:
+        assert ask(*playing.places.values(), INFO) == answer
+        assert playing.end()[0] == 0
 
 
 @posix

@@ -36,7 +36,10 @@ channel = [{stage = "APT_STEPPER"}, {travel = 1000000}]
 [[unit]]
 name = "RACK"
 bays = ["MST601", "", "MPZ601"]
+model = "MMR601"
 serial_number = 12345678
+hardware_type = 45
+stage_id = 7
 
 [[unit]]
 name = "MS2000"

@@ -214,3 +214,17 @@ def test_thorlabs_apt_protocol(unit: str, dest: int) -> None:
         counter = host.ask(apt.mot_req_poscounter(**motor), "mot_get_poscounter")
         assert counter.position == stopped.position
     assert served.link.received
+
+
+def test_thorlabs_apt_protocol_reads_the_identity_that_was_given() -> None:
+    """A client that knows a later issue finds the hardware version unharmed by the stage id before it."""
+    identity = {"model": "KDC101", "serial_number": 27_000_001, "hardware_type": 16, "stage_id": 7}
+    with (
+        virtual.TDC001(**identity) as controller,
+        controller.tcp() as served,
+        closing(Host(served.url)) as host,
+    ):
+        info = host.ask(apt.hw_req_info(dest=USB, source=HOST), "hw_get_info")
+    assert (info.serial_number, info.type) == (27_000_001, 16)
+    assert info.model_number.rstrip(b"\0") == b"KDC101"
+    assert (info.hw_version, info.mod_state, info.nchs) == (0, 0, 1)

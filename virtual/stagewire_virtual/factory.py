@@ -38,7 +38,10 @@ class Factory:
         position: int | None = None,
         channels: Sequence[Settings] = (),
         seed: int = 0,
+        model: str | None = None,
         serial_number: int | None = None,
+        hardware_type: int | None = None,
+        stage_id: int | None = None,
         line: Line | str = Line.USB,
         quirks: Iterable[str] = (),
         answer_unsupported: bool = False,
@@ -67,7 +70,10 @@ class Factory:
             channels = (settings,)
         options = Options(
             seed=seed,
+            model=model,
             serial_number=serial_number,
+            hardware_type=hardware_type,
+            stage_id=stage_id,
             line=parse_line(line),
             quirks=frozenset(several("quirks", quirks)),
             answer_unsupported=answer_unsupported,
@@ -94,7 +100,10 @@ def rack(
     *bays: str | None,
     channels: Sequence[Settings] = (),
     seed: int = 0,
+    model: str | None = None,
     serial_number: int | None = None,
+    hardware_type: int | None = None,
+    stage_id: int | None = None,
     line: Line | str = Line.USB,
     quirks: Iterable[str] = (),
     answer_unsupported: bool = False,
@@ -118,7 +127,10 @@ def rack(
     modules = tuple(find_unit(name) if name else None for name in bays)
     options = Options(
         seed=seed,
+        model=model,
         serial_number=serial_number,
+        hardware_type=hardware_type,
+        stage_id=stage_id,
         line=parse_line(line),
         quirks=frozenset(several("quirks", quirks)),
         answer_unsupported=answer_unsupported,

@@ -49,7 +49,12 @@ class Options:
     """All that may be told of a unit; what does not concern it is refused when it is made.
 
     :param seed: decides whatever is left to chance.
-    :param serial_number: of the unit, of a rack its motherboard's; None: made of the prefix and the seed.
+    :param model: model in HW_GET_INFO, 1 to 8 printable ASCII characters; None: that of the unit.
+    :param serial_number: serial number in HW_GET_INFO; None: made of the prefix of the unit and the seed.
+    :param hardware_type: type in HW_GET_INFO, 0 to 65535; None: that of the unit.
+    :param stage_id: bytes 76 and 77 of the payload of HW_GET_INFO, 0 to 65535, by which later controllers say
+        what stage they drive; None: 0. These four describe the unit itself, of a rack or a module its
+        motherboard; cards and modules in bays keep their own.
     :param line: USB, or RS-232, where a controller does not ask for signs of life.
     :param quirks: deviations of real controllers, by name; see :mod:`stagewire_virtual.thorlabs_apt.quirks`.
     :param answer_unsupported: answer HW_RESPONSE to what is refused or not understood, instead of silence.
@@ -62,7 +67,10 @@ class Options:
     """
 
     seed: int = 0
+    model: str | None = None
     serial_number: int | None = None
+    hardware_type: int | None = None
+    stage_id: int | None = None
     line: Line = Line.USB
     quirks: frozenset[str] = frozenset()
     answer_unsupported: bool = False
@@ -162,7 +170,10 @@ _SETTINGS: Final[Mapping[str, tuple[_Fits, str]]] = {
 
 _OPTIONS: Final[Mapping[str, tuple[_Fits, str]]] = {
     "seed": (_whole, "a whole number"),
+    "model": (_none_or(_is(str)), "a text such as 'KDC101'"),
     "serial_number": (_none_or(_whole), "a whole number of eight digits"),
+    "hardware_type": (_none_or(_whole), "a whole number"),
+    "stage_id": (_none_or(_whole), "a whole number"),
     "line": (_is(Line), "Line.USB or Line.RS232"),
     "quirks": (_all(AbstractSet, _is(str)), "a set of names"),
     "answer_unsupported": (_is(bool), "True or False"),

@@ -43,7 +43,10 @@ def fit_axes(
 def _check(unit: Unit, options: Options, names: list[str]) -> None:
     known_only("quirk", options.quirks, (), unit.name)
     wrong = {
-        "tells no serial number": options.serial_number is not None,
+        "does not report a model": options.model is not None,
+        "does not report a serial number": options.serial_number is not None,
+        "does not report a hardware type": options.hardware_type is not None,
+        "does not report a stage id": options.stage_id is not None,
         "stays silent on what it does not know": options.answer_unsupported,
         "has no bays": bool(options.empty_bays),
         f"has no more axes than {', '.join(names)}": len(options.channels) > len(names),

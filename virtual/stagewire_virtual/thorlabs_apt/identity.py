@@ -34,44 +34,82 @@ _FAMILY_TYPES: Final = {
 _CARD_MODELS: Final[dict[int, str]] = {HardwareType.BRUSHLESS_DC_CONTROLLER: "ION001 "}
 
 _NO_PREFIX: Final = 99  # for units of which none is known; no unit has it
+_NO_SERIAL_NUMBER: Final = 0  # replaced in everything that is sent
 _LARGEST: Final = 2**31 - 1
+_WORD: Final = 0xFFFF
+_MODEL: Final = 8
+"""Characters of the model (page 22)."""
+
+_STAGE_ID: Final = 76 - 18
+"""Where a stage id begins in the notes.
+
+Later issues shorten the notes to 48 bytes, followed by 12 bytes "for internal use only" (Issue 37, page 52).
+The vendor's XA software takes the last two of these, bytes 76 and 77 of the payload, for the id of the
+stage, and opens no controller in which they are 0. The notes of Issue 3, from byte 18 on, include them.
+"""
 
 
 def stand_alone(unit: Unit, options: Options) -> m.HwGetInfo:
     """Return what a unit with one address says of itself.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a serial number that no unit can have.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that does not fit into the message.
     """
-    number = _of_unit(unit, options)
-    return _information(unit, unit.name, _type(unit), number, unit.facts["channels"])
+    return _as_told(_information(unit, _type(unit), unit.facts["channels"]), unit, options)
 
 
 def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
     """Return what the motherboard of a rack says of itself; its channels are the bays that are used.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a serial number that no unit can have.
+    Raises as :func:`stand_alone` does.
     """
     type = HardwareType.MULTI_CHANNEL_MOTHERBOARD
-    return _information(unit, unit.name, type, _of_unit(unit, options), bays)
+    return _as_told(_information(unit, type, bays), unit, options)
 
 
 def card(unit: Unit, options: Options, bay: int) -> m.HwGetInfo:
-    """Return what the card or module in a bay says of itself; its serial number is its own."""
+    """Return what the card or module in a bay says of itself; no option but the seed changes that."""
     prefix = _prefix(unit, "card_usb_prefix") or _prefix(unit) or _NO_PREFIX
-    number = _random_number(prefix, f"{options.seed}/serial number of {unit.name} in bay {bay}")
     type = _type(unit)
-    model = _CARD_MODELS.get(type, unit.name)
-    return _information(unit, model, type, number, unit.facts["channels"])
+    return _information(unit, type, unit.facts["channels"]).replace(
+        model_number=_CARD_MODELS.get(type, unit.name[:_MODEL]),
+        serial_number=_random_number(
+            prefix, f"{options.seed}/serial number of {unit.name} in bay {bay}"
+        ),
+    )
 
 
-def _information(unit: Unit, model: str, type: int, number: int, channels: int) -> m.HwGetInfo:
+def _information(unit: Unit, type: int, channels: int) -> m.HwGetInfo:
     return m.HwGetInfo(
-        serial_number=number,
-        model_number=model[:8],
+        serial_number=_NO_SERIAL_NUMBER,
+        model_number=unit.name[:_MODEL],
         type=type,
         software_version=_SOFTWARE_VERSION,
-        notes=f"Stagewire virtual {unit.name}"[:64],
+        notes=f"Stagewire virtual {unit.name}",
         nchs=channels,
+    )
+
+
+def _as_told(information: m.HwGetInfo, unit: Unit, options: Options) -> m.HwGetInfo:
+    """Return the information with what the options say of the unit."""
+    model = information.model_number if options.model is None else options.model
+    if not (0 < len(model) <= _MODEL and model.isascii() and model.isprintable()):
+        raise BadOptionError(
+            f"model {model!r} does not fit: a model has 1 to {_MODEL} printable ASCII characters, such as "
+            f"{unit.name[:_MODEL]!r}"
+        )
+    type = information.type if options.hardware_type is None else options.hardware_type
+    stage_id = options.stage_id or 0
+    for name, value in (("hardware type", type), ("stage id", stage_id)):
+        if not 0 <= value <= _WORD:
+            raise BadOptionError(
+                f"the {name} {value} does not fit: it is a number from 0 to {_WORD}"
+            )
+    stage = stage_id.to_bytes(2, "little").decode("latin-1")
+    return information.replace(
+        model_number=model,
+        serial_number=_serial_number(unit, options),
+        type=type,
+        notes=(information.notes.ljust(_STAGE_ID, "\0") + stage).rstrip("\0"),
     )
 
 
@@ -79,14 +117,15 @@ def _type(unit: Unit) -> int:
     return _TYPES.get(unit.name, _FAMILY_TYPES.get(unit.facts.get("family", ""), 0))
 
 
-def _of_unit(unit: Unit, options: Options) -> int:
+def _serial_number(unit: Unit, options: Options) -> int:
     number = options.serial_number
     prefix = _prefix(unit) or _NO_PREFIX
     if number is None:
         return _random_number(prefix, f"{options.seed}/serial number of {unit.name}")
     if not 0 < number <= _LARGEST:
         raise BadOptionError(
-            f"the serial number {number} does not fit; it has eight digits, such as {prefix * DIGITS + 1}"
+            f"the serial number {number} does not fit: it is a number from 1 to {_LARGEST}, usually of "
+            f"eight digits, such as {prefix * DIGITS + 1}"
         )
     return number
 

@@ -126,7 +126,10 @@ def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
     options = Options(
         channels=channels,
         seed=table.take("seed", integer, index),
+        model=table.take("model", text, None),
         serial_number=table.take("serial_number", integer, None),
+        hardware_type=table.take("hardware_type", integer, None),
+        stage_id=table.take("stage_id", integer, None),
         line=table.take("line", line_called, Line.USB),
         quirks=frozenset(table.take("quirks", list_of(text), ())),
         answer_unsupported=table.take("answer_unsupported", flag, False),
