@@ -112,7 +112,7 @@ def virtual(
             "--position",
             parser=_whole,
             metavar="COUNTS",
-            help="Where it stands at first, from its reverse end.",
+            help="Where it is at first, from the lower end of its travel.",
         ),
     ] = None,
     seed: Annotated[

@@ -119,8 +119,8 @@ def show_all() -> None:
     units.add_row(RACK, "modules in bays, which a bench file names", APT.name)
     out.print(units)
     quirks = table("quirk", "what the controller does")
-    for name, quirk in QUIRKS.items():
-        quirks.add_row(name, (quirk.__doc__ or "").partition("\n")[0])
+    for name, sentence in QUIRKS.items():
+        quirks.add_row(name, sentence)
     out.print()
     out.print(quirks)
     readings = table("strategy", "value", "how the document is read")

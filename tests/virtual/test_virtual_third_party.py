@@ -75,21 +75,29 @@ def bsc_of_three(url: str, **options: Any) -> BSC:
     return BSC(url, x=3, **options)
 
 
-# client, unit, bays, and the way that it calls forward: the class for the TDC001 turns it round
-DEVICES = {
-    "TDC001": (TDC001, 1, -1),
-    "BSC103": (bsc_of_three, 3, 1),
-    "BBD201": (BBD201, 1, 1),
-    "BBD202": (BBD202, 2, 1),
-}
+# unit, quirks, client, bays, and the way in which it moves forward: the class for the TDC001 sends the other
+# direction than it is told, so that a controller whose counter falls clockwise moves up
+DEVICES: list[tuple[str, tuple[str, ...], Callable[..., APTDevice_Motor], int, int]] = [
+    ("TDC001", (), TDC001, 1, -1),
+    ("TDC001", ("clockwise_is_negative",), TDC001, 1, 1),
+    ("BSC103", (), bsc_of_three, 3, 1),
+    ("BBD201", (), BBD201, 1, 1),
+    ("BBD202", (), BBD202, 2, 1),
+]
 
 
 @needs_pty
-@pytest.mark.parametrize("unit", DEVICES)
-def test_thorlabs_apt_device(unit: str, caplog: pytest.LogCaptureFixture) -> None:
-    make, bays, forward = DEVICES[unit]
+@pytest.mark.parametrize(("unit", "quirks", "make", "bays", "forward"), DEVICES)
+def test_thorlabs_apt_device(
+    unit: str,
+    quirks: tuple[str, ...],
+    make: Callable[..., APTDevice_Motor],
+    bays: int,
+    forward: int,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     with (
-        getattr(virtual, unit)(travel=TRAVEL, position=START) as controller,
+        getattr(virtual, unit)(travel=TRAVEL, position=START, quirks=quirks) as controller,
         controller.pty() as served,
     ):
         with client(make, served) as device:

@@ -31,7 +31,7 @@ class Settings:
     :param stage: the stage on it, which gives the scales; without one everything moves in counts.
     :param travel: of a stage in counts, of a piezo actuator in steps of 100 nm, of an axis of an MS-2000 in
         tenths of a micrometre.
-    :param position: where it stands at the beginning, in the same unit, from the reverse end.
+    :param position: where it is at the beginning, in the same unit, from the lower end of its travel.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for a value of another type.
     """

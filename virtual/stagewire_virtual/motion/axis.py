@@ -16,12 +16,12 @@ _HALF = 0.5  # a count: what ends at a bound is not beyond it for being rounded
 class Axis:
     """A stage that follows one profile at a time, and stops hard at either end of its travel.
 
-    Places are counted from the reverse end of the travel. At rest it stands on a whole count.
+    Places are counted from the lower end of the travel. At rest it stands on a whole count.
 
     :param clock: the time.
     :param travel: how far apart its ends are.
     :param place: where it stands at the beginning, held within its travel.
-    :param below: how far it can be driven beyond the reverse end before it stops hard.
+    :param below: how far it can be driven beyond the lower end before it stops hard.
     """
 
     def __init__(self, clock: Clock, travel: int, place: int, *, below: int = 0) -> None:
@@ -63,7 +63,7 @@ class Axis:
 
     @property
     def direction(self) -> int:
-        """1 while it moves forward, or would if it were not held, -1 while in reverse, 0 at rest.
+        """1 while its place rises, or would if it were not held, -1 while it falls, 0 at rest.
 
         At the instant at which it begins to move or turns, it is the direction of what follows.
         """

@@ -25,19 +25,30 @@ class Channel:
     :param clock: the time.
     :param settings: what the user told.
     :param random: for whatever is left to chance; seeded by the instrument, its own for each channel.
+    :param clockwise: 1 where the position counter rises clockwise, -1 where it falls. Clockwise (CW) is
+        direction 1, forward, of jogs and velocity moves, of the motion and limit bits of the status, and of
+        the limit switch parameters; the document gives it no sign. Homing, positions and distances do not
+        depend on it.
     """
 
     behaviour: Behaviour
     """What it does over time; a behaviour puts itself here when it is made."""
 
     def __init__(
-        self, ident: int, unit: Unit, clock: Clock, settings: Settings, random: random.Random
+        self,
+        ident: int,
+        unit: Unit,
+        clock: Clock,
+        settings: Settings,
+        random: random.Random,
+        clockwise: int = 1,
     ) -> None:
         self.ident = ident
         self.unit = unit
         self.clock = clock
         self.settings = settings
         self.random = random
+        self.clockwise = clockwise
         self.enabled = True
         self.parameters: MutableMapping[str, dict[str, Any]] = {}
         """The values of each parameter set, ``MOT_VELPARAMS`` -> field -> value, without the channel.

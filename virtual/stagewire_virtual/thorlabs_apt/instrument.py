@@ -21,7 +21,7 @@ from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.controller import Controller
 from stagewire_virtual.thorlabs_apt.handlers import Panel
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
-from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
+from stagewire_virtual.thorlabs_apt.quirks import CLOCKWISE_IS_NEGATIVE, QUIRKS
 from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, UserIo, modular_rack
 from stagewire_virtual.units import Unit
 
@@ -142,7 +142,8 @@ class AptInstrument(Instrument):
         name = f"{where}channel {ident}"
         settings = self._options.settings(len(self._channels))
         chance = random.Random(f"{self._options.seed}/{name}")
-        channel = Channel(ident, unit, self.clock, settings, chance)
+        clockwise = -1 if CLOCKWISE_IS_NEGATIVE in self._options.quirks else 1
+        channel = Channel(ident, unit, self.clock, settings, chance, clockwise)
         behaviour = behaviour_of(unit)
         channel.begin_with(new_parameters(channel, behaviour))
         behaviour(channel)

@@ -24,7 +24,9 @@ from stagewire_virtual.thorlabs_apt.motion.ways import GoTo, Pace, RunOn, SlowDo
 __all__ = ["Motor"]
 
 _STOP_MODES: Final = frozenset(map(int, StopMode))
-_DIRECTIONS: Final = {int(MoveDirection.FORWARD): 1, int(MoveDirection.REVERSE): -1}
+_CLOCKWISE: Final = {int(MoveDirection.FORWARD): 1, int(MoveDirection.REVERSE): -1}
+"""Direction of a message -> 1 clockwise, -1 counterclockwise."""
+
 _COMPLETED: Final[Mapping[str, Callable[..., Any]]] = {
     "stepper": m.MotMoveCompletedStepper,
     "dc": m.MotMoveCompletedDc,
@@ -143,8 +145,9 @@ class Motor(StageChannel):
             self._begin(Action(doing, frame, pace, (RunOn(direction, pace),), self._completed))
 
     def _direction(self, frame: Frame) -> int:
-        """Return the direction that a message wants, 1 or -1, or 0 when it is none of the document's."""
-        direction = _DIRECTIONS.get(getattr(frame.message, "direction", 0), 0)
+        """Return how positions change in the direction of a message: 1 up, -1 down, 0 if it is invalid."""
+        turn = _CLOCKWISE.get(getattr(frame.message, "direction", 0), 0)
+        direction = turn * self.channel.clockwise
         if not direction:
             self.channel.report_fault(frame, "the direction is neither 1 nor 2")
         return direction

@@ -8,7 +8,7 @@ from typing import Final
 from stagewire import Frame, FramedMessage
 from stagewire_apt import messages as m
 from stagewire_virtual.thorlabs_apt.facts import facts_of
-from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
+from stagewire_virtual.thorlabs_apt.quirks import FRAME_QUIRKS
 from stagewire_virtual.units import Unit
 
 __all__ = ["UNACKNOWLEDGED", "Outlet"]
@@ -28,7 +28,8 @@ class Outlet:
 
     :param unit: what the registry says of it.
     :param wants_signs_of_life: whether it falls silent without them.
-    :param quirks: names of :data:`~stagewire_virtual.thorlabs_apt.quirks.QUIRKS`.
+    :param quirks: names of quirks; those of :data:`~stagewire_virtual.thorlabs_apt.quirks.FRAME_QUIRKS`
+        change what is sent.
     :param transmit: takes the bytes of a frame.
     """
 
@@ -42,7 +43,7 @@ class Outlet:
         self._unit = unit
         self._facts = facts_of(unit)
         self._limit = UNACKNOWLEDGED if wants_signs_of_life else None
-        self._quirks = [quirk for name, quirk in QUIRKS.items() if name in quirks]
+        self._quirks = [quirk for name, quirk in FRAME_QUIRKS.items() if name in quirks]
         self._transmit = transmit
         self.begin_anew()
 

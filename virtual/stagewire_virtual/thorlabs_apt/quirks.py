@@ -1,7 +1,8 @@
-"""What real controllers do otherwise than the document says, by name; off unless asked for.
+"""Deviations of real controllers from the document, by name; off unless asked for.
 
-A quirk changes a frame on its way out, whatever has made it: neither the behaviours nor the controller
-know of it. All are facts from public drivers, captures and later issues of the document.
+Most quirks change a frame on its way out, whatever has made it: neither the behaviours nor the controller
+know of them. One is about how a stage moves and is a property of the channel (:data:`CLOCKWISE_IS_NEGATIVE`).
+All are facts from public drivers, captures and later issues of the document.
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from stagewire_apt import messages as m
 from stagewire_virtual.thorlabs_apt.identity import DIGITS
 from stagewire_virtual.units import Unit
 
-__all__ = ["QUIRKS", "Quirk"]
+__all__ = ["CLOCKWISE_IS_NEGATIVE", "FRAME_QUIRKS", "QUIRKS", "Quirk"]
+
+CLOCKWISE_IS_NEGATIVE: Final = "clockwise_is_negative"
+"""The quirk of motors whose position counter falls clockwise; see :class:`.Channel` for what it concerns."""
 
 Quirk = Callable[[Frame, Unit], Frame]
 """Makes of the frame that a unit by the document would send the one that it does send."""
@@ -77,7 +81,7 @@ def _prefixes(units: list[Mapping[str, int]]) -> list[int]:
     return sorted({unit["usb_prefix"] for unit in units if "usb_prefix" in unit})
 
 
-QUIRKS: Final[Mapping[str, Quirk]] = {
+FRAME_QUIRKS: Final[Mapping[str, Quirk]] = {
     "header_only_completion": _header_only_completion,  # steppers; captures of both forms exist
     "long_status": _long_status,  # controllers of later issues of the document
     "serial_number_of_another_model": _serial_number_of_another_model,  # cards, repaired units
@@ -85,4 +89,10 @@ QUIRKS: Final[Mapping[str, Quirk]] = {
     "unswapped_addresses": _unswapped_addresses,
     "zero_addresses": _zero_addresses,
 }
-"""Quirks by name, in the order in which they are applied."""
+"""Quirks that change frames, by name, in the order in which they are applied."""
+
+QUIRKS: Final[Mapping[str, str]] = {
+    **{name: (quirk.__doc__ or "").partition("\n")[0] for name, quirk in FRAME_QUIRKS.items()},
+    CLOCKWISE_IS_NEGATIVE: "Move towards lower positions in direction 1, forward (CW), and report it so.",
+}
+"""What each quirk does, in a sentence, by name."""

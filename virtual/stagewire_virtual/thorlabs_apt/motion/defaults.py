@@ -124,8 +124,8 @@ def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
         "MOT_LIMSWITCHPARAMS": {
             "cw_hard_limit": HardLimit.MAKES,
             "ccw_hard_limit": HardLimit.MAKES,
-            "cw_soft_limit": travel,
-            "ccw_soft_limit": 0,
+            "cw_soft_limit": travel if channel.clockwise > 0 else 0,
+            "ccw_soft_limit": 0 if channel.clockwise > 0 else travel,
             "software_limit_mode": SoftwareLimitMode.IGNORE,
         },
         "MOT_DCPIDPARAMS": {  # page 52

@@ -19,8 +19,8 @@ _STOPPING = (SoftwareLimitMode.STOP_IMMEDIATE, SoftwareLimitMode.STOP_PROFILED)
 class Limit:
     """A place that a motor must not pass.
 
-    :param place: where it is, in counts from the reverse end of the travel.
-    :param direction: in which it must not be passed: 1 forward, -1 reverse.
+    :param place: where it is, in counts from the lower end of the travel.
+    :param direction: in which it must not be passed: 1 to higher places, -1 to lower ones.
     :param profiled: whether it slows down from there on, or stops at once.
     """
 
@@ -38,8 +38,9 @@ def soft_limits(channel: Channel, origin: int) -> Iterator[Limit]:
     mode = _mode(channel)
     if mode in _STOPPING:
         profiled = mode == SoftwareLimitMode.STOP_PROFILED
-        yield Limit(origin + channel.parameter(_SET, "cw_soft_limit"), 1, profiled)
-        yield Limit(origin + channel.parameter(_SET, "ccw_soft_limit"), -1, profiled)
+        for way in (1, -1):
+            limit = channel.parameter(_SET, f"{_turn(channel, way)}_soft_limit")
+            yield Limit(origin + limit, way, profiled)
     stage = channel.parameters.get("MOT_PMDSTAGEAXISPARAMS")
     if stage:
         yield Limit(stage["max_pos"], 1)
@@ -49,24 +50,29 @@ def soft_limits(channel: Channel, origin: int) -> Iterator[Limit]:
 def active_limits(channel: Channel, axis: Axis, position: int) -> dict[str, bool]:
     """Return the limit bits of the status by name.
 
-    A hardware limit that is to be ignored is not reported; a stage stops at the end of its travel all the
-    same. Clockwise is forward (page 77).
+    A hardware limit that is to be ignored is not reported; the travel of a stage ends there nevertheless.
+    Clockwise is forward (page 77).
     """
     place = axis.place
     soft = _mode(channel) in _STOPPING
-    return {
-        "forward_hardware_limit": place >= axis.travel and heeds(channel, 1),
-        "reverse_hardware_limit": place <= -axis.below and heeds(channel, -1),
-        "forward_software_limit": soft and position >= channel.parameter(_SET, "cw_soft_limit"),
-        "reverse_software_limit": soft and position <= channel.parameter(_SET, "ccw_soft_limit"),
-    }
+    at_end = {1: place >= axis.travel, -1: place <= -axis.below}
+    bits = {}
+    for way, forward in ((channel.clockwise, "forward"), (-channel.clockwise, "reverse")):
+        limit = channel.parameter(_SET, f"{_turn(channel, way)}_soft_limit")
+        bits[f"{forward}_hardware_limit"] = at_end[way] and heeds(channel, way)
+        bits[f"{forward}_software_limit"] = soft and (position - limit) * way >= 0
+    return bits
 
 
-def heeds(channel: Channel, direction: int) -> bool:
-    """Say whether the switch at an end of the travel is there and not to be ignored; 1 is the forward end."""
-    switch = "cw_hard_limit" if direction > 0 else "ccw_hard_limit"
-    setting = channel.parameter(_SET, switch, HardLimit.MAKES)
+def heeds(channel: Channel, way: int) -> bool:
+    """Say whether the switch at an end of the travel is there and not to be ignored; 1 is the upper end."""
+    setting = channel.parameter(_SET, f"{_turn(channel, way)}_hard_limit", HardLimit.MAKES)
     return setting & ~HardLimit.SWAPPED != HardLimit.IGNORE
+
+
+def _turn(channel: Channel, way: int) -> str:
+    """Return the turn, ``cw`` or ``ccw``, by which positions go up (1) or down (-1)."""
+    return "cw" if way == channel.clockwise else "ccw"
 
 
 def _mode(channel: Channel) -> int:

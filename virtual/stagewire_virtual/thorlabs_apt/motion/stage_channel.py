@@ -134,7 +134,7 @@ class StageChannel(Behaviour):
         action, drive = self._drive.action, self._drive
         return State(
             doing=Doing.NOTHING if action is None else action.doing,
-            direction=self._axis.direction,
+            direction=self._axis.direction * self.channel.clockwise,
             homed=self._homed,
             limits=active_limits(self.channel, self._axis, self._position.value),
             enabled=self.channel.enabled,

@@ -26,7 +26,7 @@ class State:
     """What the status bits say.
 
     :param doing: until it is completed, which is after the axis has settled.
-    :param direction: of its motion, 1 forward and -1 reverse; 0 at rest.
+    :param direction: of its motion, 1 forward (CW) and -1 reverse (CCW); 0 at rest.
     :param homed: whether it has been homed since it was switched on.
     :param limits: limit bits by name.
     :param enabled: whether the channel is.
