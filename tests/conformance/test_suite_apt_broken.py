@@ -73,6 +73,11 @@ def low_word(at: int) -> Change:
     return lambda raw: raw[: at + 2] + b"\0\0" + raw[at + 4 :]
 
 
+def always_forward(raw: bytes) -> bytes:
+    """Say of motions in reverse that they are forward."""
+    return with_bit(BITS, MOVING)(without_bit(BITS, 0x20)(raw)) if raw[BITS] & 0x20 else raw
+
+
 def swapped(first: int, second: int, size: int) -> Change:
     """Exchange two fields."""
 
@@ -343,7 +348,7 @@ MOTION = [
            said(DONE, with_bit(BITS, MOVING)), strict=False),
     Broken("move-absolute", "TDC001", ("has ended", f"{STATUS} says moving_forward"),
            lambda: Spoil(to_host=of(STATUS, from_the(5, with_bit(BITS, MOVING))))),
-    Broken("move-absolute", "TDC001", ("on its way forward", f"{STATUS} says"),
+    Broken("move-absolute", "TDC001", ("on its way up", f"{STATUS} says", "forward or in reverse"),
            said(STATUS, without_bit(BITS, MOVING))),
     Broken("move-absolute", "BSC102", ("0x22", "should have gone to"),
            told("MOT_MOVE_ABSOLUTE", of_dest(0x22, plus(9, 3)))),
@@ -360,8 +365,10 @@ MOTION = [
            told("MOT_MOVE_ABSOLUTE", lambda raw: dropped(raw) if len(raw) == 6 else raw)),
     Broken("move-stored", "TST001", ("MOT_SET_MOVERELPARAMS wrote", "so nothing was moved"),
            told("MOT_SET_MOVERELPARAMS", dropped)),
-    Broken("move-jog", "TDC001", ("0x50", "MOT_MOVE_JOG forward", "it was called back"),
+    Broken("move-jog", "TDC001", ("0x50", "MOT_MOVE_JOG forward", "should have gone to"),
            told("MOT_MOVE_JOG", backwards), options={"position": 1_000_000}),
+    Broken("move-absolute", "TDC001", ("on its way down", "it should say that it moves in reverse"),
+           said(STATUS, always_forward)),
     Broken("move-absolute", "TDC001", (f"{DONE} said that it is at 7", STATUS), said(DONE, number(8, 7))),
     Broken("move-stop", "TDC001", ("MOT_MOVE_STOPPED said that it is at 7", STATUS),
            said("MOT_MOVE_STOPPED", number(8, 7))),
@@ -404,7 +411,9 @@ MOTION = [
     Broken("limits", "TDC001", ("0x50", "reverse limit switch is active"),
            said(STATUS, without_bit(BITS, 0x02)), stage="Z8", homed=True),
     Broken("limits", "TST001", ("0x50", "MOT_MOVE_VELOCITY reverse", f"no {DONE}"),
-           lambda: Spoil(to_host=of(DONE, every(2, dropped))), stage="APT_STEPPER", homed=True),
+           lambda: Spoil(to_host=of(DONE, every(3, dropped))), stage="APT_STEPPER", homed=True),
+    Broken("limits", "TDC001", ("0x50", "MOT_MOVE_VELOCITY reverse", "it went the other way"),
+           told("MOT_MOVE_VELOCITY", backwards), stage="Z8", homed=True),
     Broken("move-alone", "BBD103", ("0x22 channel 1 was told to move alone", "0x21 channel 1 went"),
            told("MOT_MOVE_ABSOLUTE", of_dest(0x22, also_to(0x21)))),
     Broken("move-alone", "MST601", ("0x21 channel 2", "MOT_MOVE_ABSOLUTE"),

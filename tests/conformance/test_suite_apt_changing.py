@@ -111,6 +111,32 @@ def test_what_real_controllers_are_known_to_do_is_not_strict_at_most(unit: str, 
     assert Result.FAIL not in {outcome.result for outcome in run_on(on, EVERY).outcomes}
 
 
+@pytest.mark.parametrize(
+    ("unit", "stage"),
+    [("TDC001", "Z8"), ("TDC001", None), ("BSC103", "APT_STEPPER"), ("MST601", None)],
+)
+@pytest.mark.parametrize("backlash", [0, 300, -300])
+def test_counter_that_falls_clockwise_is_no_fault(
+    unit: str, stage: str | None, backlash: int
+) -> None:
+    """No page says whether it rises; the limit switches and the bits of motion are those of the direction."""
+    on = bench(unit, stage, quirks={"clockwise_is_negative"})
+    for place in on.declared.places:
+        for channel in place.channels:
+            backlash_parameters = bytes((0x3A, 0x04, 6, 0, place.address | 0x80, 1, channel, 0))
+            on.link.write(backlash_parameters + backlash.to_bytes(4, "little", signed=True))
+    before = readable(on)
+    report = run_on(on, PUTTING_BACK)
+    assert not complaints(report)
+    assert readable(on) == before
+    later = run_on(on, (*GIVING_UP, "limits"))
+    assert not complaints(later)
+    outcomes = [*report.outcomes, *later.outcomes]
+    passed = {outcome.kind.name for outcome in outcomes if outcome.result is Result.PASS}
+    assert {"move-jog", "move-velocity", "move-absolute", "home"} <= passed
+    assert ("limits" in passed) == (stage is not None)
+
+
 @pytest.mark.parametrize("unit", ["TDC001", "BSC002", "BPC301", "TSC001"])
 def test_addresses_of_zero_are_not_strict_where_they_can_be_one_unit_s_only(unit: str) -> None:
     on = bench(unit, quirks={"zero_addresses"})

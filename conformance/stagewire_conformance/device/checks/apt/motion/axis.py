@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stagewire_apt import flags
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import EnableState, StopMode
+from stagewire_apt.enumerations import EnableState, MoveDirection, StopMode
 from stagewire_conformance.device.checks.apt.enabling import switch
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
 from stagewire_conformance.device.checks.apt.motion.parameters import change
@@ -45,6 +45,11 @@ JITTER: Final = 4
 HELD: Final = 64
 """Counts within which a servo holds its stage."""
 
+_MOTION: Final = (
+    "moving_forward", "moving_reverse", "jogging_forward", "jogging_reverse", "homing",
+)  # fmt: skip
+"""Bits that say that a motor is in motion."""
+
 _BITS: Final = {"dc": flags.DcStatusBits, "stepper": flags.StepperStatusBits}
 
 
@@ -64,18 +69,19 @@ class Status:
     heard: Heard
 
     @property
-    def directions(self) -> tuple[bool, bool]:
-        """Whether it says that the motor moves or jogs forward, and in reverse."""
+    def direction(self) -> MoveDirection | None:
+        """The direction in which it says that the motor moves or jogs; None: in neither, or in both."""
         bits = self.bits
-        return (
-            bits.moving_forward or bits.jogging_forward,
-            bits.moving_reverse or bits.jogging_reverse,
-        )
+        forward = bits.moving_forward or bits.jogging_forward
+        reverse = bits.moving_reverse or bits.jogging_reverse
+        if forward == reverse:
+            return None
+        return MoveDirection.FORWARD if forward else MoveDirection.REVERSE
 
     @property
     def moving(self) -> bool:
         """Whether it says that the motor is in motion."""
-        return any(self.directions) or self.bits.homing
+        return any(getattr(self.bits, name) for name in _MOTION)
 
 
 class Axis:
@@ -103,6 +109,11 @@ class Axis:
         self.settle_time: int | None = None
         """The cycles that it settles after a move (page 67); None: it has no such parameter."""
         self.pace = Pace(1.0, 1.0, known=False)
+        self.clockwise = 0
+        """1 where positions rise in the direction forward, -1 where they fall; 0 until a motion has shown it.
+
+        Forward is clockwise (page 77), and no page gives that a sign: erratum apt-clockwise-without-sign.
+        """
 
     def inside(self) -> Status:
         """Return the status of a motor at rest within the range; the check ends for any other.
@@ -216,19 +227,40 @@ class Axis:
         velocity: int | None = getattr(message, "velocity", None)
         return Status(heard.time, message.position, bits, velocity, heard)
 
+    # Its directions
+
+    def direction_of(self, way: int) -> MoveDirection | None:
+        """Return the direction in which positions rise (1) or fall (-1); None: that is not known yet."""
+        if not self.clockwise:
+            return None
+        return MoveDirection.FORWARD if way == self.clockwise else MoveDirection.REVERSE
+
+    def way_of(self, direction: MoveDirection) -> int:
+        """Return how positions change in a direction: 1 up, -1 down; 0: that is not known yet."""
+        return self.clockwise if direction is MoveDirection.FORWARD else -self.clockwise
+
+    def learn(self, way: int, direction: MoveDirection) -> None:
+        """Note that positions rise (1) or fall (-1) in a direction."""
+        self.clockwise = way if direction is MoveDirection.FORWARD else -way
+
     # Where it may go
 
-    def room(self, position: int, direction: int) -> int:
-        """Return how many counts it may go in a direction (1 forward, -1 reverse) from a position.
+    @property
+    def inner(self) -> tuple[int, int]:
+        """The range without a margin at both ends, and without what the backlash needs (page 34).
 
-        Against the backlash it goes beyond the target and comes back (page 34), so that much is kept free,
-        and a margin on top of it.
+        Against the backlash a motor goes beyond its target and comes back.
         """
-        beyond = (self.high - self.low) // 50
-        if direction * self.backlash < 0:
-            beyond += abs(self.backlash)
-        end = self.high if direction > 0 else self.low
-        return max(0, (end - position) * direction - beyond)
+        margin = (self.high - self.low) // 50
+        return (
+            self.low + margin + max(0, self.backlash),
+            self.high - margin - max(0, -self.backlash),
+        )
+
+    def room(self, position: int, direction: int) -> int:
+        """Return how many counts it may go from a position, to higher ones (1) or to lower ones (-1)."""
+        low, high = self.inner
+        return max(0, high - position if direction > 0 else position - low)
 
     def wider(self, position: int) -> int:
         """Return the direction in which there is more room."""
@@ -241,17 +273,45 @@ class Axis:
         """
         direction = self.wider(position)
         room = self.room(position, direction)
-        pace = pace or self.pace
-        wanted = pace.distance(seconds)
-        if room < _SHORTEST:
+        self._need_room(room, _SHORTEST, f"is at {position} counts, and")
+        return direction * self._within(room, seconds, pace)
+
+    def step(self, seconds: float, pace: Pace) -> int:
+        """Return a distance that takes about so many seconds, with room for it up and down from some place.
+
+        Without room for one the check is INFO, and ends.
+        """
+        return self._within(self.half(_SHORTEST), seconds, pace)
+
+    def half(self, least: int) -> int:
+        """Return for how many counts there is room up and down from the middle of the range.
+
+        Where that is less than ``least`` the check is INFO, and ends.
+        """
+        low, high = self.inner
+        half = (high - low) // 2
+        self._need_room(half, least, "may go forward to higher or to lower positions, and")
+        return half
+
+    def place_with_room(self, distance: int) -> int:
+        """Return the nearest place from which there is room for a distance up and down."""
+        low, high = self.inner
+        return max(low + distance, min(self.start, high - distance))
+
+    def _need_room(self, room: int, least: int, why: str) -> None:
+        if room < least:
             self.trial.inconclusive(
-                f"{self.text} is at {position} counts, and has no more than {room} counts to go to in "
-                f"{self.low}..{self.high} (the backlash is {self.backlash} counts); allow a wider range"
+                f"{self.text} {why} has no more than {room} counts to go to in {self.low}..{self.high} "
+                f"(the backlash is {self.backlash} counts); allow a wider range"
             )
             raise EnoughError
+
+    def _within(self, room: int, seconds: float, pace: Pace | None) -> int:
+        pace = pace or self.pace
+        wanted = pace.distance(seconds)
         if not pace.known:  # a share of the range, so that something is to be seen
             wanted = max(wanted, (self.high - self.low) // 200)
-        return direction * max(_SHORTEST, min(wanted, room))
+        return max(_SHORTEST, min(wanted, room))
 
     # Standing
 

@@ -1,4 +1,7 @@
-"""``move-jog``: one jog is one step of the size that is set, forward and in reverse (pages 32 and 47)."""
+"""``move-jog``: one jog is one step of the size that is set, forward and in reverse (pages 32 and 47).
+
+No page says in which direction positions rise, so each motor first goes to where it has room up and down.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from stagewire_apt.enumerations import JogMode, MoveDirection
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.making import motor_checks
-from stagewire_conformance.device.checks.apt.motion.moving import COMPLETED, Move, move
+from stagewire_conformance.device.checks.apt.motion.moving import COMPLETED, jog, make_room, move
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, jog_pace_of
 from stagewire_conformance.device.checks.apt.motion.parameters import change
 from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
@@ -28,23 +31,20 @@ _LESS: Final = 0.75
 
 
 def _run(axes: Sequence[Axis]) -> None:
-    steps: dict[Axis, tuple[int, Pace]] = {}
+    steps: dict[Axis, int] = {}
+    paces: dict[Axis, Pace] = {}
     for index, axis in enumerate(axes):
         told = axis.ask(m.MotReqJogParams(axis.channel)).message
-        pace = jog_pace_of(axis.place, axis.channel, told)
-        step = axis.distance(axis.start, _SECONDS * _LESS**index, pace)
-        steps[axis] = step, pace
+        paces[axis] = jog_pace_of(axis.place, axis.channel, told)
+        steps[axis] = axis.step(_SECONDS * _LESS**index, paces[axis])
+    if not make_room(steps):
+        return
+    for axis, step in steps.items():
         mode = int(JogMode.SINGLE_STEP)
-        change(axis, "MOT_SET_JOGPARAMS", jog_mode=mode, jog_step_size=abs(step))
-    if move([_jog(axis, step, pace) for axis, (step, pace) in steps.items()]):
-        move([_jog(axis, -step, pace) for axis, (step, pace) in steps.items()])
-
-
-def _jog(axis: Axis, step: int, pace: Pace) -> Move:
-    way = MoveDirection.FORWARD if step > 0 else MoveDirection.REVERSE
-    told = f"MOT_MOVE_JOG {way.name.lower()} by a step of {abs(step)}"
-    target = axis.status().position + step
-    return Move(axis, m.MotMoveJog(axis.channel, way), target, told, jog=pace)
+        change(axis, "MOT_SET_JOGPARAMS", jog_mode=mode, jog_step_size=step)
+    for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
+        if not move([jog(axis, way, step, paces[axis]) for axis, step in steps.items()]):
+            return
 
 
 def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from stagewire_apt.enumerations import MoveDirection
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.pace import status_velocity
 from stagewire_conformance.device.checks.apt.motion.watching import Watched
@@ -22,6 +23,13 @@ _LATE = 0.1
 """Seconds after the first look in which the bits of motion may still be missing."""
 _SETTLES = 0.12
 """Seconds for which bits of motion may stay when the end was told."""
+_WAYS = {
+    MoveDirection.FORWARD: "forward",
+    MoveDirection.REVERSE: "in reverse",
+    None: "forward or in reverse",
+}
+"""A direction in sentences; None is one that is not known."""
+
 _MIDWAY = 20
 """A motor is on its way while it is a twentieth of it from both ends."""
 
@@ -102,27 +110,36 @@ def judge_course(
     start: int,
     target: int,
     *,
+    direction: MoveDirection | None = None,
     jogging: bool = False,
 ) -> None:
     """Say what is wrong with what a motor said of itself on its way.
 
+    :param direction: what it was told, which its bits have to say; None: it was told a position or a
+        distance. Then they may say either, because no page says in which direction positions rise, but they
+        have to say the same of every motion to higher positions, and the other of those to lower ones.
     :param jogging: its bits have to say that it jogs.
     """
     low, high = min(start, target), max(start, target)
     edge = max(1, (high - low) // _MIDWAY)
-    forward = target > start
+    way, towards = (1, "up") if target > start else (-1, "down")
     midway = [status for status in statuses if low + edge < status.position < high - edge]
     _judge_velocity(axis, told, midway)
     for status in _without_late_ones(statuses, midway):
-        ahead, back = status.directions if forward else status.directions[::-1]
-        way = "forward" if forward else "in reverse"
+        says = (
+            f"{axis.text}: on its way {towards} after {told}, at {status.position}, {status.heard.name} "
+            f"says {_names(status)}"
+        )
+        expected = direction or axis.direction_of(way)
+        named = _WAYS[expected]
         if not axis.trial.must(
-            ahead and not back,
-            f"{axis.text}: on its way {way} after {told}, at {status.position}, {status.heard.name} says "
-            f"{_names(status)}; it should say that it moves {way}",
+            status.direction is not None and expected in (None, status.direction),
+            f"{says}; it should say that it moves {named}",
             came=status.heard.raw,
         ):
             return
+        assert status.direction is not None
+        axis.learn(way, status.direction)
         bits = status.bits
         if axis.settle_time is not None and not axis.trial.must(
             not bits.settled,
@@ -131,12 +148,9 @@ def judge_course(
             came=status.heard.raw,
         ):
             return
-        jogs = bits.jogging_forward if forward else bits.jogging_reverse
+        jogs = getattr(bits, f"jogging_{status.direction.name.lower()}")
         if jogging and not axis.trial.must(
-            jogs,
-            f"{axis.text}: on its way after {told}, {status.heard.name} says {_names(status)}; it should "
-            f"say that it jogs {way}",
-            came=status.heard.raw,
+            jogs, f"{says}; it should say that it jogs {named}", came=status.heard.raw
         ):
             return
 

@@ -1,8 +1,10 @@
 """``limits``: a motor that runs into a limit switch stops there, tells its end and which switch it is.
 
-It goes to the nearer end of its travel that lies within the range, slowly for the last part. The PICS has to
-declare the travel and that there are switches; the motor has to be homed, or its positions say nothing of
-where the ends are. Brushless controllers have no parameters of limit switches (page 39), and are left out.
+It goes to the nearer end of its travel that lies within the range, slowly for the last part. Before that, the
+status bits of a short move show which direction leads there, because no page says in which one positions
+rise. The PICS has to declare the travel and that there are switches; the motor has to be homed, or its
+positions say nothing of where the ends are. Brushless controllers have no parameters of limit switches
+(page 39), and are left out.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HardLimit, MoveDirection, StopMode
 from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.checks.apt.motion.axis import Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judging import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.making import motor_checks
 from stagewire_conformance.device.checks.apt.motion.moving import COMPLETED, absolute, move
@@ -42,20 +44,17 @@ _VALUE: Final = 0x7F
 class _End:
     """The end of the travel that a motor runs to.
 
-    :param way: 1 forward, -1 reverse.
+    :param way: 1 for the upper end, -1 for the lower one.
+    :param direction: that leads there.
     :param place: in counts.
     :param beyond: counts by which the switch may lie beyond it.
     """
 
     axis: Axis
     way: int
+    direction: MoveDirection
     place: int
     beyond: int
-
-    @property
-    def direction(self) -> MoveDirection:
-        """The way by its name."""
-        return MoveDirection.FORWARD if self.way > 0 else MoveDirection.REVERSE
 
     @property
     def told(self) -> str:
@@ -72,9 +71,13 @@ class _End:
         """Return whether a motor has gone further beyond the end than a switch may lie."""
         return (status.position - self.place) * self.way > times * self.beyond
 
+    def left(self, status: Status) -> bool:
+        """Return whether a motor that was near the end has gone away from it."""
+        return (self.place - status.position) * self.way > 2 * self.last + HELD
+
 
 def _ways(declared: Declared, allowed: Permissions, place: Place, channel: int) -> list[int]:
-    """Return the directions in which an end of the travel lies within the range."""
+    """Return the ways, 1 up and -1 down, in which an end of the travel lies within the range."""
     travel = place.travel_of(channel)
     if travel is None or allowed.motion is None:
         return []
@@ -83,11 +86,15 @@ def _ways(declared: Declared, allowed: Permissions, place: Place, channel: int) 
 
 
 def _run(axes: Sequence[Axis]) -> None:
-    ends = {axis: end for axis in axes if (end := _end_of(axis)) is not None}
+    homed = [axis for axis in axes if _is_homed(axis)]
+    shown = [absolute(axis, axis.start + axis.distance(axis.start, _APPROACH)) for axis in homed]
+    if not shown or not move(shown):
+        return
+    ends = {axis: end for axis in homed if (end := _end_of(axis)) is not None}
     far = [
         absolute(axis, end.place - end.way * end.last)
         for axis, end in ends.items()
-        if abs(axis.start - end.place) > end.last
+        if abs(axis.status().position - end.place) > end.last
     ]
     if not ends or (far and not move(far)):
         return
@@ -103,11 +110,19 @@ def _run(axes: Sequence[Axis]) -> None:
         axis.send(m.MotMoveVelocity(axis.channel, end.direction))
 
     def strays(axis: Axis, status: Status) -> bool:
-        return ends[axis].passed(status, times=3)
+        end = ends[axis]
+        return end.passed(status, times=3) or end.left(status)
 
     seen = watch(list(ends), limits, stop=passed, mode=StopMode.IMMEDIATE, strays=strays)
     for axis, end in ends.items():
         _judge(axis, end, seen[axis])
+
+
+def _is_homed(axis: Axis) -> bool:
+    homed: bool = axis.status().bits.homed
+    if not homed:
+        axis.trial.inconclusive(f"{axis.text} is not homed, so nobody knows where its ends are")
+    return homed
 
 
 def _end_of(axis: Axis) -> _End | None:
@@ -115,11 +130,13 @@ def _end_of(axis: Axis) -> _End | None:
     trial, place = axis.trial, axis.place
     travel: Travel | None = place.travel_of(axis.channel)
     assert travel is not None  # else it is not run
-    if not axis.status().bits.homed:
-        trial.inconclusive(f"{axis.text} is not homed, so nobody knows where its ends are")
+    if not axis.clockwise:
+        trial.inconclusive(
+            f"{axis.text} was not heard on its way, so nobody knows which direction leads to which end"
+        )
         return None
     told = axis.ask(m.MotReqLimSwitchParams(axis.channel)).message
-    switches = {1: told.cw_hard_limit, -1: told.ccw_hard_limit}
+    switches = {axis.clockwise: told.cw_hard_limit, -axis.clockwise: told.ccw_hard_limit}
     ways = [
         way
         for way in _ways(trial.declared, trial.allowed, place, axis.channel)
@@ -130,10 +147,20 @@ def _end_of(axis: Axis) -> _End | None:
         return None
     places = {1: travel.high, -1: travel.low}
     way = min(ways, key=lambda each: abs(places[each] - axis.start))
-    return _End(axis, way, places[way], max(1, (travel.high - travel.low) // _BEYOND))
+    direction = axis.direction_of(way)
+    assert direction is not None
+    return _End(axis, way, direction, places[way], max(1, (travel.high - travel.low) // _BEYOND))
 
 
 def _judge(axis: Axis, end: _End, seen: Watched) -> None:
+    if seen.strayed is not None and end.left(seen.strayed):
+        axis.trial.must(
+            False,
+            f"{axis.text}: after {end.told} it went the other way, to {seen.strayed.position}, and was "
+            f"stopped; it had said that it moves {end.direction.name.lower()} towards that end",
+            came=seen.strayed.heard.raw,
+        )
+        return
     if beyond := seen.strayed or seen.stopped:
         axis.trial.must(
             False,

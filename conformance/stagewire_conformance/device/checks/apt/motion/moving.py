@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
@@ -20,9 +20,21 @@ from stagewire_conformance.device.results import Result
 
 if TYPE_CHECKING:
     from stagewire import FramedMessage
+    from stagewire_apt.enumerations import MoveDirection
     from stagewire_conformance.device.checks.apt.motion.pace import Pace
 
-__all__ = ["COMPLETED", "Move", "absolute", "distances", "go_back", "move", "relative", "returning"]
+__all__ = [
+    "COMPLETED",
+    "Move",
+    "absolute",
+    "distances",
+    "go_back",
+    "jog",
+    "make_room",
+    "move",
+    "relative",
+    "returning",
+]
 
 COMPLETED: Final = "MOT_MOVE_COMPLETED"
 
@@ -35,9 +47,11 @@ class Move:
     """A move of one motor.
 
     :param message: what is sent.
-    :param target: where it brings the motor, in counts.
+    :param target: where it brings the motor, in counts; of a jog whose way is not known yet, one of the two
+        places where it may.
     :param told: what is sent, for sentences.
     :param jog: the pace of a jog; None: it is a move.
+    :param direction: of a jog.
     """
 
     axis: Axis
@@ -45,6 +59,7 @@ class Move:
     target: int
     told: str
     jog: Pace | None = None
+    direction: MoveDirection | None = None
 
 
 def absolute(axis: Axis, target: int, about: str = "") -> Move:
@@ -62,6 +77,24 @@ def relative(axis: Axis, way: int) -> Move:
     target = axis.status().position + way
     message = m.MotMoveRelative(axis.channel, way)
     return Move(axis, message, target, f"MOT_MOVE_RELATIVE by {way}")
+
+
+def jog(axis: Axis, direction: MoveDirection, step: int, pace: Pace) -> Move:
+    """Return the jog by a step that is set, from where it is."""
+    target = axis.status().position + (axis.way_of(direction) or 1) * step
+    told = f"MOT_MOVE_JOG {direction.name.lower()} by a step of {step}"
+    message = m.MotMoveJog(axis.channel, direction)
+    return Move(axis, message, target, told, jog=pace, direction=direction)
+
+
+def make_room(distances: Mapping[Axis, int]) -> bool:
+    """Move motors to where they may go by a distance both up and down, and return whether all got there.
+
+    Whoever names a direction does not know before which of the two it is.
+    """
+    places = {axis: axis.place_with_room(distance) for axis, distance in distances.items()}
+    moves = [absolute(axis, place) for axis, place in places.items() if place != axis.start]
+    return not moves or move(moves)
 
 
 def distances(axes: Sequence[Axis], seconds: float) -> dict[Axis, int]:
@@ -98,12 +131,41 @@ def move(moves: Sequence[Move]) -> bool:
 
 
 def _judge(one: Move, start: int, seen: Watched) -> bool:
-    axis = one.axis
-    judge_course(axis, one.told, seen.statuses, start, one.target, jogging=one.jog is not None)
+    axis, direction = one.axis, one.direction
+    if direction is not None and not axis.clockwise:
+        one = _as_it_went(one, start, seen)
+    judge_course(
+        axis,
+        one.told,
+        seen.statuses,
+        start,
+        one.target,
+        direction=direction,
+        jogging=one.jog is not None,
+    )
     end = judge_end(axis, one.told, seen, COMPLETED)
     if end is None:
         return False
-    return judge_place(axis, one.told, judge_rest(axis, one.told, end), start, one.target)
+    arrived = judge_place(axis, one.told, judge_rest(axis, one.told, end), start, one.target)
+    if arrived and direction is not None:
+        axis.learn(1 if one.target > start else -1, direction)
+    return arrived
+
+
+def _as_it_went(one: Move, start: int, seen: Watched) -> Move:
+    """Return a jog with the target on the side to which it went."""
+    gone = next((place - start for place in _places(seen) if place != start), 0)
+    if gone * (one.target - start) >= 0:
+        return one
+    return replace(one, target=2 * start - one.target)
+
+
+def _places(seen: Watched) -> Iterator[int]:
+    """Yield where a motor said that it was, the last place first."""
+    for end in reversed(seen.ends):
+        if hasattr(end.message, "position"):
+            yield end.message.position
+    yield from (status.position for status in reversed(seen.statuses))
 
 
 def returning(axes: Sequence[Axis]) -> None:

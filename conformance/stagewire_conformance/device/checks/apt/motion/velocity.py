@@ -2,7 +2,8 @@
 
 Before anything is sent it is seen to that it can be stopped in time: it runs so slowly that it would need
 more than two seconds to the end of the range, and stops within a quarter of what is left. It is stopped as
-soon as it has been seen to run.
+soon as it has been seen to run. No page says in which direction positions rise, so it begins where it has
+room up and down.
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ from stagewire_conformance.device.checks.apt.motion.judging import (
     judge_rest,
 )
 from stagewire_conformance.device.checks.apt.motion.making import motor_checks
+from stagewire_conformance.device.checks.apt.motion.moving import make_room
 from stagewire_conformance.device.checks.apt.motion.parameters import change, present
 from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
 from stagewire_conformance.device.checks.apt.motion.watching import Watched, is_outside, watch
-from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
@@ -60,24 +61,18 @@ def slow_down(axis: Axis, room: int) -> float:
 class _Run:
     """A motor that is to run.
 
-    :param direction: 1 forward, -1 reverse.
     :param velocity: that it does not exceed, in counts/s.
     """
 
     axis: Axis
-    direction: int
+    direction: MoveDirection
     velocity: float
     start: int = 0
 
     @property
-    def way(self) -> MoveDirection:
-        """The direction by its name."""
-        return MoveDirection.FORWARD if self.direction > 0 else MoveDirection.REVERSE
-
-    @property
     def told(self) -> str:
         """What is sent, for sentences."""
-        return f"MOT_MOVE_VELOCITY {self.way.name.lower()}"
+        return f"MOT_MOVE_VELOCITY {self.direction.name.lower()}"
 
     @property
     def stopping(self) -> float:
@@ -87,8 +82,9 @@ class _Run:
     @property
     def free(self) -> float:
         """The counts after which it has to be stopped."""
-        end = self.axis.high if self.direction > 0 else self.axis.low
-        return (end - self.start) * self.direction - self.stopping
+        up, down = self.axis.high - self.start, self.start - self.axis.low
+        room = {1: up, -1: down, 0: min(up, down)}
+        return room[self.axis.way_of(self.direction)] - self.stopping
 
     @property
     def enough(self) -> float:
@@ -104,28 +100,27 @@ class _Run:
         return self.free / self.velocity + ramp / 2
 
     def gone(self, status: Status) -> int:
-        """Return how far it has gone."""
-        return (status.position - self.start) * self.direction
+        """Return how far it has gone; where its way is not known yet, however it went."""
+        moved = status.position - self.start
+        return moved * self.axis.way_of(self.direction) if self.axis.clockwise else abs(moved)
 
 
 def _run(axes: Sequence[Axis]) -> None:
-    runs = [_prepare(axis) for axis in axes]
-    if _run_all(runs):
-        for run in runs:
-            run.direction = -run.direction
-        _run_all(runs)
+    rooms = {axis: _room(axis) for axis in axes}
+    if not make_room(rooms):
+        return
+    velocities = {axis: slow_down(axis, room) for axis, room in rooms.items()}
+    for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
+        if not _run_all([_Run(axis, way, velocity) for axis, velocity in velocities.items()]):
+            return
 
 
-def _prepare(axis: Axis) -> _Run:
-    direction = axis.wider(axis.start)
-    room = axis.room(axis.start, direction)
-    if room < _LEAST_ROOM:
-        axis.trial.inconclusive(
-            f"{axis.text} is at {axis.start} counts, and has no more than {room} counts to run to in "
-            f"{axis.low}..{axis.high}; allow a wider range"
-        )
-        raise EnoughError
-    return _Run(axis, direction, slow_down(axis, room))
+def _room(axis: Axis) -> int:
+    """Return the counts that a motor gets to run up and down: if possible, so many that it is not slowed."""
+    half = axis.half(_LEAST_ROOM)
+    velocity, acceleration = axis.pace.velocity, axis.pace.acceleration
+    enough = 2 * velocity * max(1.0, velocity / acceleration)
+    return max(_LEAST_ROOM, int(min(half, math.ceil(enough))))
 
 
 def _run_all(runs: Sequence[_Run]) -> bool:
@@ -142,7 +137,7 @@ def _run_all(runs: Sequence[_Run]) -> bool:
         return gone >= run.enough or -gone > run.stopping
 
     for run in runs:
-        run.axis.send(m.MotMoveVelocity(run.axis.channel, run.way))
+        run.axis.send(m.MotMoveVelocity(run.axis.channel, run.direction))
 
     def strays(axis: Axis, status: Status) -> bool:
         run = by_axis[axis]
@@ -178,16 +173,24 @@ def _judge(run: _Run, seen: Watched) -> bool:
         else:
             judge_end(axis, told, seen, _STOPPED)
         return False
-    gone, way = run.gone(last), run.way.name.lower()
+    way = run.direction.name.lower()
     moved = axis.trial.must(
-        gone > 0,
+        run.gone(last) > 0,
         f"{axis.text}: after {run.told} it went from {run.start} to {last.position}; it should have "
         f"run {way}",
         came=last.heard.raw,
     )
     if moved:
-        target = last.position + run.direction * gone
-        judge_course(axis, run.told, seen.statuses, run.start, target)
+        gone = last.position - run.start
+        judge_course(
+            axis,
+            run.told,
+            seen.statuses,
+            run.start,
+            last.position + gone,
+            direction=run.direction,
+        )
+        axis.learn(1 if gone > 0 else -1, run.direction)
     told = f"MOT_MOVE_STOP in {run.told}"
     end = judge_end(axis, told, seen, _STOPPED)
     if end is not None:
