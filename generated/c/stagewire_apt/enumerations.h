@@ -240,12 +240,13 @@ enum apt_lut_value_type {
 /**
  * Values of move_direction (page 47).
  *
- * Direction of a jog or of a move at constant velocity (page 48).
+ * Direction of a jog or of a move at constant velocity (page 48). Whether the position counter
+ * rises or falls in it is not documented and may depend on the controller.
  */
 enum apt_move_direction {
-    /** Forward. */
+    /** Forward, clockwise (CW) by page 77. */
     APT_MOVE_DIRECTION_FORWARD = 1,
-    /** Reverse. */
+    /** Reverse, counterclockwise (CCW) by page 77. */
     APT_MOVE_DIRECTION_REVERSE = 2
 };
 

@@ -272,13 +272,14 @@ class LutValueType(Enumeration):
 class MoveDirection(Enumeration):
     """Values of ``move_direction`` (page 47).
 
-    Direction of a jog or of a move at constant velocity (page 48).
+    Direction of a jog or of a move at constant velocity (page 48). Whether the position counter
+    rises or falls in it is not documented and may depend on the controller.
     """
 
     FORWARD = 0x01
-    """Forward."""
+    """Forward, clockwise (CW) by page 77."""
     REVERSE = 0x02
-    """Reverse."""
+    """Reverse, counterclockwise (CCW) by page 77."""
 
 
 class PositionControlMode(Enumeration):

@@ -891,6 +891,11 @@ static const struct stagewire_vector vectors[] = {
             .scale = APT_SCALE_MLS203_BBD10X_POSITION, .counts = INT64_C(200000)),
     },
     {
+        .id = "jog-direction-sign",
+        .check = STAGEWIRE_HOLDS,
+        .holds = APT_MOVE_DIRECTION_FORWARD == 1,
+    },
+    {
         .id = "movevelparams",
         .check = STAGEWIRE_LACKS,
         .message = "MOT_SET_MOVEVELPARAMS",

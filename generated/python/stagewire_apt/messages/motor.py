@@ -2939,9 +2939,16 @@ class MotMoveVelocity(FramedMessage):
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
     ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
+    No page says whether the position counter rises or falls in the direction FORWARD, which page 77
+    calls clockwise (CW). By two public drivers it falls on TDC001 and KDC101, so try a slow move,
+    far from both ends of the travel, first.
+
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param direction: :class:`~.MoveDirection`; 0 to 255.
 
+    Erratum ``apt-clockwise-without-sign``: printed 1 is forward and 2 reverse; page 77 calls
+        forward clockwise, and no page says in which direction positions rise; encoded 1 is FORWARD
+        and 2 REVERSE, without a sign.
     Erratum ``apt-header-parameters-as-word``: printed word; encoded one byte of the header each.
     Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
         relative, absolute, jog and velocity moves.
@@ -3707,11 +3714,16 @@ class MotMoveJog(FramedMessage):
 
     The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
     nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but
-    says any type of motor move.
+    says any type of motor move. No page says whether the position counter rises or falls in the
+    direction FORWARD, which page 77 calls clockwise (CW). By two public drivers it falls on TDC001
+    and KDC101, so try a small step first.
 
     :param chan_ident: :class:`~.Channel`; 0 to 255.
     :param direction: :class:`~.MoveDirection`; 0 to 255.
 
+    Erratum ``apt-clockwise-without-sign``: printed 1 is forward and 2 reverse; page 77 calls
+        forward clockwise, and no page says in which direction positions rise; encoded 1 is FORWARD
+        and 2 REVERSE, without a sign.
     Erratum ``apt-header-parameters-as-word``: printed word; encoded one byte of the header each.
     Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
         relative, absolute, jog and velocity moves.

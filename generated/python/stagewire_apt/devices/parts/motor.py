@@ -1148,8 +1148,12 @@ class CanMoveVelocity(Part):
         Moves in one direction, with the velocity that MOT_SET_MOVEVELPARAMS is said to set, until a
         stop command or a limit switch. Waits for the end. Page 48.
 
-        Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``,
-        ``apt-movevelparams-undefined``.
+        No page says whether the position counter rises or falls in the direction FORWARD, which
+        page 77 calls clockwise (CW). By two public drivers it falls on TDC001 and KDC101, so try a
+        slow move, far from both ends of the travel, first.
+
+        Errata ``apt-clockwise-without-sign``, ``apt-header-parameters-as-word``,
+        ``apt-move-completed-scope``, ``apt-movevelparams-undefined``.
 
         :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
         :param timeout: in seconds; None for that of the device.
@@ -1169,8 +1173,12 @@ class CanMoveVelocity(Part):
         stop command or a limit switch. Returns as soon as it is sent, with a handle to wait on.
         Page 48.
 
-        Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``,
-        ``apt-movevelparams-undefined``.
+        No page says whether the position counter rises or falls in the direction FORWARD, which
+        page 77 calls clockwise (CW). By two public drivers it falls on TDC001 and KDC101, so try a
+        slow move, far from both ends of the travel, first.
+
+        Errata ``apt-clockwise-without-sign``, ``apt-header-parameters-as-word``,
+        ``apt-move-completed-scope``, ``apt-movevelparams-undefined``.
 
         :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
 
@@ -1230,9 +1238,12 @@ class CanJog(Part):
 
         The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
         nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but
-        says any type of motor move.
+        says any type of motor move. No page says whether the position counter rises or falls in the
+        direction FORWARD, which page 77 calls clockwise (CW). By two public drivers it falls on
+        TDC001 and KDC101, so try a small step first.
 
-        Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
+        Errata ``apt-clockwise-without-sign``, ``apt-header-parameters-as-word``,
+        ``apt-move-completed-scope``.
 
         :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
         :param timeout: in seconds; None for that of the device.
@@ -1253,9 +1264,12 @@ class CanJog(Part):
 
         The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
         nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but
-        says any type of motor move.
+        says any type of motor move. No page says whether the position counter rises or falls in the
+        direction FORWARD, which page 77 calls clockwise (CW). By two public drivers it falls on
+        TDC001 and KDC101, so try a small step first.
 
-        Errata ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
+        Errata ``apt-clockwise-without-sign``, ``apt-header-parameters-as-word``,
+        ``apt-move-completed-scope``.
 
         :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
 
