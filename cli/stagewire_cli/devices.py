@@ -85,7 +85,7 @@ def called_wrongly() -> Iterator[None]:
     try:
         yield
     except UnknownScaleError as error:
-        raise CalledWronglyError(f"{error}; here these are --stage and --counts") from None
+        raise CalledWronglyError(f"{error}; here these are --unit, --stage and --counts") from None
     except (EncodeError, UnsupportedError) as error:
         raise CalledWronglyError(str(error)) from None
 
@@ -101,11 +101,12 @@ def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any
     Raises :class:`CalledWronglyError` for a unit or a stage that nobody knows, and
     :class:`~stagewire.errors.StagewireError` for a line that cannot be opened.
     """
-    from stagewire.discovery.opening import device_class, unit_at
+    from stagewire.discovery.opening import device_class, model_option, unit_at
 
     given = {name: value for name, value in options.items() if value is not None}
     with called_wrongly():
-        device_type = device_class(unit or unit_at(url, bay=bay))
+        name = unit or unit_at(url, bay=bay)
+        device_type, given = device_class(name), {**model_option(name), **given}
         if bay is not None and "bay" in keywords(device_type.open):
             given["bay"] = bay
         device = device_type.open(url, **given)
@@ -138,7 +139,8 @@ def parts_of(device: Any) -> dict[str, Any]:
 def title_of(device: Any) -> str:
     """Return one line that says which controller this is."""
     number = device.serial_number
-    return f"{device.unit.name}, serial number {number}" if number else device.unit.name
+    name = device.scales.controller
+    return f"{name}, serial number {number}" if number else name
 
 
 def keywords(method: Any) -> Mapping[str, inspect.Parameter]:

@@ -162,6 +162,12 @@ class Controller:
     units: tuple[str, ...]
     place: Place
     overlay: str = ""
+    aliases: Mapping[str, str] = field(default_factory=dict)  # newer unit -> source of its scales
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """All units of the group, those newer than the document among them."""
+        return (*self.units, *self.aliases)
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,7 +60,7 @@ def scales_of(protocol: Protocol) -> Iterator[ScaleEntry]:
                 place=quantity.place,
             )
         )
-    units = {controller.name: ", ".join(controller.units) for controller in protocol.controllers}
+    units = {controller.name: ", ".join(controller.members) for controller in protocol.controllers}
     for stage in sorted(protocol.stages, key=lambda stage: stage.name):
         for controller, scales in stage.scales.items():
             for name, found in scales.items():

@@ -222,6 +222,12 @@ class Stage:
         own: dict[str, Mapping[str, Scale | UnknownScale]] = {"": dict(scales)}
         return cls(name, "a stage of yours", 0, own, {"": ()}, by_user=True, limits=limits)
 
+    def is_known_on(self, controller: str) -> bool:
+        """Say whether the registry has scales of the stage on a controller (a group, or a unit of it)."""
+        return any(
+            controller == group or controller in units for group, units in self.controllers.items()
+        )
+
     def scale(self, quantity: str, controller: str) -> Scale | UnknownScale:
         """Return the scale of ``quantity`` on ``controller`` (its family, or a unit of it).
 

@@ -77,7 +77,8 @@ def test_signs_of_life_go_to_every_bay() -> None:
 def test_another_unit_is_refused() -> None:
     line = RecordedLine(virtual.TST001())
     with pytest.raises(
-        WrongUnitError, match=r"is no TDC001: the serial number 80\d+ is that of TST001"
+        WrongUnitError,
+        match=r"is not a TDC001: .* 80\d+ and the model 'TST001', .* open it as TST001",
     ):
         TDC001.open(line)
     with pytest.raises(TransportLost):  # it was closed
@@ -100,16 +101,18 @@ def test_another_serial_number_is_refused() -> None:
 def test_a_newer_unit_is_named(caplog: pytest.LogCaptureFixture) -> None:
     line = RecordedLine(virtual.TDC001(serial_number=27000001))
     with caplog.at_level(logging.WARNING, "stagewire"), TDC001.open(line) as tdc:
-        text = "KDC101: K-Cube DC servo driver; not in Issue 3; messages of TDC001 apply where they"
+        text = "KDC101: K-Cube DC servo driver, newer than the document; messages of TDC001 apply"
         assert text in str(tdc)
         assert text in caplog.text
 
 
 def test_a_newer_unit_is_not_taken_for_any_other() -> None:
     line = RecordedLine(virtual.TST001(serial_number=27000001))
-    with pytest.raises(WrongUnitError, match=r"is that of KDC101 \(.*\); open it as TDC001"):
+    with pytest.raises(WrongUnitError, match=r"the number is that of KDC101 \(K-Cube DC servo"):
         TST001.open(line)
-    with pytest.raises(WrongUnitError, match=r"is that of BPC303.*no class is for it"):
+    with pytest.raises(
+        WrongUnitError, match=r"is that of BPC103 or BPC203 or BPC303 .*, the model that of BPC201"
+    ):
         BPC201.open(RecordedLine(virtual.BPC201(serial_number=71000001)))
 
 

@@ -284,7 +284,10 @@ def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordedLine) -
         line.forget()
         tdc.set_pos_counter(mm=2)
         assert line.raw == m.MotSetPosCounter(chan_ident=1, position=2000).pack(0x50, 0x01)
-        with pytest.raises(UnknownScaleError, match="velocity of mine on TDC001 is not known"):
+        with pytest.raises(
+            UnknownScaleError,
+            match="no scale of velocity in mm/s is known on TDC001: mine was given none",
+        ):
             tdc.change_vel_params(max_velocity_mm_per_s=1)
         assert "position: 1000 counts per mm (mine, a stage of yours)" in str(tdc)
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1))

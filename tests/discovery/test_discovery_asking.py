@@ -317,3 +317,60 @@ def test_no_controller_of_commands_answers(monkeypatch: pytest.MonkeyPatch) -> N
     told = only(diagnose_line("COM3", "MS2000"))
     assert told.verdict is Verdict.WRONG
     assert "tried: 9600, 19200, 28800, 115200 baud" in told.text
+
+
+def reporting(controller: virtual.VirtualController, number: int, model: bytes) -> Counted:
+    """A line to a controller that reports this serial number and this model."""
+    line = Counted(controller)
+    read = line.read
+
+    def twisted(timeout: float) -> bytes:
+        data = read(timeout)
+        if data[:2] != b"\x06\x00":
+            return data
+        return data[:6] + number.to_bytes(4, "little") + model.ljust(8, b"\0") + data[18:]
+
+    line.read = twisted  # type: ignore[method-assign]
+    return line
+
+
+@pytest.mark.parametrize(
+    ("number", "model", "unit"),
+    [
+        (70000001, b"BSC103", "BSC103"),
+        (70000001, b"BSC203", "BSC203"),
+        (70000001, b"SCC201", "BSC203"),
+    ],
+)
+def test_the_reported_model_decides_between_units_of_one_prefix(
+    opens: Callable[[OpenLine], None], number: int, model: bytes, unit: str
+) -> None:
+    with virtual.BSC103() as rack:
+        opens(lambda url, **_: reporting(rack, number, model))
+        assert unit_at("socket://127.0.0.1:9") == unit
+
+
+def test_units_of_one_class_need_no_model_to_be_opened(opens: Callable[[OpenLine], None]) -> None:
+    with virtual.BSC101() as bsc:
+        opens(lambda url, **_: reporting(bsc, 40000001, b""))
+        assert unit_at("socket://127.0.0.1:9") == "BSC101"  # or a BSC201, which is opened as one
+    with virtual.BSC103() as rack:
+        opens(lambda url, **_: reporting(rack, 70000001, b""))
+        with pytest.raises(WrongUnitError, match="the reported model does not tell which"):
+            unit_at("socket://127.0.0.1:9")  # a BSC102 is possible, too: its prefix is unknown
+
+
+@pytest.mark.parametrize(
+    ("number", "model"), [(83000001, b"KVS30"), (24000001, b"TDC001"), (83000001, b"TST001")]
+)
+def test_a_serial_number_and_a_model_that_contradict_each_other_are_no_unit(
+    monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None], number: int, model: bytes
+) -> None:
+    with virtual.TDC001() as tdc:
+        opens(lambda url, **_: reporting(tdc, number, model))
+        with pytest.raises(WrongUnitError, match=f"{model.decode()}: no unit is known .*{number}"):
+            unit_at("socket://127.0.0.1:9")
+        show(monkeypatch, linux("/dev/ttyUSB0", str(number)))
+        [asked] = stagewire.discover(ask=True)
+    assert asked.unit is None
+    assert "no unit is known that reports this" in asked.what

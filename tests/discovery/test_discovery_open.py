@@ -10,7 +10,13 @@ import stagewire
 import stagewire_virtual as virtual
 from made_ports import linux, show
 from stagewire.discovery import device_class
-from stagewire.errors import BadValueError, LinkOpenError, UnsupportedError, WrongUnitError
+from stagewire.errors import (
+    BadValueError,
+    LinkOpenError,
+    UnknownScaleError,
+    UnsupportedError,
+    WrongUnitError,
+)
 from stagewire.protocol import available_protocols, load_protocol
 from stagewire_apt import BBD102, TDC001
 from stagewire_virtual import linking
@@ -49,7 +55,9 @@ def test_by_name_in_any_case_and_the_wrong_one_is_refused(monkeypatch: pytest.Mo
     with virtual.TDC001(serial_number=83000001) as tdc:
         lead_to(monkeypatch, tdc)
         stagewire.open("virtual://made", "tdc001").close()
-        with pytest.raises(WrongUnitError, match="no TST001: the serial number 83000001"):
+        with pytest.raises(
+            WrongUnitError, match="not a TST001: it reports the serial number 83000001"
+        ):
             stagewire.open("virtual://made", "TST001")
 
 
@@ -61,6 +69,21 @@ def test_a_controller_newer_than_the_document_is_opened_as_what_it_is_like(
         with stagewire.open("virtual://made", "KDC101") as device:
             assert type(device) is TDC001
             assert "KDC101" in str(device)
+
+
+def test_the_scales_are_those_of_the_unit_that_was_named() -> None:
+    url = "virtual://TST001?serial_number=26000001"
+    for options in ({}, {"identify": False}):
+        with stagewire.open(url, "KST101", stage="APT_STEPPER", **options) as device:
+            device.set_pos_counter(mm=1)
+            assert device.get_pos_counter().position == 409_600
+    with (
+        stagewire.open(url, stage="APT_STEPPER") as device,
+        pytest.raises(UnknownScaleError, match="KST101 or KST201 or TST001"),
+    ):
+        device.move_absolute(mm=1)
+    with pytest.raises(WrongUnitError, match="is TDC001, not KDC101"):
+        stagewire.open("virtual://TDC001", "KDC101")
 
 
 def test_a_later_unit_of_another_kind_has_no_class() -> None:

@@ -69,6 +69,23 @@ def test_units_that_share_a_prefix_are_both_named(monkeypatch: pytest.MonkeyPatc
     assert "BBD102 or BBD103" in found.what
 
 
+@pytest.mark.parametrize(
+    ("number", "names"),
+    [
+        ("26000001", ["KST101", "KST201"]),
+        ("40000001", ["BSC101", "BSC201"]),
+        ("45000001", ["LTS150", "LTS300"]),
+        ("50000001", ["MST601", "MST602"]),
+        ("55000001", ["K10CR1", "K10CR2"]),
+        ("70000001", ["BSC103", "BSC203"]),
+        ("71000001", ["BPC103", "BPC203", "BPC303"]),
+        ("83000001", ["TDC001"]),
+    ],
+)
+def test_everything_that_shares_a_prefix_is_named(number: str, names: list[str]) -> None:
+    assert sorted(known.name for known in by_serial_number(APT, number)) == names
+
+
 def test_a_prefix_of_three_digits_is_that_of_a_number_of_nine() -> None:
     assert [known.name for known in by_serial_number(APT, "103387864")] == ["BBD30x"]
     assert by_serial_number(APT, "10338786") == []

@@ -130,7 +130,12 @@ def test_an_entry_that_both_lose(old: Spec, spec: Path) -> None:
     )
     lost = ("prefix-removed", "73")
     found = told(compare_specs(old, new), "SOURCE")
-    assert found == [("tiny", *lost), ("tiny/second", *lost)]
+    assert found == [
+        ("tiny", *lost),
+        ("tiny", "alias-removed", "TP3"),
+        ("tiny/second", *lost),
+        ("tiny/second", "alias-removed", "TP4"),
+    ]
 
 
 def test_overlays_come_and_go(old: Spec, spec: Path) -> None:

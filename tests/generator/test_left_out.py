@@ -17,7 +17,7 @@ from stagewire_generator.diagnostics import SpecError
 OPTIONAL = {
     "protocol": "name_prefix note",
     "quantities": "printed settings source",
-    "stages": "note printed servo_cycle_us source",
+    "stages": "note printed servo_cycle_us",
     "units": "completes keep_alive known_prefixes pause update_rate_hz usb_prefix",
     "messages/core": (
         "addressee call completes_with exchange flags_by_unit halted_by more_pages motion note "

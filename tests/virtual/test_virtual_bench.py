@@ -140,7 +140,8 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
         (
             {"name": "TDC001", "stage": "z9"},
             "unit 1 (TDC001), key stage",
-            "no stage z9; did you mean Z8? (there are: APT_STEPPER, MLS203, MLS203_X, MLS203_Y, Z8, Z806, Z812, Z825)",
+            "no stage z9; did you mean Z8? (there are: APT_STEPPER, MLS203, MLS203_X, MLS203_Y, "
+            "Z8, Z806, Z812, Z825)",
         ),
         ({"name": "TDC001", "stage": "rubber"}, "key stage", "no stage rubber (there are: APT"),
         ({"name": "TSC001", "travel": 5}, "key travel", "moves nothing"),

@@ -393,6 +393,34 @@ static inline apt_status apt_to_counts_int32(
  */
 
 /*
+ * APT_STEPPER: stage with a 1 mm pitch screw on an APT stepper controller. STEPPER_2048: KST101,
+ * TST101, BSC201, BSC202, BSC203, MST602, K10CR1.
+ */
+
+/**
+ * position of APT_STEPPER on STEPPER_2048, in mm (page 77): counts_per_mm 409600; source: Issue 37
+ * of the document, page 41, stages with 1 mm per turn.
+ */
+#define APT_SCALE_APT_STEPPER_STEPPER_2048_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/*
+ * encoder_position of APT_STEPPER on STEPPER_2048, in mm (page 77): there is no scale. The encoder
+ * of the stage decides and the document gives no figure.
+ */
+
+/**
+ * velocity of APT_STEPPER on STEPPER_2048, in mm/s (page 77): counts_per_mm_per_s 21987328; source:
+ * Issue 37 of the document, page 41, stages with 1 mm per turn.
+ */
+#define APT_SCALE_APT_STEPPER_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of APT_STEPPER on STEPPER_2048, in mm/s^2 (page 77): counts_per_mm_per_s2 4506;
+ * source: Issue 37 of the document, page 41, stages with 1 mm per turn.
+ */
+#define APT_SCALE_APT_STEPPER_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(4506), INT64_C(1))
+
+/*
  * MLS203: MLS203 brushless XY scanning stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202,
  * BBD203.
  */
@@ -509,7 +537,10 @@ static inline apt_status apt_to_counts_int32(
  */
 #define APT_SCALE_MLS203_Y_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
 
-/* Z8: Z8 series DC servo actuator, 1.0 mm lead screw behind a 67:1 gear head. TDC001: TDC001. */
+/*
+ * Z8: Z8 series DC servo actuator, 1.0 mm lead screw behind a 67:1 gear head. TDC001: TDC001,
+ * KDC101.
+ */
 
 /**
  * position of Z8 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
@@ -539,7 +570,7 @@ static inline apt_status apt_to_counts_int32(
  * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
  */
 
-/* Z806: Z806 actuator of the Z8 series. TDC001: TDC001. */
+/* Z806: Z806 actuator of the Z8 series. TDC001: TDC001, KDC101. */
 
 /**
  * position of Z806 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
@@ -570,7 +601,7 @@ static inline apt_status apt_to_counts_int32(
  * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
  */
 
-/* Z812: Z812 actuator of the Z8 series. TDC001: TDC001. */
+/* Z812: Z812 actuator of the Z8 series. TDC001: TDC001, KDC101. */
 
 /**
  * position of Z812 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
@@ -601,7 +632,7 @@ static inline apt_status apt_to_counts_int32(
  * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
  */
 
-/* Z825: Z825 actuator of the Z8 series. TDC001: TDC001. */
+/* Z825: Z825 actuator of the Z8 series. TDC001: TDC001, KDC101. */
 
 /**
  * position of Z825 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.

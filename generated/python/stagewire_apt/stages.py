@@ -19,6 +19,30 @@ APT_STEPPER = Stage(
                 "the encoder of the stage decides and the document gives no figure",
             ),
         },
+        "STEPPER_2048": {
+            "position": Scale.counts_per(
+                "mm",
+                409600,
+                1,
+                source="Issue 37 of the document, page 41, stages with 1 mm per turn",
+            ),
+            "encoder_position": UnknownScale(
+                "mm",
+                "the encoder of the stage decides and the document gives no figure",
+            ),
+            "velocity": Scale.counts_per(
+                "mm/s",
+                21987328,
+                1,
+                source="Issue 37 of the document, page 41, stages with 1 mm per turn",
+            ),
+            "acceleration": Scale.counts_per(
+                "mm/s^2",
+                4506,
+                1,
+                source="Issue 37 of the document, page 41, stages with 1 mm per turn",
+            ),
+        },
     },
     controllers={
         "STEPPER": (
@@ -33,6 +57,7 @@ APT_STEPPER = Stage(
             "OST001",
             "TST001",
         ),
+        "STEPPER_2048": ("KST101", "TST101", "BSC201", "BSC202", "BSC203", "MST602", "K10CR1"),
     },
     limits={
         "travel": UnknownLimit("the document names no stage for the figure"),
@@ -155,7 +180,7 @@ Z8 = Stage(
         },
     },
     controllers={
-        "TDC001": ("TDC001",),
+        "TDC001": ("TDC001", "KDC101"),
     },
     limits={
         "travel": UnknownLimit(
@@ -216,7 +241,7 @@ Z806 = Stage(
         },
     },
     controllers={
-        "TDC001": ("TDC001",),
+        "TDC001": ("TDC001", "KDC101"),
     },
     limits={
         "travel": Limit.of("6", "mm", source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor"),
@@ -275,7 +300,7 @@ Z812 = Stage(
         },
     },
     controllers={
-        "TDC001": ("TDC001",),
+        "TDC001": ("TDC001", "KDC101"),
     },
     limits={
         "travel": Limit.of(
@@ -338,7 +363,7 @@ Z825 = Stage(
         },
     },
     controllers={
-        "TDC001": ("TDC001",),
+        "TDC001": ("TDC001", "KDC101"),
     },
     limits={
         "travel": Limit.of(

@@ -141,7 +141,11 @@ _SOURCE = {
     "list-added": "a new list of messages",
     "list-removed": "the list of messages is gone",
     "list-messages": "the units of this list or family have other messages",
+    "alias-added": "a unit newer than the document is known",
+    "alias-removed": "a unit newer than the document is no longer known",
+    "unit-model": "other reported models are taken for the unit",
     "prefix-added": "serial numbers with this prefix are now known",
+    "prefix-shared": "the prefix is that of other units as well, or no longer; the reported model decides",
     "prefix-removed": "serial numbers with this prefix are no longer known",
 }
 _DOC = {

@@ -46,7 +46,7 @@ def match(old: model.Protocol, new: model.Protocol) -> Matches:
     messages = pair(_named(old.messages), _named(new.messages), _message)
     quantities = pair(_named(old.quantities), _named(new.quantities), _quantity)
     controllers = pair(
-        _named(old.controllers), _named(new.controllers), lambda c: frozenset(c.units)
+        _named(old.controllers), _named(new.controllers), lambda c: frozenset(c.members)
     )
 
     # What is renamed is not in the new registry, so that new names pass through these unchanged.

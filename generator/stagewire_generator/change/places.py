@@ -17,6 +17,7 @@ _IN_UNITS = {
     "family": "families",
     "list": "lists",
     "address": "addresses",
+    "alias": "aliases",
     "prefix": "known_prefixes",
     "hardware type": "hardware_types",
 }

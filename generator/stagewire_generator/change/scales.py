@@ -22,12 +22,16 @@ def compare_scales(comparison: Comparison) -> None:
     for before, after in matches.controller.kept:
         where = {"controller": after.name}
         comparison.attributes(where, before, after)
-        for unit in sorted(set(before.units) - set(after.units)):
+        for unit in sorted(set(before.members) - set(after.members)):
             comparison.add("controller-unit-removed", {**where, "unit": unit}, unit, None)
-        for unit in sorted(set(after.units) - set(before.units)):
+        for unit in sorted(set(after.members) - set(before.members)):
             comparison.add("controller-unit-added", {**where, "unit": unit}, None, unit)
         if before.units != after.units and set(before.units) == set(after.units):
             comparison.add("order", {**where, "attribute": "units"}, before.units, after.units)
+        for alias in sorted(before.aliases.keys() & after.aliases.keys()):
+            if before.aliases[alias] != after.aliases[alias]:
+                at = {**where, "unit": alias, "attribute": "source"}
+                comparison.add("scale-note", at, before.aliases[alias], after.aliases[alias])
     comparison.names("stage", "stage", matches.stage)
     for one, other in matches.stage.kept:
         where = {"stage": other.name}

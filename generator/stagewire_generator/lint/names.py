@@ -56,6 +56,7 @@ def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnos
     _classes(protocol, diagnostics)
     _exchanges(protocol, diagnostics)
     _apart([(c.name, c.place) for c in protocol.controllers], diagnostics)
+    _members(protocol, diagnostics)
     if units is not None:
         _units(protocol, units, diagnostics)
     if len(diagnostics.found) == before:  # else C would only say the same of the same names
@@ -196,6 +197,25 @@ def _exchanges(protocol: Protocol, diagnostics: Diagnostics) -> None:
                     )
 
 
+def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
+    """Check that the newer units of a group are aliases, and have one scale each for a stage."""
+    known = {*protocol.units.get("units", ()), *protocol.units.get("aliases", ())}
+    groups = {controller.name: controller for controller in protocol.controllers}
+    for controller in protocol.controllers:
+        for name in controller.aliases:
+            if name not in known:
+                what = f"controllers.{controller.name}: no alias is named {name}"
+                diagnostics.add(controller.place, "SW021", what)
+    for stage in protocol.stages:
+        seen: dict[str, str] = {}
+        for group in filter(groups.__contains__, stage.scales):
+            for name in groups[group].aliases:
+                if name in seen:
+                    what = f"{stage.name}: {name} has scales in {seen[name]} and in {group}"
+                    diagnostics.add(stage.place, "SW037", what, "give it scales in one of them")
+                seen[name] = group
+
+
 def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:
     messages = {message.name for message in protocol.messages}
     stages = {stage.name for stage in protocol.stages}
@@ -218,9 +238,8 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
             if name.removesuffix(part) in data["units"] and name.endswith(part):
                 what = f"the unit {name} is what a class of {name.removesuffix(part)} is called"
                 diagnostics.add(document.place("units", name), "SW022", what)
-    for section in ("units", "lists"):
-        names = data.get(section, {})
-        _apart([(name, document.place(section, name)) for name in names], diagnostics)
+    names = data.get("lists", {})
+    _apart([(name, document.place("lists", name)) for name in names], diagnostics)
     for key, entry in lists.items():
         for part in ("messages", "completes", "misprinted"):
             known(entry.get(part, ()), messages, "message", "lists", key, part)
@@ -237,6 +256,15 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         keeper = entry.get("keep_alive", "none")
         if keeper != "none":
             known([keeper], messages, "message", "units", key, "keep_alive")
-    for key, entry in data.get("known_prefixes", {}).items():
-        if "like" in entry:
-            known([entry["like"]], data["units"], "unit", "known_prefixes", key, "like")
+    written = document.data  # in which a prefix may make an alias in short
+    places = [(name, document.place("units", name)) for name in data["units"]]
+    places += [
+        (name, document.place("aliases", name))
+        for name in written.get("aliases", {})
+        if name not in data["units"]
+    ]
+    _apart(places, diagnostics)
+    for section in ("aliases", "known_prefixes"):
+        for key, entry in written.get(section, {}).items():
+            if "like" in entry:
+                known([entry["like"]], data["units"], "unit", section, key, "like")

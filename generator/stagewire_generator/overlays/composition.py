@@ -22,7 +22,15 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "overlay": ("formats", "contexts"),
     "quantities": ("settings", "quantities"),
     "stages": ("controllers", "stages"),
-    "units": ("families", "units", "lists", "addresses", "known_prefixes", "hardware_types"),
+    "units": (
+        "families",
+        "units",
+        "lists",
+        "addresses",
+        "aliases",
+        "known_prefixes",
+        "hardware_types",
+    ),
     "messages": (
         "enumerations",
         "flags",

@@ -22,6 +22,7 @@ from stagewire_generator.resolver.parameter_sets import define_parameter_sets
 from stagewire_generator.resolver.rules import define_rules
 from stagewire_generator.resolver.scales import define_quantities, resolve_settings, resolve_stages
 from stagewire_generator.resolver.tables import Tables
+from stagewire_generator.resolver.units import resolve_units
 from stagewire_generator.strict_yaml import Document
 
 __all__ = ["resolve"]
@@ -67,7 +68,7 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         settings=resolve_settings(tables),
         controllers=controllers,
         stages=stages,
-        units=_data(files, "units"),
+        units=resolve_units(files),
         errata=tuple(tables.errata[id] for id in sorted(tables.errata)),
         rules=tuple(tables.rules[id] for id in sorted(tables.rules)),
         examples=_data(files, "examples"),

@@ -46,7 +46,8 @@ def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage,
     for document in files:
         for name, entry in document.data.get("controllers", {}).items():
             place = document.place("controllers", name)
-            controllers[name] = Controller(name, tuple(entry["units"]), place, document.overlay)
+            units, aliases = tuple(entry.get("units", ())), entry.get("aliases", {})
+            controllers[name] = Controller(name, units, place, document.overlay, aliases)
     alike: list[tuple[Document, str, Json]] = []
     for document in files:
         for name, entry in document.data.get("stages", {}).items():

@@ -15,7 +15,7 @@ from stagewire.devices.motions import Motions
 from stagewire.devices.options import SETTINGS, Choices
 from stagewire.devices.scales import Scales, ToldValue
 from stagewire.devices.tables import Action, Command
-from stagewire.devices.unit import Facts, Known, Setting, Told, Unit
+from stagewire.devices.unit import Alias, Facts, Setting, Told, Unit
 from stagewire.devices.values import Values
 from stagewire.message import Message
 from stagewire.session.options import Ends
@@ -49,8 +49,8 @@ class Connection:
     line: Line
     info: Values[Any] | None
     """What the controller says that it is; None where it was not asked."""
-    known_as: Known | None
-    """The controller that it is, where that is a newer one than the document knows."""
+    names: tuple[str, ...]
+    """What the controller is, or may be where that is not certain: units and aliases, whose scales hold."""
 
     def __init__(
         self,
@@ -83,18 +83,21 @@ class Connection:
             for place, name in places.items()
         }
         self.forget()
-        has_status = unit.status_query is not None
-        for place, limits in self._limits.items():
-            limits.check_measurable(
-                unit.name, unit.settable, self._scales[place], has_status=has_status
-            )
+        self._check_limits()
 
     def forget(self) -> None:
         """Forget what the controller said, before it is asked again on another line."""
         self.motions.leave()
-        self.info = self.known_as = None
+        self.info = None
         unit, choices = self.unit, self.choices
-        self._bare = Scales(unit.name, self.facts.quantities, ways=self._ways(), stages=unit.stages)
+        self.names = (choices.model or unit.name,)
+        self._bare = Scales(
+            unit.name,
+            self.facts.quantities,
+            ways=self._ways(),
+            stages=unit.stages,
+            names=self.names,
+        )
         for setting, option in SETTINGS.items():
             value: Fraction | None = getattr(choices, option)
             if value is not None:
@@ -106,6 +109,33 @@ class Connection:
             place: replace(self._bare, stage=choices.stage_of(name))
             for place, name in self.places.items()
         }
+
+    def identified(self, names: tuple[str, ...]) -> None:
+        """Use the scales of what the controller is, or may be.
+
+        Raises :class:`~stagewire.errors.UnknownScaleError` where positions have none on it and a travel was
+        given.
+        """
+        self.names = names
+        self._bare = replace(self._bare, names=names)
+        self._scales = {
+            place: replace(scales, names=names) for place, scales in self._scales.items()
+        }
+        self._check_limits()
+
+    @property
+    def aliases(self) -> list[Alias]:
+        """What the controller is, or may be, of what is newer than the document."""
+        return [self.facts.aliases[name] for name in self.names if name in self.facts.aliases]
+
+    def _check_limits(self) -> None:
+        """Raise for a limit of the user that could be compared with nothing."""
+        unit = self.unit
+        has_status = unit.status_query is not None
+        for place, limits in self._limits.items():
+            limits.check_measurable(
+                unit.name, unit.settable, self._scales[place], has_status=has_status
+            )
 
     def last_words(self) -> bytes:
         """Return what is to be said before the line is closed, by a signal handler perhaps."""

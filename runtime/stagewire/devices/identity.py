@@ -1,16 +1,17 @@
-"""Whether the controller at the other end is the one that was named, by its serial number.
+"""Whether the controller at the other end is the one that was named, by its serial number and its model.
 
-The first two of its eight digits tell the unit. Units of one family share prefixes, and for some the document
-gives none: what cannot be told is let pass. A unit that is newer than the document is named as what it is.
+A controller that is newer than the document is used as the unit whose messages it takes, with its own scales.
 """
 
 from __future__ import annotations
 
 import logging
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Any
 
+from stagewire.candidates import DIGITS, Candidate, candidates, clean_model, owners, reported_by
 from stagewire.devices.connection import Connection
-from stagewire.devices.unit import Facts, Unit
+from stagewire.devices.unit import Alias
 from stagewire.devices.values import Values
 from stagewire.errors import WrongUnitError
 
@@ -18,14 +19,12 @@ __all__ = ["check_identity", "described_identity"]
 
 _log = logging.getLogger("stagewire")
 
-_DIGITS: Final = 1_000_000
-"""A serial number is a prefix of two digits, which tells the unit, and six more."""
-
 
 def check_identity(connection: Connection, info: Values[Any]) -> None:
-    """Note what a controller says that it is.
+    """Note what a controller says that it is, and which scales hold on it.
 
-    Raises :class:`~stagewire.errors.WrongUnitError` for another one than was named.
+    Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named, and
+    :class:`~stagewire.errors.UnknownScaleError` where a travel was given that cannot be checked on it.
     """
     connection.info = info
     number = getattr(info.message, "serial_number", None)
@@ -36,71 +35,102 @@ def check_identity(connection: Connection, info: Values[Any]) -> None:
         raise WrongUnitError(
             f"{connection.url} has the serial number {number}, not {wanted}; nothing else was asked of it"
         )
-    facts, unit, prefix = connection.facts, connection.unit, number // _DIGITS
-    known = facts.prefixes.get(prefix)
-    if known is not None and known.unit != unit.name and known.unit not in facts.units:
-        if known.like != unit.name:
-            raise WrongUnitError(_wrong(connection, number, known.unit, known.note, known.like))
-        connection.known_as = known
-        _log.warning("%s", described_newer(connection))
+    known = connection.facts.candidates()
+    if not any(one.prefixes for one in known):  # a registry that says nothing of serial numbers
         return
-    owners = _owners(facts, prefix)
-    if owners and not any(_alike(unit, owner) for owner in owners):
-        names = " or ".join(owner.name for owner in owners)
-        raise WrongUnitError(_wrong(connection, number, names, "", owners[0].name))
+    found = candidates(known, number, _model(info))
+    fitting = [one for one in found if one.unit == connection.unit.name]
+    if not fitting:
+        raise WrongUnitError(_refusal(connection, known, found, number, _model(info)))
+    wanted_model = connection.choices.model
+    names = tuple(one.name for one in fitting if wanted_model in (None, one.name))
+    if not names:
+        raise WrongUnitError(
+            f"{connection.url} is {' or '.join(one.name for one in fitting)}, not {wanted_model}: it reports "
+            f"{_described(number, _model(info))}; check the port, or leave model= out"
+        )
+    connection.identified(names)
+    for alias in connection.aliases:
+        _log.warning("%s: %s", connection.url, _described_alias(alias))
 
 
-def _owners(facts: Facts, prefix: int) -> list[Unit]:
-    """Return the units whose serial numbers begin so."""
-    known = facts.prefixes.get(prefix)
-    return [
-        unit
-        for unit in facts.units.values()
-        if prefix in (unit.usb_prefix, unit.card_usb_prefix)
-        or (known is not None and known.unit == unit.name)
-    ]
-
-
-def _alike(unit: Unit, owner: Unit) -> bool:
-    """Say whether a prefix of one unit may be that of another."""
-    if unit is owner:
-        return True
-    if unit.usb_prefix is not None or unit.kind != owner.kind:
-        return False
-    return unit.family == owner.family or (unit.status, unit.stages) == (owner.status, owner.stages)
-
-
-def _wrong(connection: Connection, number: int, names: str, note: str, like: str) -> str:
-    note = f" ({note})" if note else ""
-    advice = f"open it as {like}" if like else "no class is for it"
+def _refusal(
+    connection: Connection,
+    known: Sequence[Candidate],
+    found: Sequence[Candidate],
+    number: int,
+    model: str,
+) -> str:
+    """Say why a controller is not used as the unit that was named, and what to do."""
+    unit = connection.unit.name
+    reports = f"it reports {_described(number, model)}"
+    of_prefix, of_model = owners(known, number), reported_by(known, model)
+    if found:
+        why = f"{reports}, which are those of {_listed(connection, found)}"
+        classes = sorted({one.unit for one in found if one.unit is not None})
+        advice = f"open it as {' or '.join(classes)}" if classes else "no class fits it"
+    elif of_prefix:
+        belongs = _listed(connection, of_model) if of_model else "no unit that is known"
+        owner = _listed(connection, of_prefix)
+        why = f"{reports}; the number is that of {owner}, the model that of {belongs}"
+        advice = "open it by the name on its label"
+    else:
+        why = f"{reports}; no unit is known whose serial numbers begin with {number // DIGITS}"
+        advice = "see the label of the controller"
     return (
-        f"{connection.url} is no {connection.unit.name}: the serial number {number} is that of "
-        f"{names}{note}; {advice}, or give identify=False to use it all the same"
+        f"{connection.url} is not a {unit}: {why}; {advice}, or give identify=False to use it as a {unit} "
+        f"without asking, with the scales of a {unit}"
     )
 
 
-def described_newer(connection: Connection) -> str:
-    """Say what a controller is that the document does not know."""
-    known = connection.known_as
-    assert known is not None
-    return f"{known.unit}: {known.note}; messages of {known.like} apply where they are the same"
+def _described(number: int, model: str) -> str:
+    return f"the serial number {number} and {f'the model {model!r}' if model else 'no model'}"
+
+
+def _listed(connection: Connection, found: Sequence[Candidate]) -> str:
+    """Name units, and say of newer ones what they are."""
+    aliases = connection.facts.aliases
+    return " or ".join(
+        f"{one.name} ({aliases[one.name].title})" if one.name in aliases else one.name
+        for one in found
+    )
+
+
+def _model(info: Values[Any]) -> str:
+    return clean_model(getattr(info.message, "model_number", ""))
+
+
+def _described_alias(alias: Alias) -> str:
+    """Say what a newer controller is, and where its messages and its scales come from."""
+    source = f" ({alias.source})" if alias.source else ""
+    scales = "; ".join(f"{group}, {source}" for group, source in alias.scales.items())
+    return (
+        f"{alias.name}: {alias.title}, newer than the document; messages of {alias.like} apply where they "
+        f"are the same{source}; scales: {scales or 'none is known'}"
+    )
 
 
 def described_identity(connection: Connection) -> list[str]:
     """Say what a controller says that it is, line by line."""
     info = connection.info
     if info is None:
-        return [] if connection.facts.identity is None else ["it was not asked what it is"]
+        if connection.facts.identity is None:
+            return []
+        lines = ["it was not asked what it is"]
+    else:
+        lines = _reported(info)
+    if len(connection.names) > 1:
+        lines.append(f"it may be {' or '.join(connection.names)}: give model= to say which")
+    return lines + [_described_alias(alias) for alias in connection.aliases]
+
+
+def _reported(info: Values[Any]) -> list[str]:
     message = info.message
-    parts = []
-    for name, title in (("serial_number", "serial number"), ("model_number", "model")):
-        value = getattr(message, name, None)
-        if value is not None:
-            parts.append(f"{title} {str(value).strip()}")
+    number, model = getattr(message, "serial_number", None), _model(info)
+    parts = [] if number is None else [f"serial number {number}"]
+    if model:
+        parts.append(f"model {model}")
     version = getattr(message, "software_version", None)
     if isinstance(version, bytes):  # minor, interim, major; the fourth is unused
         parts.append(f"firmware {'.'.join(str(part) for part in reversed(version[:3]))}")
-    lines = [", ".join(parts)] if parts else []
-    if connection.known_as is not None:
-        lines.append(described_newer(connection))
-    return lines
+    return [", ".join(parts)] if parts else []

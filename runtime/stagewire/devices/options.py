@@ -47,6 +47,10 @@ class OpenOptions(TypedDict, total=False):
     """The travel of the actuator, likewise."""
     serial_number: int | None
     """That of the controller; another one is refused."""
+    model: str | None
+    """Name of the controller, where it is newer than the document: ``BSC203`` for one that is opened as
+    ``BSC103``. Its scales hold, and another controller is refused. Without it, serial number and reported
+    model decide which it is."""
     address: int | None
     """That of the controller, where it is not the one of the document."""
     baudrate: int | None
@@ -67,7 +71,8 @@ class OpenOptions(TypedDict, total=False):
     background: bool
     """Whether a thread reads and keeps the controller alive, as when nothing is said; never in asyncio."""
     identify: bool
-    """Whether the controller is asked what it is, and for the settings that its scales need."""
+    """Whether the controller is asked what it is, and for the settings that its scales need. Without asking,
+    the scales are those of ``model``, or else those of the class."""
     log: str | Path | None
     """A file for a capture of both directions."""
     refuse_prefix_bytes: bool
@@ -84,6 +89,7 @@ class Choices:
     max_volts: Fraction | None = None
     max_travel_um: Fraction | None = None
     serial_number: int | None = None
+    model: str | None = None
     address: int | None = None
     baudrate: int | None = None
     rtscts: bool | None = None
@@ -139,6 +145,7 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
         max_volts=_setting("max_volts", given.get("max_volts"), "V"),
         max_travel_um=_setting("max_travel_um", given.get("max_travel_um"), "um"),
         serial_number=given.get("serial_number"),
+        model=_model(facts, unit, given.get("model")),
         address=given.get("address"),
         baudrate=given.get("baudrate"),
         rtscts=given.get("rtscts"),
@@ -242,13 +249,27 @@ def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
         raise BadValueError(f"stage takes a stage or the name of one, not {stage!r}")
     if stage.by_user:
         _check_stage(facts, stage)
-    elif stage.name not in unit.stages:
+    elif stage.name not in unit.stages and not any(
+        stage.is_known_on(alias.name) for alias in facts.aliases_of(unit)
+    ):
         known = ", ".join(unit.stages) or "none"
         raise UnknownScaleError(
             f"{stage.name} is not known on {unit.name} (known there: {known}): a scale belongs to a stage "
             "on a controller; Stage.of_user(...) makes one with scales of yours"
         )
     return stage
+
+
+def _model(facts: Facts, unit: Unit, model: object) -> str | None:
+    """Return the name of a unit or alias that the class opens, given in any case."""
+    if model is None:
+        return None
+    known = {name.upper(): name for name in (unit.name, *(a.name for a in facts.aliases_of(unit)))}
+    if not isinstance(model, str) or model.upper() not in known:
+        raise BadValueError(
+            f"model: {model!r} is not opened as a {unit.name} (choose {', '.join(known.values())})"
+        )
+    return known[model.upper()]
 
 
 def _check_stage(facts: Facts, stage: Stage) -> None:

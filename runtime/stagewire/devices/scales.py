@@ -6,7 +6,7 @@ guessed: where a stage or a setting is not known, the error says what to give.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import NoReturn, TypeAlias
@@ -86,12 +86,14 @@ class ToldValue:
 class Scales:
     """The scales of one channel; never changed: what is told later makes others.
 
-    :param unit: the controller.
+    :param unit: the unit of the document whose messages the controller takes.
     :param rules: quantity -> rule.
     :param stage: what stands on the channel, if that is known.
     :param settings: name -> value, of those that are known.
     :param ways: setting -> how it is made known, for errors.
     :param stages: the names of the stages that the document knows on the controller.
+    :param names: what the controller is, or may be where that is not certain: units and aliases, whose
+        scales count. Empty: the unit.
     """
 
     unit: str
@@ -100,6 +102,12 @@ class Scales:
     settings: Mapping[str, ToldValue] = field(default_factory=dict)
     ways: Mapping[str, str] = field(default_factory=dict)
     stages: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
+
+    @property
+    def controller(self) -> str:
+        """What the controller is, or may be, for people."""
+        return " or ".join(self.names or (self.unit,))
 
     def told(self, setting: str, value: ToldValue) -> Scales:
         """Return the scales that hold now that a setting is known."""
@@ -138,10 +146,11 @@ class Scales:
                 known = f"(the document has {', '.join(self.stages)}) " if self.stages else ""
                 way = f"give stage= {known}or Stage.of_user(...) when you open it"
                 return UnknownScale(rule.unit, f"it depends on the stage; {way}")
-            return self.stage.scale(quantity, self.unit)
+            stage = self.stage
+            return self._agreed(rule.unit, lambda name: _of_stage(stage, quantity, name, rule.unit))
         if isinstance(rule, ByUnit):
-            unknown = UnknownScale(rule.unit, f"the document gives none for {self.unit}")
-            return rule.units.get(self.unit, unknown)
+            unknown = UnknownScale(rule.unit, f"the document gives none for {self.controller}")
+            return self._agreed(rule.unit, lambda name: rule.units.get(name, unknown))
         if isinstance(rule, BySetting):
             told = self.settings.get(rule.setting)
             if told is None:
@@ -150,6 +159,21 @@ class Scales:
                 return UnknownScale(rule.unit, f"{rule.setting} is {told.value}")
             return Scale(rule.counts / told.value, rule.unit)
         return rule
+
+    def _agreed(
+        self, unit: str, scale_on: Callable[[str], Scale | UnknownScale]
+    ) -> Scale | UnknownScale:
+        """Return the scale on the controller, if it is the same on everything that the controller may be."""
+        found = {name: scale_on(name) for name in self.names or (self.unit,)}
+        first, *others = found.values()
+        if all(scale == first for scale in others):
+            return first
+        figures = ", ".join(f"{name}: {_shown(scale)}" for name, scale in found.items())
+        return UnknownScale(
+            unit,
+            f"it differs ({figures}), and neither serial number nor model tell which of them this is; "
+            "give model= when you open it, or Stage.of_user(...) as stage=",
+        )
 
     def _case(self, rule: ByCase, quantity: str, unit: str, case: str | None) -> str:
         """Return the case that holds; where it is not known, what a user says by writing it."""
@@ -167,7 +191,7 @@ class Scales:
 
     def _refuse(self, quantity: str, unit: str, reason: str) -> NoReturn:
         raise UnknownScaleError(
-            f"no scale of {quantity} in {unit} is known on {self.unit}: {reason}; raw counts need none"
+            f"no scale of {quantity} in {unit} is known on {self.controller}: {reason}; raw counts need none"
         )
 
     def unit_of(self, quantity: str) -> str:
@@ -218,11 +242,29 @@ class Scales:
             rule = rule.cases.get(
                 str(told.value), UnknownScale("", f"{rule.setting} is {told.value}")
             )
-        try:
-            return self._apply(rule, quantity)
-        except UnknownScaleError:  # it is the stage that has none
-            name = "the stage" if self.stage is None else self.stage.name
-            return UnknownScale("", f"{name} has no such scale on {self.unit}")
+        return self._apply(rule, quantity)
+
+
+def _of_stage(stage: Stage, quantity: str, name: str, unit: str) -> Scale | UnknownScale:
+    """Return the scale of a stage on a controller, or why there is none."""
+    try:
+        return stage.scale(quantity, name)
+    except UnknownScaleError:
+        pass
+    if stage.by_user:
+        return UnknownScale(unit, f"{stage.name} was given none")
+    if stage.is_known_on(name):
+        return UnknownScale(unit, f"{stage.name} has no such scale on {name}")
+    return UnknownScale(
+        unit,
+        f"{stage.name} has no scales on {name}; give Stage.of_user(...) with scales of yours as stage=",
+    )
+
+
+def _shown(scale: Scale | UnknownScale) -> str:
+    if isinstance(scale, UnknownScale):
+        return "unknown"
+    return f"{_number(scale.counts_per_unit)} counts per {scale.unit}"
 
 
 def _unit_of(rule: Rule) -> str:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from importlib import import_module
 from typing import Any, Literal
 
+from stagewire.candidates import Candidate
 from stagewire.devices.scales import Rule
 from stagewire.devices.tables import ParameterSet, Poll, Query
 from stagewire.devices.values import Values
@@ -16,7 +17,7 @@ from stagewire.message import Message
 from stagewire.protocol import Protocol
 from stagewire.quantities import Scale
 
-__all__ = ["Facts", "Known", "Setting", "Told", "Unit"]
+__all__ = ["Alias", "Facts", "Setting", "Told", "Unit"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,15 +54,23 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
-    """A unit that the document does not know, by the prefix of its serial number.
+class Alias:
+    """A unit that is newer than the document. It has the messages of another unit, and scales of its own.
 
-    :param like: the unit whose messages apply where they are the same; empty where none is.
+    :param like: the unit whose messages it takes; empty where none is known to fit.
+    :param source: where it is from that it is like the other.
+    :param prefixes: of its serial numbers; empty where none is known.
+    :param reported_as: models that it reports besides its name.
+    :param scales: group of units in whose scales it shares -> the source for that; empty: it has no scales.
     """
 
-    unit: str
-    note: str
+    name: str
+    title: str
     like: str = ""
+    source: str = ""
+    prefixes: tuple[int, ...] = ()
+    reported_as: tuple[str, ...] = ()
+    scales: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -76,6 +85,8 @@ class Unit:
     :param messages: by their names in the registry.
     :param status: which form of status it sends, where bytes cannot tell.
     :param keep_alive: what it has to hear again and again on USB.
+    :param prefixes: of its serial numbers and those of its cards; empty where none is known.
+    :param reported_as: models that it reports besides its name.
     :param stages: names of those that the document knows on it.
     :param pause_ms: after what has no reply; None: nothing is known.
     :param also_at: other addresses at which it is known to answer.
@@ -101,6 +112,8 @@ class Unit:
     update_rate_hz: int | None = None
     usb_prefix: int | None = None
     card_usb_prefix: int | None = None
+    prefixes: tuple[int, ...] = ()
+    reported_as: tuple[str, ...] = ()
     stages: tuple[str, ...] = ()
     pause_ms: int | None = None
     pause_source: str = ""
@@ -122,7 +135,7 @@ class Facts:
     :param units: by name.
     :param settings: by name.
     :param quantities: quantity -> the rule of its scale.
-    :param prefixes: of serial numbers, of units that the document does not know or gives none for.
+    :param aliases: units that are newer than the document, by name.
     :param identity: asks a unit what it is: its serial number, its model and its firmware.
     :param bay_used: asks a rack whether a bay is fitted.
     :param channels: names the channels; None where nothing does.
@@ -133,10 +146,28 @@ class Facts:
     units: Mapping[str, Unit]
     settings: Mapping[str, Setting] = field(default_factory=dict)
     quantities: Mapping[str, Rule] = field(default_factory=dict)
-    prefixes: Mapping[int, Known] = field(default_factory=dict)
+    aliases: Mapping[str, Alias] = field(default_factory=dict)
     identity: ParameterSet[Any] | Query[Any] | None = None
     bay_used: ParameterSet[Any] | Query[Any] | None = None
     channels: type[Enumeration] | None = None
+
+    def candidates(self) -> list[Candidate]:
+        """Return everything that a controller may be."""
+        return [
+            *(self._candidate(unit, unit) for unit in self.units.values()),
+            *(self._candidate(one, self.units.get(one.like)) for one in self.aliases.values()),
+        ]
+
+    def _candidate(self, one: Unit | Alias, unit: Unit | None) -> Candidate:
+        kinships: list[object] = [(unit.kind, unit.family)] if unit else []
+        if unit is one and unit is not None:
+            kinships.append((unit.kind, unit.status, unit.stages))
+        name = unit.name if unit else None
+        return Candidate(one.name, name, one.prefixes, one.reported_as, tuple(kinships))
+
+    def aliases_of(self, unit: Unit) -> list[Alias]:
+        """Return the newer units that take the messages of a unit."""
+        return [alias for alias in self.aliases.values() if alias.like == unit.name]
 
     def values_of(self, message: type[Message]) -> Callable[..., Values[Any]] | None:
         """Return the class of the values of a message; None for one that carries none."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field
 
+from stagewire.candidates import clean_model
 from stagewire.framed import FramedProtocol
 from stagewire.framing import End
 from stagewire.framing.events import Event, Received
@@ -151,11 +152,6 @@ def _identity(info: Any, address: int) -> Identity:
     return Identity(
         address=address,
         serial_number=str(info.serial_number),
-        model=_text(info.model_number),
+        model=clean_model(info.model_number),
         firmware=f"{major}.{interim}.{minor}",
     )
-
-
-def _text(value: str | bytes) -> str:
-    text = value.decode("latin-1") if isinstance(value, bytes) else value
-    return text.partition("\0")[0].strip()

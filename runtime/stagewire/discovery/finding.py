@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stagewire.discovery.asking import Identity, can_identify, identify, used_bays
+from stagewire.discovery.asking import can_identify, identify, used_bays
 from stagewire.discovery.found import Found
-from stagewire.discovery.known import Known, by_name, by_serial_number
+from stagewire.discovery.known import Known, by_identity, by_serial_number
 from stagewire.discovery.ports import Port, serial_ports
 from stagewire.errors import StagewireError, TransportError
 from stagewire.protocol import load_protocol
@@ -89,7 +89,7 @@ def recognise(found: Found, link: Link, protocol: FramedProtocol, timeout: float
         came = f"{len(heard.data)} {NO_FRAME}" if heard.is_garbage else "nothing"
         at = " and ".join(f"{address:#04x}" for address in addresses)
         return replace(found, problem=f"asked for its identity at {at}, it said {came}")
-    known = _narrowed(protocol, found.known, identity)
+    known = by_identity(protocol, int(identity.serial_number), identity.model)
     motherboard = _address(protocol, "motherboard")
     bays = None
     if identity.address == motherboard:
@@ -108,16 +108,6 @@ def addresses_of(protocol: FramedProtocol, known: Sequence[Known] = ()) -> tuple
     if kinds and "generic_usb" not in kinds:
         return (rack,)
     return (own,) if kinds else (own, rack)
-
-
-def _narrowed(
-    protocol: FramedProtocol, known: Sequence[Known], identity: Identity
-) -> Sequence[Known]:
-    """Return what a controller is after it said so; its model number says more than its serial number."""
-    named = by_name(protocol, identity.model)
-    if named is not None:
-        return (named,)
-    return known or by_serial_number(protocol, identity.serial_number)
 
 
 def _address(protocol: FramedProtocol, name: str) -> int:

@@ -59,9 +59,15 @@ class Found:
             return str(self.known[0])
         if self.known:
             names = " or ".join(known.name for known in self.known)
-            return f"{names}: they share the prefix of their serial numbers; asking tells which"
+            which = (
+                "asking tells which"
+                if self.identity is None
+                else "the reported model does not tell which"
+            )
+            return f"{names}: they share the prefix of their serial numbers; {which}"
         if self.identity is not None:
-            return f"{self.identity.model or 'no model number'}: unknown to every registry installed here"
+            model, number = self.identity.model or "no model number", self.identity.serial_number
+            return f"{model}: no unit is known that reports this with the serial number {number}"
         if self.port.plug is not None:
             number = self.port.serial_number or "none"
             speaks = self.port.plug.protocol

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stagewire.candidates import Candidate, candidates, clean_model, owners
 from stagewire.errors import UnusableProtocolError
 from stagewire.protocol import Protocol, available_protocols, load_protocol
 
@@ -12,10 +13,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from typing import Any
 
-__all__ = ["Known", "by_name", "by_serial_number", "every_unit", "protocols"]
+__all__ = ["Known", "by_identity", "by_name", "by_serial_number", "every_unit", "protocols"]
 
-_OWN_DIGITS = 6
-"""The last digits of a serial number count the units; what stands before them is the prefix."""
+_KINSHIPS = (("address", "family"), ("address", "status", "stages"))
+"""Facts that two units of one prefix may have in common; an alias shares prefixes of its family alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +73,9 @@ def by_name(protocol: Protocol, name: str) -> Known | None:
     wanted = name.upper()
     if wanted in (units := _units(protocol)):
         return Known(wanted, protocol, wanted, note=units[wanted]["title"])
-    for entry in protocol.registry().get("known_prefixes", {}).values():
-        if entry["unit"].upper() == wanted:
-            return _known(protocol, entry)
-    return None
+    return next(
+        (_known(protocol, name) for name in _aliases(protocol) if name.upper() == wanted), None
+    )
 
 
 def by_serial_number(protocol: Protocol, serial_number: str) -> list[Known]:
@@ -83,25 +83,71 @@ def by_serial_number(protocol: Protocol, serial_number: str) -> list[Known]:
 
     Two units may share a prefix, as the BBD102 and the BBD103 do.
     """
-    prefix = serial_number[:-_OWN_DIGITS]
-    if not prefix or not (serial_number.isascii() and serial_number.isdigit()):
+    if not (serial_number.isascii() and serial_number.isdigit()):
         return []
-    found = [
-        Known(name, protocol, name, note=facts["title"])
-        for name, facts in _units(protocol).items()
-        if facts.get("usb_prefix") == int(prefix)
-    ]
-    entry = protocol.registry().get("known_prefixes", {}).get(prefix)
-    return found if found or entry is None else [_known(protocol, entry)]
+    found = owners(_candidates(protocol, "usb_prefix"), int(serial_number))
+    return [_known(protocol, one.name) for one in found]
 
 
-def _known(protocol: Protocol, entry: Mapping[str, Any]) -> Known:
-    """Return what the registry lists beside the document: a later unit, or the prefix of a documented one."""
-    name = entry["unit"]
+def by_identity(protocol: Protocol, serial_number: int, model: str | bytes) -> list[Known]:
+    """Return everything that a controller may be, by its serial number and the model that it reports.
+
+    Nothing is returned where they contradict each other, or where nobody knows the prefix.
+    """
+    known = _candidates(protocol, "usb_prefix", "card_usb_prefix")
+    found = candidates(known, serial_number, clean_model(model))
+    return [_known(protocol, one.name) for one in found]
+
+
+def _known(protocol: Protocol, name: str) -> Known:
+    """Return a unit of the document, or one that is newer."""
     facts = _units(protocol).get(name)
     if facts is not None:
         return Known(name, protocol, name, note=facts["title"])
-    return Known(name, protocol, entry.get("like"), documented=False, note=entry.get("note", ""))
+    alias = _aliases(protocol)[name]
+    note = alias.get("title") or alias.get("note", "")
+    return Known(name, protocol, alias.get("like"), documented=False, note=note)
+
+
+def _candidates(protocol: Protocol, *prefixes: str) -> list[Candidate]:
+    """Return every unit and alias of a protocol.
+
+    :param prefixes: the keys of units that have prefixes of their serial numbers.
+    """
+    units, found = _units(protocol), []
+    entries = protocol.registry().get("known_prefixes", {})
+    for name, entry in (*units.items(), *_aliases(protocol).items()):
+        unit = name if name in units else entry.get("like")
+        facts = units.get(unit or "", {})
+        printed = {entry[key] for key in prefixes if key in entry}
+        known = {
+            int(prefix)
+            for prefix, shared in entries.items()
+            if name in (shared["unit"], *shared.get("shared_with", ()))
+        }
+        kinships = tuple(
+            tuple(str(facts.get(key)) for key in keys)
+            for keys in (_KINSHIPS if name in units else _KINSHIPS[:1])
+        )
+        found.append(
+            Candidate(
+                name,
+                unit,
+                tuple(printed | known),
+                tuple(entry.get("reported_as", ())),
+                kinships if facts else (),
+            )
+        )
+    return found
+
+
+def _aliases(protocol: Protocol) -> dict[str, Mapping[str, Any]]:
+    """Return the units that are newer than the document, by name."""
+    aliases: dict[str, Mapping[str, Any]] = dict(protocol.registry().get("aliases", {}))
+    for entry in protocol.registry().get("known_prefixes", {}).values():  # of packages made earlier
+        if entry["unit"] not in _units(protocol):
+            aliases.setdefault(entry["unit"], entry)
+    return aliases
 
 
 def _units(protocol: Protocol) -> dict[str, Mapping[str, Any]]:

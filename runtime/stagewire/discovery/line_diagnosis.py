@@ -72,7 +72,8 @@ def _framed(found: Found, protocol: FramedProtocol) -> Diagnosis:
                     f"open it with baudrate={rate}, or set the line to the rate of the document",
                 )
     wanted = found.unit
-    if first.identity is not None and wanted is not None and first.unit != wanted:
+    possible = {known.name for known in first.known}
+    if first.identity is not None and wanted is not None and wanted not in possible:
         return Diagnosis(
             Verdict.WRONG,
             found.url,

@@ -9,7 +9,7 @@ from importlib import import_module
 from stagewire.discovery.asking import can_identify, identify
 from stagewire.discovery.finding import ASK_TIMEOUT, look_at, recognise
 from stagewire.discovery.found import Found
-from stagewire.discovery.known import Known, by_name, every_unit, protocols
+from stagewire.discovery.known import Known, by_identity, by_name, every_unit, protocols
 from stagewire.discovery.ports import Port, port_of
 from stagewire.errors import BadValueError, UnsupportedError, WrongUnitError
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from stagewire.framed import FramedProtocol
 
-__all__ = ["device_class", "known_by_name", "open", "unit_at"]
+__all__ = ["device_class", "known_by_name", "model_option", "open", "unit_at"]
 
 _VIRTUAL = re.compile(r"virtual://([^?#/]*)", re.IGNORECASE)
 _LINK_OPTIONS = ("baudrate", "rtscts")
@@ -30,7 +30,8 @@ def open(url: str, unit: str | None = None, **options: Any) -> Any:
 
     Which unit it is, is known by ``unit``; else by the name in ``virtual://NAME``; else by the serial number
     of the USB port; else the controller is asked (HW_REQ_INFO), which changes nothing. A controller newer
-    than the document is opened as the unit whose messages it takes, where the registry knows one.
+    than the document is opened as the unit whose messages it takes, where the registry knows one, and has
+    scales of its own (``model=``).
 
     :param url: a serial port, ``socket://HOST:PORT``, ``virtual://NAME`` or any other that a link opens.
     :param unit: name of the unit, such as ``TDC001``.
@@ -40,7 +41,14 @@ def open(url: str, unit: str | None = None, **options: Any) -> Any:
     :class:`~stagewire.errors.WrongUnitError` where it cannot be found out which unit it is,
     :class:`~stagewire.errors.UnsupportedError` for a unit without a class, and what opening raises.
     """
-    return device_class(unit or unit_at(url, **options)).open(url, **options)
+    name = unit or unit_at(url, **options)
+    return device_class(name).open(url, **{**model_option(name), **options})
+
+
+def model_option(name: str) -> dict[str, str]:
+    """Return the option ``model=`` that a name stands for: of a unit that is newer than the document."""
+    known = known_by_name(name)
+    return {} if known.documented else {"model": known.name}
 
 
 def device_class(name: str) -> Any:
@@ -87,6 +95,9 @@ def unit_at(url: str, **options: Any) -> str:
     found = look_at(port) if port else Found(Port(url))
     if found.unit is None:
         found = _asked(found, **options)
+    units = {known.unit for known in found.known}
+    if found.unit is None and found.identity is not None and len(units) == 1 and None not in units:
+        return str(units.pop())  # the device finds out which scales hold
     if found.unit is None:
         advice = "name its unit (unit='TDC001', or --unit TDC001 of the command)"
         if found.bays:
@@ -114,8 +125,10 @@ def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
             found = recognise(found, link, protocol, ASK_TIMEOUT)
             if found.unit is None and found.identity is not None and bay is not None:
                 module, _ = identify(link, protocol, (_bay(protocol, bay),), ASK_TIMEOUT)
-                known = by_name(protocol, module.model) if module else None
-                return Found(found.port, (known,) if known else (), module)
+                known = (
+                    by_identity(protocol, int(module.serial_number), module.model) if module else ()
+                )
+                return Found(found.port, tuple(known), module)
             if found.identity is not None:
                 return found
     finally:

@@ -144,7 +144,7 @@ def _prefix(unit: Unit, fact: str = "usb_prefix") -> int | None:
         return printed
     if fact == "usb_prefix":
         for prefix, known in unit.registry["known_prefixes"].items():
-            if known["unit"] == unit.name:
+            if unit.name in (known["unit"], *known.get("shared_with", ())):
                 return int(prefix)
     for likeness in (("family",), ("address", "status", "stages")):
         relatives: list[int] = [

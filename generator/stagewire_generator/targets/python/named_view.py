@@ -112,7 +112,7 @@ def quantity_view(protocol: Protocol, quantity: Quantity, factor: Factor) -> Qua
 def stage_view(protocol: Protocol, stage: Stage) -> StageView:
     """Make the view of a stage."""
     units = {quantity.name: quantity.unit for quantity in protocol.quantities}
-    controllers = {controller.name: controller.units for controller in protocol.controllers}
+    controllers = {controller.name: controller.members for controller in protocol.controllers}
     scales = []
     families = []
     for controller, factors in stage.scales.items():

@@ -112,7 +112,7 @@ def _registry_json(protocol: Protocol) -> Json:
         },
         "settings": {name: setting_json(s) for name, s in protocol.settings.items()},
         "controllers": {
-            c.name: {"units": sorted(c.units), **_from(c)} for c in protocol.controllers
+            c.name: {"units": sorted(c.members), **_from(c)} for c in protocol.controllers
         },
         "stages": [_stage(stage) for stage in sorted(protocol.stages, key=lambda s: s.name)],
         "units": [
@@ -120,7 +120,8 @@ def _registry_json(protocol: Protocol) -> Json:
             for name, entry in sorted(units.get("units", {}).items())
         ],
         **{key: units[key] for key in _TABLES_OF_UNITS if key in units},
-        "known_prefixes": units.get("known_prefixes", {}),
+        "aliases": units.get("aliases", {}),
+        "known_prefixes": _prefixes(units),
         "errata": [
             {
                 "id": e.id,
@@ -294,6 +295,18 @@ def _field(field: Field) -> Json:
     if field.flags_by_unit:
         data["flags_by_unit"] = {unit: table.name for unit, table in field.flags_by_unit.items()}
     return data
+
+
+def _prefixes(units: Json) -> Json:
+    """Return the prefixes, each with the unit of the document that its first unit is like."""
+    aliases = units.get("aliases", {})
+    return {
+        prefix: {
+            **entry,
+            **{k: v for k, v in aliases.get(entry["unit"], {}).items() if k == "like"},
+        }
+        for prefix, entry in units.get("known_prefixes", {}).items()
+    }
 
 
 def _stage(stage: Stage) -> Json:

@@ -15,8 +15,10 @@ from stagewire_generator.targets.python.devices.arguments import table_class
 from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.rules_view import (
-    prefix_entries,
+    alias_entries,
+    prefixes_of,
     quantity_entries,
+    reported_as,
     setting_entries,
 )
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
@@ -41,13 +43,13 @@ class FactsView:
     units: str
     settings: str
     quantities: str
-    prefixes: str
+    aliases: str
     facts: str
 
     @property
     def text(self) -> str:
         """Everything in the module behind its imports."""
-        parts = (*self.lists, self.units, self.settings, self.quantities, self.prefixes, self.facts)
+        parts = (*self.lists, self.units, self.settings, self.quantities, self.aliases, self.facts)
         return "\n".join(parts)
 
 
@@ -61,7 +63,7 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
         "units=UNITS",
         "settings=SETTINGS",
         "quantities=QUANTITIES",
-        "prefixes=PREFIXES",
+        "aliases=ALIASES",
     ]
     for call in tables.calls:
         if call.message.tells:
@@ -80,9 +82,7 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
         quantities=laid_out(
             Nested("QUANTITIES: dict[str, Rule] = {", quantity_entries(protocol), "}"), 0
         ),
-        prefixes=laid_out(
-            Nested("PREFIXES: dict[int, Known] = {", prefix_entries(protocol), "}"), 0
-        ),
+        aliases=laid_out(Nested("ALIASES: dict[str, Alias] = {", alias_entries(protocol), "}"), 0),
         facts=laid_out(Nested("FACTS = Facts(", tuple(facts), ")"), 0),
     )
 
@@ -139,6 +139,7 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
         for key in ("update_rate_hz", "usb_prefix", "card_usb_prefix")
         if key in entry
     ]
+    items += [*prefixes_of(protocol, unit.name, entry), *reported_as(entry)]
     if entry.get("stages"):
         items.append(_strings("stages=", entry["stages"]))
     if "pause" in family:

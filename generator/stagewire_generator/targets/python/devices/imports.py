@@ -14,7 +14,7 @@ __all__ = ["facts_imports", "parts_imports", "tables_imports", "units_imports", 
 _ALIASES = {"e": "enumerations", "f": "flags", "m": "messages"}
 _TABLES = ("Action", "Command", "Ends", "Given", "ParameterSet", "Poll", "Query")
 _SCALES = ("ByCase", "BySetting", "ByStage", "ByUnit", "Rule")
-_UNIT = ("Facts", "Known", "Setting", "Told", "Unit")
+_UNIT = ("Alias", "Facts", "Setting", "Told", "Unit")
 
 
 def values_imports(package: str, views: Sequence[ValuesView]) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from fractions import Fraction
 
 from stagewire_generator.model import Factor, Json, Protocol
@@ -10,7 +10,7 @@ from stagewire_generator.targets.python.devices.nested import Nested, Source
 from stagewire_generator.targets.python.devices.tables_view import class_of
 from stagewire_generator.targets.python.source import literal, long_text
 
-__all__ = ["prefix_entries", "quantity_entries", "setting_entries"]
+__all__ = ["alias_entries", "prefixes_of", "quantity_entries", "reported_as", "setting_entries"]
 
 
 def setting_entries(protocol: Protocol) -> tuple[Source, ...]:
@@ -24,13 +24,30 @@ def quantity_entries(protocol: Protocol) -> tuple[Source, ...]:
     return tuple(_keyed(literal(q.name), _rule(q.factor or q.rule, q.unit)) for q in quantities)
 
 
-def prefix_entries(protocol: Protocol) -> tuple[Source, ...]:
-    """Return an entry for each prefix of serial numbers that the document does not have."""
-    known = protocol.units.get("known_prefixes", {})
+def alias_entries(protocol: Protocol) -> tuple[Source, ...]:
+    """Return an entry for each unit that is newer than the document."""
     return tuple(
-        Nested(f"{int(prefix)}: Known(", tuple(_known(entry)), ")")
-        for prefix, entry in known.items()
+        Nested(f"{literal(name)}: Alias(", tuple(_alias(protocol, name, entry)), ")")
+        for name, entry in protocol.units.get("aliases", {}).items()
     )
+
+
+def prefixes_of(protocol: Protocol, name: str, entry: Json) -> Iterator[Source]:
+    """Yield the prefixes of the serial numbers of a unit or alias, if any is known."""
+    printed = {entry[key] for key in ("usb_prefix", "card_usb_prefix") if key in entry}
+    known = {
+        int(prefix)
+        for prefix, found in protocol.units.get("known_prefixes", {}).items()
+        if name in (found["unit"], *found.get("shared_with", ()))
+    }
+    if printed | known:
+        yield Nested("prefixes=(", tuple(map(str, sorted(printed | known))), ")")
+
+
+def reported_as(entry: Json) -> Iterator[Source]:
+    """Yield the models that a unit or alias reports besides its name, if any is known."""
+    if "reported_as" in entry:
+        yield Nested("reported_as=(", tuple(map(literal, entry["reported_as"])), ")")
 
 
 def _setting(protocol: Protocol, name: str, entry: Json) -> Nested:
@@ -108,8 +125,18 @@ def _keyed(key: str, value: Source) -> Source:
     return Nested(f"{key}: {value.opening}", value.items, value.closing)
 
 
-def _known(entry: Mapping[str, str]) -> Iterator[Source]:
-    yield literal(entry["unit"])
-    yield long_text("", entry.get("note", ""), 8)
+def _alias(protocol: Protocol, name: str, entry: Json) -> Iterator[Source]:
+    yield literal(name)
+    yield long_text("", entry.get("title", ""), 8)
     if "like" in entry:
         yield f"like={literal(entry['like'])}"
+    if "source" in entry:
+        yield long_text("source=", entry["source"], 8)
+    yield from prefixes_of(protocol, name, entry)
+    yield from reported_as(entry)
+    groups = {c.name: c.aliases[name] for c in protocol.controllers if name in c.aliases}
+    if groups:
+        scales = tuple(
+            long_text(f"{literal(group)}: ", source, 12) for group, source in groups.items()
+        )
+        yield Nested("scales={", scales, "}")
