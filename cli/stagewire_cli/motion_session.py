@@ -12,7 +12,14 @@ from typing import Any
 import typer
 
 from stagewire.devices.values import Values
-from stagewire.errors import BadValueError, MotionTimeout, ReplyTimeout, StagewireError
+from stagewire.errors import (
+    BadValueError,
+    ControllerFaultError,
+    MotionTimeout,
+    ReplyTimeout,
+    StagewireError,
+    TargetNotReachedError,
+)
 from stagewire.quantities import exact
 from stagewire_cli.devices import (
     Travel,
@@ -232,7 +239,7 @@ def _act(
     if not yes and not _confirmed():
         typer.echo("nothing was moved")
         raise typer.Exit(WRONG)
-    before = _position(part)
+    before, missed, end = _position(part), "", None
     try:
         with called_wrongly():
             motion = start()
@@ -243,13 +250,21 @@ def _act(
     except MotionTimeout:
         typer.echo(f"it took longer than {timeout:g} s: {_stopped(part)}", err=True)
         raise
+    except ControllerFaultError:
+        typer.echo(f"the controller reported a fault: {_stopped(part)}", err=True)
+        raise
+    except TargetNotReachedError as error:
+        missed = str(error)
     stands = _position(part)
-    if (
-        end.message is None and stands == before and not there()
-    ):  # it said no more than that it is idle
+    says_nothing = end is None or end.message is None  # but that the axis is idle
+    if says_nothing and stands == before and not there():
         hint = _ENABLE if hasattr(part, "start_motor") else ""
-        typer.echo(f"stagewire: it has not moved: it stands at {stands} as before{hint}", err=True)
+        why = f" ({missed})" if missed else ""
+        missed = f"it has not moved: it stands at {stands} as before{hint}{why}"
+    if missed:
+        typer.echo(f"stagewire: {missed}", err=True)
         raise typer.Exit(WRONG)
+    assert end is not None
     typer.echo(f"done after {end.seconds:.2f} s: it stands at {stands}")
 
 

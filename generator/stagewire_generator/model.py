@@ -75,6 +75,7 @@ class EnumValue:
     keyboard: str = ""  # what is typed for it
     reserved: bool = False  # for future use
     modifier: bool = False  # combined with one of the others by bitwise OR
+    hinders: Json = field(default_factory=dict)  # what it says about why nothing moves
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +104,7 @@ class FlagBit:
     bit: int
     note: str
     motion: bool = False  # set for as long as something moves
+    hinders: Json = field(default_factory=dict)  # what it says about why nothing moves
 
     @property
     def mask(self) -> int:

@@ -12,6 +12,7 @@ __all__ = [
     "BadValueError",
     "CaptureError",
     "CodecError",
+    "ControllerFaultError",
     "DamagedError",
     "DecodeError",
     "EncodeError",
@@ -26,6 +27,7 @@ __all__ = [
     "ReplyTimeout",
     "SessionClosedError",
     "StagewireError",
+    "TargetNotReachedError",
     "TrailingBytesError",
     "TransportError",
     "TransportLost",
@@ -191,7 +193,76 @@ class ReplyTimeout(StagewireError, TimeoutError):
 
 
 class MotionTimeout(ReplyTimeout):
-    """The end of a motion was not reported in time; it may still be under way."""
+    """The end of a motion was not reported in time; it may still be under way.
+
+    :param causes: the states that the controller showed when it was asked afterwards and that may hinder a
+        motion, such as ``the channel is disabled``; empty where it showed none, or was not asked.
+    """
+
+    def __init__(self, text: str, causes: tuple[str, ...] = ()) -> None:
+        super().__init__(text)
+        self.causes = causes
+
+
+class ControllerFaultError(StagewireError):
+    """The controller reported a fault during a motion; the motion may still be under way.
+
+    :param code: the controller's own fault code; 0: it reported none.
+    :param fault: the controller's own words; empty: it reported none.
+    :param message: the report.
+    :param causes: as in :class:`MotionTimeout`.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        code: int = 0,
+        fault: str = "",
+        message: object = None,
+        causes: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__(text)
+        self.code = code
+        self.fault = fault
+        self.message = message
+        self.causes = causes
+
+
+class TargetNotReachedError(StagewireError):
+    """A motion ended further from its target than the tolerance; nothing moves any more.
+
+    :param target: where it should have ended, in counts.
+    :param position: where it ended, in counts.
+    :param tolerance: in counts.
+    :param unit: such as ``mm``; empty where the scale of the position is unknown.
+    :param target_in_units: the target in that unit; None where the scale is unknown.
+    :param position_in_units: the position, likewise.
+    :param limits: names of the limit bits that were set, such as ``forward_hardware_limit``.
+    :param end: the :class:`~stagewire.devices.tables.MotionEnd`.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        *,
+        target: int,
+        position: int,
+        tolerance: int,
+        unit: str = "",
+        target_in_units: float | None = None,
+        position_in_units: float | None = None,
+        limits: tuple[str, ...] = (),
+        end: object = None,
+    ) -> None:
+        super().__init__(text)
+        self.target = target
+        self.position = position
+        self.tolerance = tolerance
+        self.unit = unit
+        self.target_in_units = target_in_units
+        self.position_in_units = position_in_units
+        self.limits = limits
+        self.end = end
 
 
 class MotionStopped(StagewireError):

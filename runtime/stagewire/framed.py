@@ -13,6 +13,7 @@ from stagewire.errors import (
     UnknownFieldError,
     UnknownMessageError,
 )
+from stagewire.faults import FaultPlaces
 from stagewire.frame import Frame, make_frame
 from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
 from stagewire.framing import End, Forms, Framer, FramingTable
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["FramedProtocol"]
 
 _REMEMBERED_HEADERS: Final = 1024
+_NO_FAULTS: Final[Mapping[int, FaultPlaces]] = {}
 _ID: Final = range(2)
 _LENGTH: Final = range(2, 4)
 _DEST: Final = range(4, 5)
@@ -87,6 +89,7 @@ class FramedProtocol(Protocol):
     :param nameless: messages that the document names without an id, and why they cannot be used.
     :param channel: the field that says which channel of a controller a message is about; None: a
         controller has no channels.
+    :param faults: message id -> where that message reports a fault.
     """
 
     def __init__(
@@ -99,12 +102,14 @@ class FramedProtocol(Protocol):
         devices: frozenset[int],
         nameless: Mapping[str, str],
         channel: str | None = None,
+        faults: Mapping[int, FaultPlaces] = _NO_FAULTS,
     ) -> None:
         super().__init__(name, title, package, messages, nameless)
         self.messages: tuple[type[FramedMessage], ...] = tuple(self.messages)
         self.host = host
         self.devices = devices
         self.channel = channel
+        self.faults = faults
         self._shapes: dict[int, _Shapes] = {}
         # What a header alone decides -> unpack, size, destination, source. A controller says the same
         # few things again and again. No more than _REMEMBERED_HEADERS, whatever comes.

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from attached import URL, Written, attached
@@ -364,3 +364,26 @@ def wait_for(log: Path, text: str) -> None:
     while text not in log.read_text():
         assert time.monotonic() < end
         time.sleep(0.05)
+
+
+def test_a_move_that_misses_its_target_is_not_done(stagewire: Stagewire) -> None:
+    url = "virtual://TDC001?stage=Z8&travel=171520"
+    result = stagewire("move", url, "--stage", "Z8", "--to", "10", "--yes")
+    assert (result.code, "done" in result.out) == (1, False)
+    assert "ended at 4 mm, 6 mm from its target, 10 mm" in result.err
+    assert "the forward hardware limit switch is active" in result.err
+    by = stagewire("move", url, "--stage", "Z8", "--by", "10", "--yes")
+    assert (by.code, "from its target" in by.err) == (1, True)
+    assert stagewire("move", url, "--stage", "Z8", "--to", "3", "--yes").code == 0
+
+
+def test_a_fault_report_stops_a_move_and_is_told(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TDC001(quirks=["rich_responses"], answer_unsupported=True) as tdc:
+        attach(tdc)
+        instrument: Any = tdc.instrument
+        instrument.channel(1).enabled = False
+        result = stagewire("move", URL, "--counts", "--to", "10", "--yes")
+    assert result.code == 1
+    assert "the controller reported a fault: stop was sent" in result.err
+    assert "HW_RICHRESPONSE code 1, 'Command refused'" in result.err
+    assert "likely cause: the channel is disabled" in result.err

@@ -15,8 +15,10 @@ from stagewire import End, Frame
 from stagewire.devices.tables import ParameterSet, Query
 from stagewire.framing import Received
 from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
 
 HOST = 0x01
+STATUS = (m.MotGetDcStatusUpdate, m.MotGetStatusUpdate)
 Said = Iterable[tuple[float, bytes | None]]
 
 
@@ -82,7 +84,10 @@ class Controller(FarEnd):
 
 
 class Parrot(Controller):
-    """Answers each query at once, with values at random that stay until :meth:`renew`."""
+    """Answers each query at once, with values at random that stay until :meth:`renew`.
+
+    The position in a status is the target of the last absolute move: every move reaches its target.
+    """
 
     def __init__(self, seed: int) -> None:
         super().__init__()
@@ -99,7 +104,19 @@ class Parrot(Controller):
         if key not in self._state:
             fixed = {"chan_ident": channel, "bay_ident": index, "index": index}
             self._state[key] = cls(**fields_at_random(cls, self._draw, **fixed))
-        return self._state[key]
+        state = self._state[key]
+        if cls in STATUS and (target := self._target(dest, channel)) is not None:
+            return state.replace(position=target)
+        return state
+
+    def _target(self, dest: int, channel: int) -> int | None:
+        """Where the last absolute move there went to."""
+        for frame in reversed(self.heard):
+            message: Any = frame.message
+            here = (frame.dest, channel_of(message)) == (dest, channel)
+            if isinstance(message, m.MotMoveAbsolute) and here:
+                return int(message.absolute_distance)
+        return None
 
     def reply(self, frame: Frame) -> Frame | None:
         """The answer to a query, None where it is none."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from proof_controller import answers_of, channel_of
 from proof_line import FarEnd, Side, settled
 
 from stagewire import End
@@ -71,19 +72,39 @@ def tables_of(protocol: str) -> dict[str, Any]:
 
 
 class Recorder(FarEnd):
-    """Keeps what is written, but for what keeps a session alive, and says what it was told to, once."""
+    """Keeps what is written, but for what keeps a session alive, and says what it was told to, once.
+
+    :ivar moves: whether a motion is called for. Then the questions that the library asks about it are
+        answered with zeros, and not kept.
+    """
 
     def __init__(self, protocol: str) -> None:
         self._framer = load_protocol(protocol).framer(*[End.DEVICE] * (protocol == "thorlabs_apt"))
         self.heard: list[Any] = []
         self.kept_alive: list[bytes] = []
         self.to_say: list[bytes] = []
+        self.moves = False
+        self._package = load_protocol(protocol).package
+
+    def _reply(self, frame: Any) -> bytes:
+        """The reply to a question, with zeros; nothing to what is no question."""
+        message = frame.message
+        if self._package == "stagewire_apt":
+            cls: Any = answers_of().get(type(message))
+            if cls is None:
+                return b""
+            return frame_of(cls.layout.message, frame.dest, chan_ident=channel_of(message))
+        cls = message.reply
+        return b"" if cls is None else cls(**dict.fromkeys(cls.layout.fields, 0)).pack()
 
     def take(self, data: bytes) -> list[tuple[float, bytes]]:
         said = []
         for event in self._framer.feed(data):
             if "_ACK_" in type(event.frame.message).layout.message:
                 self.kept_alive.append(event.raw)
+                continue
+            if self.moves and (reply := self._reply(event.frame)):
+                said.append((0.01, reply))
                 continue
             self.heard.append(event)
             said += [(0.01, answer) for answer in self.to_say]
@@ -103,6 +124,9 @@ def perform(side: Side, protocol: str, entry: Any, *answers: bytes, wait: float 
     async def scenario(bench: Any) -> Any:
         if protocol == "thorlabs_apt":
             options["identify"] = False
+        far.moves = "ends" in entry or ".start_" in entry["call"]
+        if "ends" in entry:
+            options["target_tolerance_counts"] = 1 << 32  # nothing moves at the other end
         async with bench.open(entry["unit"], package, on_close="leave", **options) as device:
             if ".axis(" in entry["call"]:
                 await settled(device.switch_to_low_level())

@@ -38,6 +38,8 @@ def queries(unit: str) -> list[Call]:
 class Axes(FarEnd):
     """Answers each read after a millisecond, with values that stay until :meth:`renew`.
 
+    A move reaches its target: from then on the position of the axis is known.
+
     :ivar lasts: seconds that a move lasts, unless it is stopped.
     :ivar raw: the bytes that came.
     :ivar heard: the commands.
@@ -52,6 +54,7 @@ class Axes(FarEnd):
         self.begin()
         self._draw = random.Random(seed)
         self._state: dict[tuple[int, type], Any] = {}
+        self._positions: dict[int, int] = {}
         self._lines = 0
         self._busy_until: dict[int, float] = {}
 
@@ -103,11 +106,26 @@ class Axes(FarEnd):
         assert isinstance(event, CommandReceived), f"the host sends what is no command: {event!r}"
         frame = event.frame
         self.heard.append(frame)
+        self._follow(frame)
         if isinstance(frame.message, MOVES):
             self._busy_until[frame.axis or 0] = self.now() + self.lasts
         elif isinstance(frame.message, c.StopMotor):
             self._busy_until[frame.axis or 0] = self.now()
         return b"" if frame.message.reply is None else self.state(frame).pack()
+
+    def _follow(self, frame: CommandFrame) -> None:
+        """Let the position of an axis be where a move takes it."""
+        message: Any = frame.message
+        axis, cls = frame.axis or 0, c.ReadMotorPositionAndStatusReply
+        ways = {c.IncrementMoveUp: 1, c.IncrementMoveDown: -1}
+        if isinstance(message, c.WriteTargetPosition):
+            self._positions[axis] = message.target_position
+        elif type(message) in ways:
+            step = self.truth(c.ReadIncrementValue, axis).increment
+            here = self.truth(c.ReadMotorPositionAndStatus, axis).position
+            self._positions[axis] = here + ways[type(message)] * step
+        if axis in self._positions:
+            self.fix(cls, axis, position=self._positions[axis], status=0)
 
     @property
     def line(self) -> str:
@@ -122,7 +140,10 @@ class Axes(FarEnd):
             busy = self._busy_until.get(axis, 0.0) > self.now()
             return cls(status=e.Busy.BUSY if busy else e.Busy.NOT_BUSY)
         if (axis, cls) not in self._state:
-            self._state[axis, cls] = cls(**fields_at_random(cls, self._draw, NAME))
+            fields = fields_at_random(cls, self._draw, NAME)
+            for name in fields.keys() & {"position", "increment"}:
+                fields[name] //= 4  # a distance from a position is a position
+            self._state[axis, cls] = cls(**fields)
         return self._state[axis, cls]
 
     def truth(self, request: type[Command], axis: int = 0x18) -> Any:

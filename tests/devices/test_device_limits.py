@@ -168,7 +168,6 @@ def test_a_stage_of_a_user_has_the_limits_that_the_user_states() -> None:
         (TST001, {"stage": "APT_STEPPER", "max_velocity_mm_per_s": 3}, "would limit nothing"),
         (TPZ001, {"max_velocity_mm_per_s": 3}, "a TPZ001 takes no values in mm/s"),
         (MS2000, {"max_acceleration_mm_per_s2": 3}, "a MS2000 takes no values in mm/s"),
-        (MS2000, {"stage": Stage.of_user("slide", travel_mm=20)}, r"travel_mm=\(low, high\)"),
     ],
 )
 def test_a_limit_that_would_limit_nothing_is_refused(
@@ -231,3 +230,16 @@ def test_every_limit_of_the_registry_has_a_source() -> None:
         "Z806": 6, "Z812": 12, "Z825": 25,
     }  # fmt: skip
     assert isinstance(known["APT_STEPPER", "max_velocity"], UnknownLimit)
+
+
+def test_an_ms2000_compares_the_length_of_a_travel_with_its_position() -> None:
+    line = RecordedLine(virtual.MS2000())
+    with (
+        MS2000.open(line, stage=Stage.of_user("slide", travel_mm=20)) as ms2000,
+        ms2000.low_level(),
+    ):
+        line.forget()
+        with pytest.raises(LimitError, match="30 mm is more than the travel, 20 mm"):
+            ms2000.axis("X").move_absolute(um=30_000)
+        assert bytes((24, 84)) not in line.raw  # the command that moves
+        assert ms2000.axis("X").move_absolute(um=100).seconds > 0

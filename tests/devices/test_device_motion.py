@@ -215,6 +215,7 @@ def test_what_is_no_travel_is_refused(line: RecordedLine, travel: object) -> Non
 def test_without_a_travel_limits_are_not_checked(line: RecordedLine) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         assert "not checked; give travel_mm=" in str(tdc)
+        tdc.home()  # 0 is at the reverse end now
         tdc.move_absolute(mm=11)
 
 

@@ -17,6 +17,7 @@ from proof_controller import HOST, Parrot, answers_of, channel_of
 from proof_line import SIDES, Side, settled
 
 from stagewire import Frame
+from stagewire.errors import ControllerFaultError, MotionUnderWayError
 from stagewire_apt import messages as m
 
 STATUS_SIZE = 14
@@ -167,10 +168,12 @@ class Mover(Intruder):
         return [(0.25, intrusion), (0.5, end.pack(HOST, frame.dest))]
 
 
+# What reports a fault ends the wait for a move, and is no end of it.
+FAULTS = (response, rich_response)
 NO_ENDS = [
     intrusion
     for intrusion in INTRUSIONS
-    if intrusion not in (completion_of_6_bytes, completion_of_20_bytes)
+    if intrusion not in (completion_of_6_bytes, completion_of_20_bytes, *FAULTS)
 ]
 MOVES = [call for unit in units() for call in calls(unit) if call.name == "move_absolute"]
 
@@ -193,6 +196,32 @@ def test_no_move_takes_an_intrusion_for_its_end(
         return side.run(controller, lambda bench: scenario(bench, call))
 
     assert [str(call) for call in MOVES if not is_right(call)] == []
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+@pytest.mark.parametrize("intrusion", FAULTS)
+def test_a_fault_report_ends_the_wait_for_a_move_at_once(
+    intrusion: Callable[[Intruder, Frame], bytes], side: Side
+) -> None:
+    async def scenario(bench: Any, call: Call) -> str:
+        async with bench.open(call.unit, identify=False, on_close="leave") as device:
+            begun = bench.now()
+            with pytest.raises(ControllerFaultError) as fault:
+                await settled(method(device, call)(counts=1000))
+            took = bench.now() - begun
+            with pytest.raises(MotionUnderWayError):
+                await settled(method(device, call)(counts=1000))
+            said = fault.value
+            reported = (said.code, said.fault)
+            expected = (0, "") if intrusion is response else (0x10, "over current")
+            return "" if reported == expected and 0.24 < took < 0.3 else f"{call}: {said} {took}"
+
+    def outcome(call: Call) -> str:
+        controller = Mover(seed=1, apart=True)
+        controller.before = intrusion
+        return side.run(controller, lambda bench: scenario(bench, call))
+
+    assert "\n".join(filter(None, map(outcome, MOVES))) == ""
 
 
 @pytest.mark.parametrize("unit", units())

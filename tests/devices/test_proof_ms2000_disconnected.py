@@ -29,6 +29,20 @@ MOVES: dict[str, tuple[Callable[[Any], Any], bytes]] = {
 }
 READ = c.ReadStatus().pack(0x18)
 POLLS = 4  # as many as a move of 0.35 s has
+WHERE = c.ReadMotorPositionAndStatus().pack(0x18)
+ASKED = c.ReadIncrementValue().pack(0x18) + WHERE
+"""What is asked before a move by a stored distance."""
+ANSWERED = 3 + 4  # bytes
+
+
+def before(name: str) -> bytes:
+    """What is asked before a move."""
+    return ASKED if name.startswith("increment") else b""
+
+
+def whole(name: str) -> bytes:
+    """All that is written for a move: questions, the command, polls, and where it has ended."""
+    return before(name) + MOVES[name][1] + READ * POLLS + WHERE
 
 
 class Cut(Axes):
@@ -69,23 +83,26 @@ class Cut(Axes):
 
 def cuts(name: str, polls: int) -> list[tuple[int | None, int | None]]:
     """Every byte of a move and of so many polls, and of their answers."""
-    size = len(MOVES[name][1]) + polls * len(READ)
+    size = len(before(name) + MOVES[name][1]) + polls * len(READ)
+    answered = ANSWERED if before(name) else 0
     return [
         *((taken, None) for taken in range(size + 1)),
-        *((None, said) for said in range(1, polls)),
+        *((None, said) for said in range(1, answered + polls)),
     ]
 
 
-def seen(name: str, taken: int | None) -> int:
-    """How many moves a controller has seen that took so many bytes."""
-    return int(taken is None or taken >= len(MOVES[name][1]))
+def seen(name: str, taken: int | None, said: int | None) -> int:
+    """How many moves a controller has seen that took, or said, so many bytes."""
+    if taken is None:
+        return int(not before(name) or (said or 0) > ANSWERED)
+    return int(taken >= len(before(name) + MOVES[name][1]))
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize("name", MOVES)
 def test_in_memory(unit: str, name: str, side: Side) -> None:
-    move, raw = MOVES[name]
+    move, _ = MOVES[name]
 
     async def scenario(bench: Any, far: Cut) -> None:
         async with opened(bench, unit, on_close="stop") as device:
@@ -99,14 +116,14 @@ def test_in_memory(unit: str, name: str, side: Side) -> None:
     for taken, said in cuts(name, POLLS):
         far = Cut(taken, said)
         side.run(far, lambda bench, far=far: scenario(bench, far))
-        assert far.moves() == seen(name, taken), (taken, said)
-        assert far.raw == (LOW + raw + READ * POLLS)[: len(far.raw)]
+        assert far.moves() == seen(name, taken, said), (taken, said)
+        assert far.raw == (LOW + whole(name))[: len(far.raw)]
         assert taken is None or len(far.raw) == len(LOW) + taken
 
 
 def test_none_of_it_is_cut_when_all_is_taken() -> None:
     """So that the cuts are all there are."""
-    for name, (move, raw) in MOVES.items():
+    for name, (move, _) in MOVES.items():
         far = Cut(None, None)
 
         async def scenario(bench: Any, move: Any = move) -> None:
@@ -115,7 +132,7 @@ def test_none_of_it_is_cut_when_all_is_taken() -> None:
                 move(device.axis("X"))
 
         SIDES[0].run(far, scenario)
-        assert far.raw == LOW + raw + READ * POLLS, name
+        assert far.raw == LOW + whole(name), name
 
 
 async def again(device: Any, far: Cut, moves: int) -> None:
@@ -142,7 +159,7 @@ def test_on_tcp(taken: int | None, said: int | None) -> None:
     far = Cut(taken, said)
     far.lasts = 60
     move, _ = MOVES["move_absolute"]
-    moves = seen("move_absolute", taken)
+    moves = seen("move_absolute", taken, said)
     with Server(far) as server, MS2000.open(server.url, on_close="leave") as device:
         device.switch_to_low_level()
         with pytest.raises(TransportLost):
@@ -156,7 +173,7 @@ def test_on_tcp_with_asyncio(taken: int | None, said: int | None) -> None:
     far = Cut(taken, said)
     far.lasts = 60
     move, _ = MOVES["move_absolute"]
-    moves = seen("move_absolute", taken)
+    moves = seen("move_absolute", taken, said)
 
     async def main(url: str) -> None:
         async with AsyncMS2000.open(url, on_close="leave") as device:

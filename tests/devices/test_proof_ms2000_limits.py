@@ -159,7 +159,12 @@ def test_outside_the_travel_nothing_moves(unit: str, side: Side) -> None:
                         await settled(call())
                     assert far.names() == ["READ_INCREMENT_VALUE"]
                     far.forget()
-            far.fix(c.ReadIncrementValueReply, increment=200000)
+            far.fix(c.ReadIncrementValueReply, increment=160000)
+            far.fix(c.ReadMotorPositionAndStatusReply, position=0, status=0)
+            with pytest.raises(LimitError, match=r"\+16 or -16 mm is outside the travel"):
+                await settled(axis.increment_move_down())
+            assert far.moves() == 0
+            far.fix(c.ReadIncrementValueReply, increment=90000)
             await settled(axis.increment_move_up())
             assert far.moves() == 1
 

@@ -33,7 +33,7 @@ def test_every_call_ends_within_its_timeout(protocol: str, unit: str, side: Side
     assert calls(unit, package)
 
     async def scenario(bench: Any, call: Call) -> str:
-        options: dict[str, Any] = {"on_close": "leave"}
+        options: dict[str, Any] = {"on_close": "leave", "timeout": TIMEOUT}
         if protocol == "thorlabs_apt":
             options |= {"identify": False, "travel_mm": None}
         async with bench.open(unit, package, **options) as device:

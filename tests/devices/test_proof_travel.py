@@ -27,6 +27,7 @@ from proof_line import SIDES, Side, settled
 
 from stagewire.errors import LimitError
 from stagewire_apt import stages
+from stagewire_apt.enumerations import JogMode
 
 MOVERS = [unit for unit in units() if facts_of(unit)["stages"]]
 TRAVEL = 25  # mm
@@ -85,7 +86,13 @@ class Scene:
         self.wrong: list[str] = []
 
     def tries(
-        self, call: Call, expected: str, here: str = "0", stored: str = "0", **given: str
+        self,
+        call: Call,
+        expected: str,
+        here: str = "0",
+        stored: str = "0",
+        mode: JogMode = JogMode.SINGLE_STEP,
+        **given: str,
     ) -> None:
         """Make a call where it stands at ``here`` mm, and hold what is sent against what is expected.
 
@@ -98,6 +105,7 @@ class Scene:
                 scale = part_of(device, call.part).scales.of("position", "mm")
                 far.says = {"position": scale.to_counts(here)}
                 far.says |= {field: scale.to_counts(stored) for _, field in STORED.values()}
+                far.says["jog_mode"] = mode
                 far.heard.clear()
                 try:
                     await settled(method(device, call)(**self._others(call, given), **given))
@@ -183,4 +191,7 @@ def test_what_is_stored_decides_where_it_goes(unit: str, side: Side) -> None:
                     status = "STATUS " if name != "move_absolute_stored" else ""
                     status = status if abs(float(stored)) <= TRAVEL else ""
                     scene.tries(call, f"{asks} {status}{expected}", here, stored)
+    scene.tries(
+        by_name["start_jog"], "MOT_REQ_JOGPARAMS sent", "12", "30", mode=JogMode.CONTINUOUS
+    )  # without a target
     assert scene.wrong == []

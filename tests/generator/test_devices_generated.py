@@ -198,7 +198,7 @@ def test_names_are_apart() -> None:
 
 def test_what_is_moved_to_and_by() -> None:
     targets = {
-        name: (table.target, table.stored and (table.stored[0].name, table.stored[1]))
+        name: (table.target, table.stored and (table.stored.table.name, table.stored.field))
         for name, table in vars(tables).items()
         if isinstance(table, Action)
     }

@@ -72,6 +72,18 @@ FRAMED = [
     ),
     (
         TINY,
+        "field: wait}",
+        "field: wait, when: {field: wait, value: LONG}}",
+        "SW021 POS_MOVE: stored: no answer to POS_REQ_VELPARAMS has a field wait with a value LONG",
+    ),
+    (
+        TINY,
+        "exchange: {keeps_alive: true}",
+        "exchange: {keeps_alive: true, reports_fault: {code: 2}}",
+        "SW035 POS_ALIVE: reports_fault, and no controller sends it",
+    ),
+    (
+        TINY,
         "      halted_by",
         "      ends_when: {read: POS_REQ_VELPARAMS, field: chan_ident, value: CHANNEL_1}\n      halted_by",
         "SW038 POS_MOVE: ends_when is for commands",

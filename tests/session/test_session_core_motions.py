@@ -5,7 +5,13 @@ from __future__ import annotations
 import pytest
 from stepped_core import MOVED, Framed, dc_status, said
 
-from stagewire.errors import MotionStopped, MotionTimeout, MotionUnderWayError, ReplyTimeout
+from stagewire.errors import (
+    ControllerFaultError,
+    MotionStopped,
+    MotionTimeout,
+    MotionUnderWayError,
+    ReplyTimeout,
+)
 from stagewire.session.framed import Ends
 from stagewire_apt import messages as m
 
@@ -104,19 +110,105 @@ def test_an_end_that_does_not_come_in_time_leaves_the_motion_unknown():
     move = talk.move(timeout=10)
     for _ in range(3):
         talk.later(3)
-        talk.hear(said(dc_status()), said(m.HwResponse()))
+        talk.hear(said(dc_status()), said(m.MotGetStatusBits(1, 0)))
     talk.later(1)
     with pytest.raises(MotionTimeout) as refused:
         move.value()
     text = str(refused.value)
     assert "no MOT_MOVE_COMPLETED or MOT_MOVE_STOPPED came from there within 10 s" in text
-    assert "3 x MOT_GET_DCSTATUSUPDATE, 3 x HW_RESPONSE" in text
+    assert "3 x MOT_GET_DCSTATUSUPDATE, 3 x MOT_GET_STATUSBITS" in text
     assert "may still be under way" in text
     with pytest.raises(MotionUnderWayError, match="given up before its end was reported"):
         talk.move()
     talk.later(3600)  # time alone does not stop a motor
     with pytest.raises(MotionUnderWayError):
         talk.move()
+
+
+def rich(
+    request: int = 0, code: int = 7, text: bytes = b"over current", source: int = 0x50
+) -> bytes:
+    """HW_RICHRESPONSE, as later issues lay it out."""
+    data = request.to_bytes(2, "little") + code.to_bytes(2, "little") + text.ljust(64, b"\0")
+    return m.HwRichResponse(data).pack(0x01, source)
+
+
+@pytest.mark.parametrize(
+    ("report", "code", "fault", "shown"),
+    [
+        (said(m.HwResponse()), 0, "", "HW_RESPONSE without a code"),
+        (said(m.HwResponse(param1=3, param2=1)), 0x103, "", "HW_RESPONSE code 259"),
+        (rich(), 7, "over current", "HW_RICHRESPONSE code 7, 'over current'"),
+        (rich(0x0453), 7, "over current", "code 7, 'over current'"),
+        (rich(text=b"\xff\x00"), 7, "ff", "code 7, 'ff'"),
+        (m.HwRichResponse(b"").pack(0x01, 0x50), 0, "", "without a code"),
+        (said(m.HwResponse(), source=1, dest=0x50), 0, "", "HW_RESPONSE"),  # unswapped
+        (said(m.HwResponse(), source=0, dest=0), 0, "", "HW_RESPONSE"),
+    ],
+)
+def test_a_fault_report_ends_the_wait_and_not_the_motion(
+    report: bytes, code: int, fault: str, shown: str
+) -> None:
+    talk = Framed()
+    move = talk.move()
+    talk.later(1)
+    talk.hear(report)
+    with pytest.raises(ControllerFaultError) as caught:
+        move.value()
+    assert (caught.value.code, caught.value.fault) == (code, fault)
+    assert shown in str(caught.value)
+    assert "may still be under way" in str(caught.value)
+    with pytest.raises(MotionUnderWayError):
+        talk.move()
+    talk.hear(COMPLETED)
+    talk.later(1)
+    assert talk.move().written
+
+
+@pytest.mark.parametrize(
+    "report",
+    [
+        said(m.HwResponse(), source=0x22),  # of another bay
+        said(m.HwResponse(), source=1, dest=0x22),
+        rich(0x0443),  # about another message
+    ],
+)
+def test_a_fault_report_of_others_ends_no_wait(report: bytes) -> None:
+    talk = Framed()
+    move = talk.move()
+    talk.hear(report)
+    assert not move.done
+    talk.hear(COMPLETED)
+    assert move.value()
+
+
+def test_a_fault_report_without_an_address_is_nobodys_while_two_bays_move() -> None:
+    talk = Framed()
+    moves = [talk.move(0x21), talk.move(0x22)]
+    talk.later(1)
+    talk.hear(said(m.HwResponse(), source=0, dest=0))
+    assert not any(move.done for move in moves)
+    assert talk.core.statistics.ambiguous == 1
+    talk.hear(said(m.HwResponse(), source=0x21))
+    assert [move.done for move in moves] == [True, False]
+
+
+def test_a_fault_report_from_before_the_command_ends_no_wait() -> None:
+    talk = Framed()
+    talk.send()  # the pacing keeps the move back
+    move = talk.move()
+    talk.hear(said(m.HwResponse()))
+    assert not move.done
+
+
+def test_a_fault_report_answers_no_request_and_its_text_is_in_the_timeout() -> None:
+    talk = Framed()
+    ask = talk.ask()
+    talk.hear(rich())
+    assert not ask.done
+    talk.later(2)
+    with pytest.raises(ReplyTimeout, match=r"1 x HW_RICHRESPONSE \(code 7, 'over current'\)"):
+        ask.value()
 
 
 def test_a_cancelled_motion_is_unknown_too_and_its_late_end_settles_that():

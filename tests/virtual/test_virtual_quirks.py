@@ -26,6 +26,7 @@ CHANGED = {
     "long_status": {"status"},
     "serial_number_of_another_model": {"info"},
     "fault_codes_in_response": {"response"},
+    "rich_responses": {"response"},
     "unswapped_addresses": {"info", "stopped", "response", "status"},
     "zero_addresses": {"info", "stopped", "response", "status"},
     "clockwise_is_negative": set(),  # of motion and limits alone: test_virtual_clockwise.py

@@ -146,11 +146,18 @@ _EXCHANGE = Data(
         "halted_by": Names("exchange", "message"),
         "stored/read": Names("exchange", "message"),
         "stored/field": "exchange",
+        "stored/when/field": "motion-target",
+        "stored/when/value": "motion-target",
+        "reports_fault/request": "fault-report",
+        "reports_fault/code": "fault-report",
+        "reports_fault/text": "fault-report",
+        "reports_fault/source": "text",
         "ends_when/read": Names("exchange", "message"),
         "ends_when/field": "exchange",
         "ends_when/value": "exchange",
     }
 )
+_HINDERS = Data({"cause": "hindrance", "when": "hindrance", "limit": "hindrance"})
 _CALL = Data({"name": "call", "defaults/*": Entries("field", "call-default", "call-default")})
 _SETTINGS = Data(
     {
@@ -380,6 +387,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "keyboard": "keyboard",
         "reserved": "value-reserved",
         "modifier": "value-modifier",
+        "hinders": _HINDERS,
     },
     model.FlagTable: {
         "name": _PAIRED,
@@ -396,6 +404,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "bit": "bit-number",
         "note": "text",
         "motion": "bit-motion",
+        "hinders": _HINDERS,
     },
     model.Quantity: {
         "name": _PAIRED,

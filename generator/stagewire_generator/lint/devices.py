@@ -24,6 +24,7 @@ def check_devices(
         _defaults(protocol, message, diagnostics)
         _halts(protocol, message, messages, diagnostics)
         _asked(protocol, message, messages, diagnostics)
+        _faults(protocol, message, diagnostics)
     _tells(protocol, diagnostics)
     for document in quantities:
         for name, setting in document.data.get("settings", {}).items():
@@ -110,6 +111,25 @@ def _asked(
         elif "value" in asked and asked["value"] not in _names(fields[asked["field"]].enum):
             what = f"{message.name}: {key}: no value of {asked['field']} is named {asked['value']}"
             diagnostics.add(message.place, "SW021", what)
+        elif "when" in asked:
+            state = fields.get(asked["when"]["field"])
+            if state is None or asked["when"]["value"] not in _names(state.enum):
+                what = "{}: {}: no answer to {} has a field {} with a value {}".format(
+                    message.name, key, read.name, asked["when"]["field"], asked["when"]["value"]
+                )
+                diagnostics.add(message.place, "SW021", what)
+
+
+def _faults(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
+    """Check that a message that reports a fault comes from a controller, in a frame of its own."""
+    if "reports_fault" not in message.exchange:
+        return
+    if protocol.framing["kind"] != "header":
+        what = f"{message.name}: reports_fault is for frames with a header"
+        diagnostics.add(message.place, "SW038", what)
+    elif message.direction == "to_controller" or message.id is None:
+        what = f"{message.name}: reports_fault, and no controller sends it"
+        diagnostics.add(message.place, "SW035", what)
 
 
 def _tells(protocol: Protocol, diagnostics: Diagnostics) -> None:

@@ -50,6 +50,7 @@ def define_enumerations(tables: Tables) -> None:
                 value.get("keyboard", ""),
                 value.get("reserved", False),
                 value.get("modifier", False),
+                value.get("hinders", {}),
             )
             for key, value in entry["values"].items()
         )
@@ -72,7 +73,13 @@ def define_flags(tables: Tables) -> None:
         if format is None:
             continue
         bits = tuple(
-            FlagBit(key, bit["bit"], bit.get("note", ""), bit.get("motion", False))
+            FlagBit(
+                key,
+                bit["bit"],
+                bit.get("note", ""),
+                bit.get("motion", False),
+                bit.get("hinders", {}),
+            )
             for key, bit in entry["bits"].items()
         )
         summary = entry.get("summary", "")

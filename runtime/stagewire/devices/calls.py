@@ -30,6 +30,8 @@ __all__ = [
     "change",
     "check_limits",
     "is_moving",
+    "look",
+    "moves",
     "send_starting",
     "set_all",
     "tell",
@@ -50,7 +52,21 @@ async def ask(
     return await _ask(spot, table, spot.seconds(timeout), given)
 
 
+async def look(spot: Spot, table: ParameterSet[V] | Query[V], seconds: float) -> V:
+    """Ask for values on the library's own account: what they show settles no motion."""
+    reply = await _reply(spot, table, seconds, {})
+    return table.values(reply, spot.scales())
+
+
 async def _ask(spot: Spot, table: ParameterSet[V] | Query[V], seconds: float, given: Keywords) -> V:
+    reply = await _reply(spot, table, seconds, given)
+    await _see_whether_it_stands(spot, reply)
+    return table.values(reply, spot.scales())
+
+
+async def _reply(
+    spot: Spot, table: ParameterSet[Any] | Query[Any], seconds: float, given: Keywords
+) -> Message:
     if isinstance(table, Query):
         req, gets = table.req, table.gets
     else:
@@ -62,8 +78,7 @@ async def _ask(spot: Spot, table: ParameterSet[V] | Query[V], seconds: float, gi
         fields = fields_of(f"{spot.name}: get_{table.name}", table.asked, given, spot.scales())
     reply = await spot.line.ask(spot.message(req, fields), gets, spot.address_of(table), seconds)
     spot.connection.learn(spot.address, spot.channel, reply)
-    await _see_whether_it_stands(spot, reply)
-    return table.values(reply, spot.scales())
+    return reply
 
 
 async def _see_whether_it_stands(spot: Spot, message: Message) -> None:
@@ -197,7 +212,7 @@ async def refuse_left(spot: Spot, what: str, seconds: float) -> None:
     running = motions.at(spot.place)
     if running is None or not running.left:
         return
-    if unit.idle is not None or unit.status_query is not None:
+    if unit.idle is not None or (unit.status_query is not None and unit.moving):
         await is_moving(spot, min(seconds, spot.seconds(None)))
         if motions.at(spot.place) is not running:
             return
@@ -220,7 +235,7 @@ async def is_moving(spot: Spot, timeout: float | None) -> bool:
         if not busy:
             _note_rest(spot)
         return busy
-    if unit.status_query is None:
+    if unit.status_query is None or not unit.moving:
         raise UnsupportedError(f"{unit.name} has no message that asks whether it moves")
     status = (await _ask(spot, unit.status_query, seconds, {})).message
     if moves(status, unit.moving[type(status)]):

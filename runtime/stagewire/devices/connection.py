@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from stagewire.devices.limits import Limits, limits_of
+from stagewire.devices.limits import Limits, check_measurable, limits_of
 from stagewire.devices.line import Line
 from stagewire.devices.motions import Motions
 from stagewire.devices.options import SETTINGS, Choices
@@ -43,7 +43,8 @@ class Connection:
     :param places: the channels, bays or axes that a stage can stand on, and how the user names them.
     :param addresses: of everything that answers, the device itself first.
 
-    Raises :class:`~stagewire.errors.UnknownScaleError` for a stated limit that nothing can be compared with.
+    Raises :class:`~stagewire.errors.UnknownScaleError` for a stated limit or tolerance that nothing can be
+    compared with.
     """
 
     line: Line
@@ -135,6 +136,10 @@ class Connection:
         for place, limits in self._limits.items():
             limits.check_measurable(
                 unit.name, unit.settable, self._scales[place], has_status=has_status
+            )
+        if self.choices.target_tolerance_mm is not None:
+            check_measurable(
+                "target_tolerance_mm", unit.name, unit.quantities, self._scales.values()
             )
 
     def last_words(self) -> bytes:

@@ -19,6 +19,7 @@ from stagewire.quantities import Limit, Number, Stage, UnknownLimit, exact
 
 __all__ = [
     "CEILINGS",
+    "PER_MM",
     "POSITION",
     "Ceiling",
     "Limits",
@@ -32,16 +33,18 @@ __all__ = [
 POSITION: Final = "position"
 """The quantity that a travel limits."""
 
+PER_MM: Final = {"mm": 1, "um": 1000}
+"""The units in which places are measured, and how many of each make a mm."""
+
 CEILINGS: Final = {
     "max_velocity": ("maximum velocity", "max_velocity_mm_per_s", "mm/s"),
     "max_acceleration": ("maximum acceleration", "max_acceleration_mm_per_s2", "mm/s^2"),
 }
 """The other limits of a stage: its title for people, the keyword of ``open``, and its unit."""
 
-_PER_MM: Final = {"mm": ("mm", 1), "um": ("mm", 1000)}
 _MEASURES: Final = {
-    unit + per: (base + per, factor)
-    for unit, (base, factor) in _PER_MM.items()
+    unit + per: ("mm" + per, factor)
+    for unit, factor in PER_MM.items()
     for per in ("", "/s", "/s^2")
 }
 """Unit -> the same with mm, and how many of it make one of that."""
@@ -285,9 +288,29 @@ def in_mm(value: Fraction, unit: str) -> Fraction:
 
     Raises :class:`~stagewire.errors.UnknownScaleError` for a unit that measures none.
     """
-    if unit not in _PER_MM:
+    if unit not in PER_MM:
         raise UnknownScaleError(f"a travel is in mm, which {unit} cannot be compared with")
-    return value / _PER_MM[unit][1]
+    return value / PER_MM[unit]
+
+
+def check_measurable(
+    option: str, unit: str, quantities: tuple[str, ...], channels: Iterable[Scales]
+) -> None:
+    """Make sure that positions can be compared with a length that the user states, on some channel.
+
+    :param option: that states it.
+    :param unit: for people.
+    :param quantities: that its messages carry.
+
+    Raises :class:`~stagewire.errors.UnknownScaleError`.
+    """
+    if POSITION not in quantities:
+        raise UnknownScaleError(
+            f"{option} limits positions, and a {unit} has none in mm; leave it out"
+        )
+    reasons = [_unmeasurable(POSITION, scales) for scales in channels]
+    if all(reasons):
+        raise UnknownScaleError(f"{option} would limit nothing: {reasons[0]}")
 
 
 def mm_of(entry: Given, counts: int, scales: Scales) -> Fraction:

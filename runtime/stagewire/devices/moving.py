@@ -9,19 +9,23 @@ from __future__ import annotations
 
 from typing import Final
 
+from stagewire.devices.arrival import checked
 from stagewire.devices.calls import Keywords, refuse_left, send_starting
+from stagewire.devices.diagnosis import explained
 from stagewire.devices.giving import fields_of
 from stagewire.devices.line import Deadline
 from stagewire.devices.motions import Running
 from stagewire.devices.spot import Spot, defaults_of
 from stagewire.devices.tables import Action, MotionEnd, Poll
-from stagewire.devices.targets import check_target
+from stagewire.devices.targets import targets_of
 from stagewire.errors import (
+    ControllerFaultError,
     MotionStopped,
     MotionTimeout,
     MotionUnderWayError,
     ReplyTimeout,
     StagewireError,
+    TargetNotReachedError,
     UnsupportedError,
 )
 from stagewire.message import Message
@@ -42,17 +46,26 @@ class Started:
     :param running: its entry in the list of what is stopped at the end.
     :param ends: the messages that tell its end; None where none does.
     :param deadline: when it is given up, where it is polled for.
+    :param targets: where it may end, in counts; empty where that is unknown.
     """
 
     def __init__(
-        self, spot: Spot, action: Action, running: Running, ends: Ends | None, deadline: Deadline
+        self,
+        spot: Spot,
+        action: Action,
+        running: Running,
+        ends: Ends | None,
+        deadline: Deadline,
+        targets: tuple[int, ...],
     ) -> None:
         self.spot = spot
         self.action = action
         self.running = running
         self.ends = ends
+        self._seconds = deadline.left
         self._deadline = deadline
-        self._end: MotionEnd | None = None
+        self._targets = targets
+        self._end: MotionEnd | StagewireError | None = None
 
     @property
     def done(self) -> bool:
@@ -63,19 +76,38 @@ class Started:
     async def wait(self, timeout: float | None) -> MotionEnd:
         """Wait for its end; see :meth:`stagewire.devices.synchronous.Motion.wait`."""
         if self._end is None:
-            self._end = await self._wait(None if timeout is None else self.spot.seconds(timeout))
+            seconds = None if timeout is None else self.spot.seconds(timeout)
+            deadline = self._deadline if seconds is None else Deadline(self.spot.line, seconds)
+            end = await self._wait(seconds, deadline)
+            try:
+                if self._targets:
+                    end = await checked(self.spot, self.running.what, self._targets, end, deadline)
+                self._end = end
+            except TargetNotReachedError as error:
+                self._end = error
+        if isinstance(self._end, StagewireError):
+            raise self._end
         return self._end
 
-    async def _wait(self, seconds: float | None) -> MotionEnd:
-        running, line = self.running, self.spot.line
-        if running.exchange is not None:
+    async def _wait(self, seconds: float | None, deadline: Deadline) -> MotionEnd:
+        running, exchange = self.running, self.running.exchange
+        if exchange is not None:
             try:
-                return self._ended(await self.spot.frames.wait(running.exchange, seconds))
+                return self._ended(await self.spot.frames.wait(exchange, seconds))
             except MotionStopped as error:
                 raise self._stopped(error) from None
+            except (MotionTimeout, ControllerFaultError) as error:
+                if error is not exchange.error or not exchange.written:
+                    raise  # it is still waited for, or was never sent
+                self._end = await explained(self.spot, error, exchange.timeout)
+                raise self._end from None
         if self.action.poll is not None:
-            deadline = self._deadline if seconds is None else Deadline(line, seconds)
-            await _polled(self.spot, running, self.action.poll, deadline)
+            try:
+                await _polled(self.spot, running, self.action.poll, deadline)
+            except MotionTimeout as error:
+                if not self._deadline.over:
+                    raise  # it may be waited for again
+                raise await explained(self.spot, error, self._seconds) from None
             return self._ended(None)
         if self.ends is not None:
             raise _muted(running.what)
@@ -129,10 +161,13 @@ async def start(spot: Spot, action: Action, timeout: float | None, given: Keywor
     fields = fields_of(what, action.given, given, spot.scales())
     message = spot.message(action.message, fields)
     deadline = Deadline(spot.line, seconds)
-    await check_target(spot, what, action, fields, deadline)
+    try:
+        targets = await targets_of(spot, what, action, fields, deadline)
+    except ReplyTimeout as error:
+        raise MotionTimeout(f"{what} was not sent: {error}") from None
     ends = spot.connection.ends_of(action)
     running = spot.running(action, what) or Running(what, b"", spot.line.now())
-    started = Started(spot, action, running, ends, deadline)
+    started = Started(spot, action, running, ends, deadline, targets)
     if action.poll is not None:
         async with spot.lock("motion", what, deadline.left):
             await _refuse_second(spot, what, action.poll, deadline)

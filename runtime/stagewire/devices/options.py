@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypedDict
 
 from stagewire.devices.giving import in_unit
-from stagewire.devices.limits import CEILINGS, Travel, parse_travel
+from stagewire.devices.limits import CEILINGS, POSITION, Travel, parse_travel
 from stagewire.devices.scales import ByStage, settings_of
 from stagewire.devices.unit import Facts, Unit
 from stagewire.errors import BadValueError, UnknownScaleError
@@ -20,6 +20,8 @@ __all__ = ["SETTINGS", "Choices", "OpenOptions", "check_guest", "choose"]
 
 SETTINGS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
 """Settings that may be given when a device is opened, and the keywords for it."""
+
+_TOLERANCES: Final = ("target_tolerance_mm", "target_tolerance_counts")
 
 Length: TypeAlias = Number | tuple[Number, Number]
 
@@ -41,6 +43,12 @@ class OpenOptions(TypedDict, total=False):
     has in the registry, and may be higher."""
     max_acceleration_mm_per_s2: Number | Mapping[Any, Number] | None
     """The highest acceleration, likewise."""
+    target_tolerance_mm: Number | None
+    """How far from its target a motion may end, on every channel whose scale is known; further away raises
+    :class:`~stagewire.errors.TargetNotReachedError`. 0.01 mm when nothing is said, and 500 counts where no
+    scale is known."""
+    target_tolerance_counts: int | None
+    """The same in counts, whatever is known; give one of the two."""
     max_volts: Number | None
     """The maximum output voltage, where the controller is not asked for it or does not say it."""
     max_travel_um: Number | None
@@ -86,6 +94,8 @@ class Choices:
     stages: Mapping[Any, Stage] = field(default_factory=dict)
     travels: Mapping[Any, Travel] = field(default_factory=dict)
     ceilings: Mapping[str, Mapping[Any, Fraction]] = field(default_factory=dict)
+    target_tolerance_mm: Fraction | None = None
+    target_tolerance_counts: int | None = None
     max_volts: Fraction | None = None
     max_travel_um: Fraction | None = None
     serial_number: int | None = None
@@ -142,6 +152,8 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
             limit: _ceiling(option, given.get(option), unit_of_limit, names)
             for limit, (_, option, unit_of_limit) in CEILINGS.items()
         },
+        target_tolerance_mm=_tolerance(given),
+        target_tolerance_counts=given.get("target_tolerance_counts"),
         max_volts=_setting("max_volts", given.get("max_volts"), "V"),
         max_travel_um=_setting("max_travel_um", given.get("max_travel_um"), "um"),
         serial_number=given.get("serial_number"),
@@ -191,6 +203,11 @@ def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
         if given.get(option) is not None and setting not in depended_on:
             raise BadValueError(
                 f"{option}: no value of a {unit.name} depends on it, and it would limit nothing; leave it out"
+            )
+    for option in _TOLERANCES:
+        if given.get(option) is not None and POSITION not in unit.quantities:
+            raise BadValueError(
+                f"{option}: a {unit.name} has no position that a motion could miss; leave it out"
             )
     wanted = given.get("serial_number")
     if wanted is None:
@@ -297,6 +314,25 @@ def _setting(keyword: str, value: object, unit: str) -> Fraction | None:
     number = exact(in_unit(value, unit, keyword))
     if number <= 0:
         raise BadValueError(f"{keyword} takes a number above 0, not {value}")
+    return number
+
+
+def _tolerance(given: OpenOptions) -> Fraction | None:
+    """Return the tolerance in mm; check the one in counts."""
+    mm, counts = given.get("target_tolerance_mm"), given.get("target_tolerance_counts")
+    if mm is not None and counts is not None:
+        raise BadValueError(f"{' and '.join(_TOLERANCES)} are the same limit; give one of them")
+    if counts is not None and (
+        isinstance(counts, bool) or not isinstance(counts, int) or counts < 0
+    ):
+        raise BadValueError(
+            f"target_tolerance_counts takes a whole number from 0 on, not {counts!r}"
+        )
+    if mm is None:
+        return None
+    number = exact(in_unit(mm, "mm", "target_tolerance_mm"))
+    if number < 0:
+        raise BadValueError(f"target_tolerance_mm takes a number from 0 on, not {mm}")
     return number
 
 

@@ -47,8 +47,11 @@ class Motion:
             as the motion may last.
 
         Raises :class:`~stagewire.errors.MotionStopped` for one that was stopped,
-        :class:`~stagewire.errors.MotionTimeout`, :class:`~stagewire.errors.TransportLost` and
-        :class:`~stagewire.errors.SessionClosedError`.
+        :class:`~stagewire.errors.TargetNotReachedError` for one that ended elsewhere,
+        :class:`~stagewire.errors.ControllerFaultError` where the controller reported a fault, and
+        :class:`~stagewire.errors.MotionTimeout`; after the last two it may still be under way. Also
+        :class:`~stagewire.errors.ReplyTimeout` where it has ended and the question where gets no answer,
+        :class:`~stagewire.errors.TransportLost` and :class:`~stagewire.errors.SessionClosedError`.
         """
         return run(self._started.wait(timeout))
 

@@ -24,6 +24,7 @@ __all__ = [
     "ParameterSet",
     "Poll",
     "Query",
+    "Stored",
     "Target",
 ]
 
@@ -141,6 +142,21 @@ class Poll:
 
 
 @dataclass(frozen=True, slots=True)
+class Stored:
+    """Where a controller has stored how far, or where to, a message without a target of its own moves.
+
+    :param table: asks for it.
+    :param field: of the answer.
+    :param when: another field of the answer and the value that it has while the target is used; None: it
+        always is.
+    """
+
+    table: ParameterSet[Any] | Query[Any]
+    field: str
+    when: tuple[str, int] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Action:
     """A message that starts a motion, or stops one.
 
@@ -148,7 +164,7 @@ class Action:
     :param poll: how its end is seen where no message tells it.
     :param halted_by: what stops it; None of what is itself a stop.
     :param target: whether the value given is a place or a distance; None for neither.
-    :param stored: the table and its field that hold where it goes, for what carries no target of its own.
+    :param stored: what holds where it goes, for what carries no target of its own.
     :param motherboard: as in :class:`ParameterSet`.
     """
 
@@ -159,7 +175,7 @@ class Action:
     poll: Poll | None = None
     halted_by: Action | None = None
     target: Target | None = None
-    stored: tuple[ParameterSet[Any] | Query[Any], str] | None = None
+    stored: Stored | None = None
     motherboard: bool = False
 
 
@@ -168,7 +184,8 @@ class MotionEnd:
     """How a motion ended.
 
     :param message: what the controller said at its end; None where it says nothing.
-    :param values: the same, in engineering units, where it carries values.
+    :param values: the same, in engineering units; where it carries no position and the motion had a target,
+        the status that was asked for instead. None where neither carries values.
     :param seconds: from the command to its end.
     """
 

@@ -17,7 +17,7 @@ from stagewire.message import Message
 from stagewire.protocol import Protocol
 from stagewire.quantities import Scale
 
-__all__ = ["Alias", "Facts", "Setting", "Told", "Unit"]
+__all__ = ["Alias", "Facts", "Hindrance", "Setting", "Told", "Unit"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +73,24 @@ class Alias:
     scales: Mapping[str, str] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True)
+class Hindrance:
+    """A state that may keep something from moving, or from moving on.
+
+    :param cause: the state in a few words.
+    :param name: of the bit or value that shows it.
+    :param mask: the bits of the field that show it; -1: the whole field.
+    :param value: of those bits while the state holds.
+    :param limit: whether the state is an end of the travel.
+    """
+
+    cause: str
+    name: str
+    mask: int
+    value: int
+    limit: bool = False
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Unit:
     """A unit of the document.
@@ -91,7 +109,9 @@ class Unit:
     :param pause_ms: after what has no reply; None: nothing is known.
     :param also_at: other addresses at which it is known to answer.
     :param moving: status -> its field, and the bits in it that mean motion.
-    :param status_query: what asks for such a status.
+    :param status_query: what asks for such a status; it also carries the position.
+    :param hindrances: message -> its field, and the states in it that may hinder a motion.
+    :param diagnosis: the questions that tell all of these states, each of which adds some.
     :param idle: how an axis is asked whether it moves, where no bits say it.
     :param quantities: those that its messages carry.
     :param settable: those that its messages to the controller carry.
@@ -120,12 +140,23 @@ class Unit:
     also_at: tuple[int, ...] = ()
     moving: Mapping[type[Message], tuple[str, int]] = field(default_factory=dict)
     status_query: ParameterSet[Any] | Query[Any] | None = None
+    hindrances: Mapping[type[Message], tuple[str, tuple[Hindrance, ...]]] = field(
+        default_factory=dict
+    )
+    diagnosis: tuple[ParameterSet[Any] | Query[Any], ...] = ()
     idle: Poll | None = None
     quantities: tuple[str, ...] = ()
     settable: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Unit {self.name}: {self.title}>"
+
+    def hindered(self, message: Message) -> Iterator[Hindrance]:
+        """Give the states that a message shows and that may hinder a motion."""
+        field, states = self.hindrances.get(type(message), ("", ()))
+        for state in states:
+            if getattr(message, field) & state.mask == state.value:
+                yield state
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

@@ -48,6 +48,7 @@ class FramedCore(Core):
         super().__init__(options)
         self.protocol = protocol
         self._host = protocol.host
+        self._faults = protocol.faults
         self._hearing = Hearing(protocol, self.statistics, self.options.silence)
         self.counts = self._hearing.counts
         """Message -> how many of it have come."""
@@ -277,8 +278,17 @@ class FramedCore(Core):
             if id in motions:
                 self._motions.end(id, event, began, now)
                 self._at(self._motions.next)
+            if id in self._faults:
+                self._take_fault(id, event, began)
             for subscription in wanting(id):
                 subscription.put(event)
+
+    def _take_fault(self, id: int, event: Received | Undocumented, began: int) -> None:
+        """End the wait for the motions that a fault report is about."""
+        fault = self._faults[id].read(event.raw)
+        self._hearing.faults[id] = fault
+        for motion in self._motions.faulted(event, fault, began):
+            motion.end(error=self._wording.fault(motion, event, fault))
 
     # The end of exchanges
 

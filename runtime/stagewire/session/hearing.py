@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
+from stagewire.faults import Fault
 from stagewire.framed import FramedProtocol
 from stagewire.framing import BadLength, End, Event, Garbage, Undocumented, Unknown
 from stagewire.session.statistics import Statistics
@@ -28,6 +29,8 @@ class Hearing:
         """Message -> how many of it have come."""
         self.undocumented: dict[int, bytes] = {}
         """Message -> the bytes of the last one that came, of those without a layout."""
+        self.faults: dict[int, Fault] = {}
+        """Message -> what the last one that came reported, of those that report a fault."""
         self.heard = 0
         """Bytes that came."""
         self.silent_at = inf

@@ -9,6 +9,9 @@
    nothing moves.
 4. An answer to a stop that comes after nobody waits for it ends nothing that was begun later.
 5. An end that does not say where it comes from, while several channels wait for one, is nobody's.
+6. A fault report ends the wait for every motion at the address that it comes from, since it names no channel;
+   not where it names a message that began none of them. It is not the end of the motion, which is *unknown*
+   from then on.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from collections.abc import Iterator
 from math import inf
 
 from stagewire.errors import MotionStopped, MotionUnderWayError
+from stagewire.faults import Fault
 from stagewire.framing import Received, Undocumented
 from stagewire.session.framed_exchanges import Halt, Motion
 from stagewire.session.matching import Matching
@@ -152,6 +156,27 @@ class Motions:
                 motion.end(frame)
         for halt in halts:
             halt.end(frame)
+
+    def faulted(self, event: Received | Undocumented, fault: Fault, began: int) -> list[Motion]:
+        """Return the motions whose wait a fault report ends; they may still be under way.
+
+        :param began: how many bytes had come before it.
+        """
+        source = self._matching.source_of(event.raw)
+        found = [
+            motion
+            for known in self._channels.values()
+            if (motion := known.motion) is not None
+            and motion.written
+            and not motion.done
+            and source in (None, motion.dest)
+            and began >= motion.after
+            and fault.request in (0, motion.message.layout.id)
+        ]
+        if len({motion.dest for motion in found}) > 1:  # nothing says which of them it is about
+            self._statistics.ambiguous += 1
+            return []
+        return found
 
     def settled(self, dest: int, channel: int | None) -> None:
         """Forget a motion that was given up: somebody has read that nothing moves there."""

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from stagewire.errors import MotionTimeout, ReplyTimeout
+from stagewire.errors import ControllerFaultError, MotionTimeout, ReplyTimeout
+from stagewire.faults import Fault
 from stagewire.framed import FramedProtocol
+from stagewire.framing import Received, Undocumented
 from stagewire.session.framed_exchanges import FramedExchange, Halt, Motion
 from stagewire.session.hearing import Hearing
 
 __all__ = ["Wording"]
+
+_UNDER_WAY = "it may still be under way: read the status, or stop it, before anything else is begun"
 
 
 class Wording:
@@ -43,11 +47,21 @@ class Wording:
             "give it more time, or ask for less at once"
         )
 
+    def fault(
+        self, motion: Motion, event: Received | Undocumented, fault: Fault
+    ) -> ControllerFaultError:
+        """Return the error of a motion during which the controller reported a fault."""
+        text = (
+            f"{motion.name} ({motion.raw.hex(' ')}) was sent to {motion.dest:#04x}, and the controller "
+            f"reported a fault: {self._name(event.id)} {fault}; {_UNDER_WAY}"
+        )
+        return ControllerFaultError(text, fault.code, fault.text, event.frame.message)
+
     def _unanswered(self, exchange: FramedExchange) -> str:
         awaited = self._names(exchange.ids)
         came = self._came(exchange)
         if isinstance(exchange, Motion):
-            advice = "it may still be under way: read the status, or stop it, before anything else is begun"
+            advice = _UNDER_WAY
         else:
             advice = (
                 "see that the controller is on and has this address and message, then ask again; "
@@ -65,7 +79,9 @@ class Wording:
         return self._forms[id].name if id in self._forms else f"{id:#06x}"
 
     def _came(self, exchange: FramedExchange) -> str:
-        """Return what came since something was written, by names; what has no layout with its bytes.
+        """Return what came since something was written, by names.
+
+        A fault report is followed by its code and text, another message without a layout by its bytes.
 
         Bytes that are no known message are told where nothing else came: with a wrong baud rate, or another
         controller, there is nothing else.
@@ -75,6 +91,9 @@ class Wording:
             if new := count - exchange.seen.get(id, 0):
                 raw = self._hearing.undocumented.get(id)
                 shown = "" if raw is None else f" ({raw.hex(' ')})"
+                fault = self._hearing.faults.get(id)
+                if fault is not None and (fault.code or fault.text):
+                    shown = f" ({fault})"
                 parts.append(f"{new} x {self._name(id)}{shown}")
         if parts:
             return ", ".join(parts)

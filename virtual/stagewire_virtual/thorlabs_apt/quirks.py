@@ -7,6 +7,7 @@ All are facts from public drivers, captures and later issues of the document.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Mapping
 from typing import Final
 
@@ -24,6 +25,7 @@ Quirk = Callable[[Frame, Unit], Frame]
 """Makes of the frame that a unit by the document would send the one that it does send."""
 
 _FAULT_CODE: Final = 1
+_FAULT_TEXT: Final = b"Command refused"
 
 
 def _header_only_completion(frame: Frame, unit: Unit) -> Frame:
@@ -67,6 +69,14 @@ def _fault_codes_in_response(frame: Frame, unit: Unit) -> Frame:
     return Frame(m.HwResponse(param1=_FAULT_CODE), frame.dest, frame.source)
 
 
+def _rich_responses(frame: Frame, unit: Unit) -> Frame:
+    """Send HW_RICHRESPONSE, with a code and a text, in place of HW_RESPONSE."""
+    if not isinstance(frame.message, m.HwResponse):
+        return frame
+    data = struct.pack("<HH64s", 0, _FAULT_CODE, _FAULT_TEXT)
+    return Frame(m.HwRichResponse(data), frame.dest, frame.source)
+
+
 def _unswapped_addresses(frame: Frame, unit: Unit) -> Frame:
     """Send back the addresses of the request as they came."""
     return Frame(frame.message, frame.source, frame.dest, frame.extra)
@@ -86,6 +96,7 @@ FRAME_QUIRKS: Final[Mapping[str, Quirk]] = {
     "long_status": _long_status,  # controllers of later issues of the document
     "serial_number_of_another_model": _serial_number_of_another_model,  # cards, repaired units
     "fault_codes_in_response": _fault_codes_in_response,
+    "rich_responses": _rich_responses,  # layout of later issues of the document
     "unswapped_addresses": _unswapped_addresses,
     "zero_addresses": _zero_addresses,
 }

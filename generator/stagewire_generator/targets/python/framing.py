@@ -56,7 +56,28 @@ def _framed_protocol(protocol: Protocol) -> str:
     ]
     if "channel" in framing:
         lines.append(f"channel={literal(framing['channel'])}")
+    faults = _faults(protocol)
+    if faults:
+        lines.append(bracketed("faults={", faults, "}", 4, WIDTH - 1))
     return call("PROTOCOL = FramedProtocol", lines, "", 0, 0)
+
+
+def _faults(protocol: Protocol) -> list[str]:
+    """Return the messages that report a fault, each with the places of what they say."""
+    places = {m.id: m.exchange.get("reports_fault", {}) for m in protocol.messages}
+    return [
+        f"0x{id:04X}: FaultPlaces({', '.join(f'{k}={v}' for k, v in at.items() if k != 'source')})"
+        for id, at in places.items()
+        if id is not None and at
+    ]
+
+
+def _framed_imports(protocol: Protocol) -> tuple[str, ...]:
+    return (
+        *([imported("stagewire.faults", ["FaultPlaces"])] if _faults(protocol) else []),
+        imported("stagewire.framed", ["FramedProtocol"]),
+        imported("stagewire.framed_message", ["FramedMessage"]),
+    )
 
 
 def _command_protocol(protocol: Protocol) -> str:
@@ -104,10 +125,7 @@ _FRAMINGS = {
     "header": Framing(
         class_views=message_views,
         message_base="FramedMessage",
-        imports=lambda _: (
-            imported("stagewire.framed", ["FramedProtocol"]),
-            imported("stagewire.framed_message", ["FramedMessage"]),
-        ),
+        imports=_framed_imports,
         protocol=_framed_protocol,
     ),
     "slots": Framing(

@@ -196,12 +196,18 @@ def _value(value: EnumValue) -> Json:
         data["reserved"] = True
     if value.modifier:
         data["modifier"] = True
+    if value.hinders:
+        data["hinders"] = value.hinders
     return data
 
 
 def _bit(bit: FlagBit) -> Json:
     data: Json = {"bit": bit.bit, "mask": bit.mask, "note": bit.note}
-    return {**data, "motion": True} if bit.motion else data
+    if bit.motion:
+        data["motion"] = True
+    if bit.hinders:
+        data["hinders"] = bit.hinders
+    return data
 
 
 def _message(message: Message) -> Json:

@@ -826,8 +826,9 @@ class CanHome(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
+        Raises MotionUnderWayError, before a byte is sent, while something moves;
+        ControllerFaultError when the controller reported a fault; MotionStopped when it was
+        stopped; MotionTimeout when no end came in time, and then it may still be moving;
         TransportLost and SessionClosedError when there is no line (any more).
         """
         return await self._act(t.HOME, timeout)
@@ -941,9 +942,11 @@ class CanMoveRelative(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return await self._act(t.MOVE_RELATIVE, timeout, counts=counts, mm=mm)
 
@@ -979,9 +982,11 @@ class CanMoveRelative(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return await self._act(t.MOVE_RELATIVE_STORED, timeout)
 
@@ -1097,9 +1102,11 @@ class CanMoveAbsolute(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return await self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, mm=mm)
 
@@ -1136,9 +1143,11 @@ class CanMoveAbsolute(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return await self._act(t.MOVE_ABSOLUTE_STORED, timeout)
 
@@ -1186,8 +1195,9 @@ class CanMoveVelocity(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        MotionStopped when it was stopped; MotionTimeout when no end came in time, and then it may
-        still be moving; TransportLost and SessionClosedError when there is no line (any more).
+        ControllerFaultError when the controller reported a fault; MotionStopped when it was
+        stopped; MotionTimeout when no end came in time, and then it may still be moving;
+        TransportLost and SessionClosedError when there is no line (any more).
         """
         return await self._act(t.MOVE_VELOCITY, timeout, direction=direction)
 
@@ -1276,8 +1286,10 @@ class CanJog(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        MotionStopped when it was stopped; MotionTimeout when no end came in time, and then it may
-        still be moving; TransportLost and SessionClosedError when there is no line (any more).
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return await self._act(t.JOG, timeout, direction=direction)
 

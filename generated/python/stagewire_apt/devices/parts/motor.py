@@ -821,8 +821,9 @@ class CanHome(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
+        Raises MotionUnderWayError, before a byte is sent, while something moves;
+        ControllerFaultError when the controller reported a fault; MotionStopped when it was
+        stopped; MotionTimeout when no end came in time, and then it may still be moving;
         TransportLost and SessionClosedError when there is no line (any more).
         """
         return self._act(t.HOME, timeout)
@@ -931,9 +932,11 @@ class CanMoveRelative(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return self._act(t.MOVE_RELATIVE, timeout, counts=counts, mm=mm)
 
@@ -964,9 +967,11 @@ class CanMoveRelative(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return self._act(t.MOVE_RELATIVE_STORED, timeout)
 
@@ -1077,9 +1082,11 @@ class CanMoveAbsolute(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, mm=mm)
 
@@ -1111,9 +1118,11 @@ class CanMoveAbsolute(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return self._act(t.MOVE_ABSOLUTE_STORED, timeout)
 
@@ -1161,8 +1170,9 @@ class CanMoveVelocity(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        MotionStopped when it was stopped; MotionTimeout when no end came in time, and then it may
-        still be moving; TransportLost and SessionClosedError when there is no line (any more).
+        ControllerFaultError when the controller reported a fault; MotionStopped when it was
+        stopped; MotionTimeout when no end came in time, and then it may still be moving;
+        TransportLost and SessionClosedError when there is no line (any more).
         """
         return self._act(t.MOVE_VELOCITY, timeout, direction=direction)
 
@@ -1251,8 +1261,10 @@ class CanJog(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        MotionStopped when it was stopped; MotionTimeout when no end came in time, and then it may
-        still be moving; TransportLost and SessionClosedError when there is no line (any more).
+        TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
+        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
+        and then it may still be moving; TransportLost and SessionClosedError when there is no line
+        (any more).
         """
         return self._act(t.JOG, timeout, direction=direction)
 

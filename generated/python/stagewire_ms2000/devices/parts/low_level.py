@@ -54,9 +54,10 @@ class CanIncrementMoveUp(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; MotionStopped when it was stopped;
+        MotionTimeout when no end came in time, and then it may still be moving; TransportLost and
+        SessionClosedError when there is no line (any more).
         """
         return self._act(t.INCREMENT_MOVE_UP, timeout)
 
@@ -91,9 +92,10 @@ class CanIncrementMoveDown(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; MotionStopped when it was stopped;
+        MotionTimeout when no end came in time, and then it may still be moving; TransportLost and
+        SessionClosedError when there is no line (any more).
         """
         return self._act(t.INCREMENT_MOVE_DOWN, timeout)
 
@@ -393,9 +395,10 @@ class CanMoveAbsolute(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; MotionStopped when
-        it was stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves;
+        TargetNotReachedError when it ended elsewhere; MotionStopped when it was stopped;
+        MotionTimeout when no end came in time, and then it may still be moving; TransportLost and
+        SessionClosedError when there is no line (any more).
         """
         return self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, um=um)
 

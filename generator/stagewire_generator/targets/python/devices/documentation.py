@@ -37,6 +37,8 @@ _WRONG = (
 _BUSY = "MotionUnderWayError, before a byte is sent, while something moves"
 _OUTSIDE = "LimitError, before it moves, for a target outside a travel that is known"
 _LATE = "ReplyTimeout when no answer came in time"
+_MISSED = "TargetNotReachedError when it ended elsewhere"
+_FAULT = "ControllerFaultError when the controller reported a fault"
 _ENDS = (
     "MotionStopped when it was stopped; MotionTimeout when no end came in time, and then it may still "
     "be moving"
@@ -124,7 +126,10 @@ def _errors(call: Call, verb: str, given: bool) -> str:
     wrong = [_WRONG] if given else []
     if call.kind == "action":
         targets = [_OUTSIDE] if any(a.field.target for a in call.arguments) else []
-        errors = [*wrong, *targets, _BUSY, *([] if verb == "start_" else [_ENDS])]
+        exchange = call.message.exchange
+        ended = [_MISSED] if targets or "stored" in exchange else []
+        ended += [_FAULT] if "completes_with" in exchange else []
+        errors = [*wrong, *targets, _BUSY, *([] if verb == "start_" else [*ended, _ENDS])]
     elif call.kind == "halt":
         ends = call.message.exchange.get("completes_with")
         errors = [*wrong, *(["ReplyTimeout when no end came in time"] if ends else [])]

@@ -12,6 +12,11 @@ from stagewire_generator.model import (
     Protocol,
 )
 from stagewire_generator.targets.python.devices.arguments import table_class
+from stagewire_generator.targets.python.devices.hindrances_view import (
+    hindrance_entries,
+    hindrance_lists,
+    said_by,
+)
 from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.rules_view import (
@@ -35,7 +40,7 @@ _TOLD = {"identity": "identity", "bays": "bay_used"}
 class FactsView:
     """The module.
 
-    :param lists: statements that name the messages of units.
+    :param lists: statements that name the messages of units, and what hinders their motions.
     :param units: the statement of the units; the others likewise.
     """
 
@@ -71,9 +76,12 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
     if channels := _channels(protocol):
         facts.append(f"channels={channels}")
     return FactsView(
-        lists=tuple(
-            laid_out(_frozenset(f"{name} = ", sorted(names)), 0)
-            for names, name in sorted(lists.items(), key=lambda x: x[1])
+        lists=(
+            *(
+                laid_out(_frozenset(f"{name} = ", sorted(names)), 0)
+                for names, name in sorted(lists.items(), key=lambda x: x[1])
+            ),
+            *hindrance_lists(protocol),
         ),
         units=laid_out(Nested("UNITS: dict[str, Unit] = {", tuple(entries), "}"), 0),
         settings=laid_out(
@@ -151,6 +159,7 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
         also = tuple(f"0x{address:02X}" for address in family["also_at"]["addresses"])
         items.append(Nested("also_at=(", also, ")"))
     items += _moving(protocol, unit, tables)
+    items += hindrance_entries(protocol, unit, tables)
     carried = {
         "quantities=": _quantities(protocol, unit),
         "settable=": _quantities(protocol, unit, sent=True),
@@ -184,20 +193,13 @@ def _addresses(protocol: Protocol, entry: Json) -> Iterator[Source]:
 def _moving(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
     """Yield what tells that something moves: bits of a status, what asks for it, or a question."""
     found: dict[str, tuple[int, Source]] = {}
-    for message in protocol.messages:
-        if message.name not in unit.messages or message.direction != "to_host":
-            continue
-        for layout in message.layouts:
-            if layout.when and layout.when.get(
-                "status", unit.entry.get("status")
-            ) != unit.entry.get("status"):
-                continue
-            for field in layout.fields:
-                mask = _motion(field, unit.name)
-                if mask:
-                    value = f"({literal(field.name)}, 0x{mask:0{2 * field.format.size}X})"
-                    found[message.name] = (layout.length, f"{class_of(message, layout)}: {value}")
-    if found:
+    for message, layout in said_by(protocol, unit):
+        for field in layout.fields:
+            mask = _motion(field, unit.name)
+            if mask:
+                value = f"({literal(field.name)}, 0x{mask:0{2 * field.format.size}X})"
+                found[message.name] = (layout.length, f"{class_of(message, layout)}: {value}")
+    if found and protocol.framing["kind"] == "header":  # a command asks whether an axis is idle
         yield Nested("moving={", tuple(source for _, source in found.values()), "}")
     asked = [
         (length, call.constant)

@@ -12,9 +12,9 @@ from stagewire_generator.targets.python.source import imported
 __all__ = ["facts_imports", "parts_imports", "tables_imports", "units_imports", "values_imports"]
 
 _ALIASES = {"e": "enumerations", "f": "flags", "m": "messages"}
-_TABLES = ("Action", "Command", "Ends", "Given", "ParameterSet", "Poll", "Query")
+_TABLES = ("Action", "Command", "Ends", "Given", "ParameterSet", "Poll", "Query", "Stored")
 _SCALES = ("ByCase", "BySetting", "ByStage", "ByUnit", "Rule")
-_UNIT = ("Alias", "Facts", "Setting", "Told", "Unit")
+_UNIT = ("Alias", "Facts", "Hindrance", "Setting", "Told", "Unit")
 
 
 def values_imports(package: str, views: Sequence[ValuesView]) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from stagewire_generator.model import Layout, Message
+from stagewire_generator.model import Field, Layout, Message
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.python.devices.arguments import Argument, table_class
 from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
@@ -110,9 +110,12 @@ class TableWriter:
         stored = exchange.get("stored")
         if stored and not targets:
             source = self._of[stored["read"]]
-            yield f"stored=({source.constant}, {literal(stored['field'])})"
             assert source.values  # a lint rule has seen to it
             fields = source.values.layout.all_fields
+            items = [source.constant, literal(stored["field"])]
+            if "when" in stored:
+                items.append(f"when={_state(stored['when'], fields)}")
+            yield Nested("stored=Stored(", tuple(items), ")")
             targets = [f.target for f in fields if f.name == stored["field"] and f.target]
         if targets and call.kind == "action":
             yield f"target={literal(targets[0])}"
@@ -133,6 +136,14 @@ class TableWriter:
 def _given(key: str, arguments: Sequence[Argument]) -> Iterator[Nested]:
     if arguments:
         yield _tuple(f"{key}=", [_argument(argument) for argument in arguments])
+
+
+def _state(when: dict[str, str], fields: Sequence[Field]) -> str:
+    """Return a field and the number that it holds in a state."""
+    enum = next(field.enum for field in fields if field.name == when["field"])
+    assert enum  # a lint rule has seen to it
+    value = next(v.value for v in enum.values if v.name == when["value"])
+    return f"({literal(when['field'])}, 0x{value:02X})"
 
 
 def _tuple(head: str, items: Iterable[Source]) -> Nested:

@@ -1,0 +1,121 @@
+"""What may keep something from moving: the states in the module of facts, and what asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stagewire_generator.model import (
+    Enumeration,
+    EnumValue,
+    Field,
+    FlagBit,
+    FlagTable,
+    Layout,
+    Message,
+    Protocol,
+)
+from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
+from stagewire_generator.targets.python.devices.parts import UnitPlan
+from stagewire_generator.targets.python.devices.plan import Call
+from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
+from stagewire_generator.targets.python.source import literal
+
+__all__ = ["hindrance_entries", "hindrance_lists", "said_by"]
+
+
+def said_by(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[Message, Layout]]:
+    """Yield what a unit says: messages to the host and replies, in the layouts that it uses."""
+    status = unit.entry.get("status")
+    for message in protocol.messages:
+        if message.name in unit.messages:
+            for layout in message.layouts:
+                said = message.direction == "to_host" or layout.form == "reply"
+                if said and layout.when.get("status", status) == status:
+                    yield message, layout
+
+
+def hindrance_lists(protocol: Protocol) -> tuple[str, ...]:
+    """Return a statement for each table that has states which hinder a motion."""
+    every: tuple[FlagTable | Enumeration, ...] = (*protocol.flags, *protocol.enumerations)
+    tables = [table for table in every if _states(table)]
+    return tuple(
+        laid_out(Nested(f"{_name(table)} = (", tuple(map(_hindrance, _states(table))), ")"), 0)
+        for table in sorted(tables, key=_name)
+    )
+
+
+def hindrance_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
+    """Yield where a unit says what hinders a motion, and what asks it for that."""
+    if not any(_moves(message) for message in protocol.messages if message.name in unit.messages):
+        return
+    found: dict[str, tuple[int, FlagTable | Enumeration]] = {}
+    entries: list[Source] = []
+    for message, layout in said_by(protocol, unit):
+        for field in layout.all_fields:
+            table = _table(field, unit.name)
+            if table is not None and _states(table):
+                found[message.name] = (layout.length, table)
+                entries.append(
+                    f"{class_of(message, layout)}: ({literal(field.name)}, {_name(table)})"
+                )
+    if entries:
+        yield Nested("hindrances={", tuple(entries), "}")
+    asked = [
+        (*found[call.values.message.name], call.constant)
+        for call in tables.calls
+        if call.values and call.values.message.name in found and _can_be_asked(call, unit)
+    ]
+    known: set[str] = set()
+    questions: list[Source] = []
+    knows_status = False
+    for _, table, constant in sorted(asked, key=lambda x: (-x[0], x[2])):  # the longest says most
+        causes = {state.hinders["cause"] for state in _states(table)}
+        is_status = isinstance(table, FlagTable)
+        if causes <= known or (is_status and knows_status):  # one status word is enough
+            continue
+        known |= causes
+        knows_status = knows_status or is_status
+        questions.append(f"t.{constant}")
+    if questions:
+        yield Nested("diagnosis=(", tuple(questions), ")")
+
+
+def _moves(message: Message) -> bool:
+    """Whether a message starts something whose end is awaited."""
+    exchange = message.exchange
+    return "ends_when" in exchange or {"completes_with", "halted_by"} <= exchange.keys()
+
+
+def _can_be_asked(call: Call, unit: UnitPlan) -> bool:
+    """Whether a unit takes the question of a call, which needs no value of the user."""
+    if call.kind == "set":
+        return (
+            "req" in call.members and call.members["req"].name in unit.messages and not call.asked
+        )
+    return call.kind == "query" and call.message.name in unit.messages and not call.arguments
+
+
+def _table(field: Field, unit: str) -> FlagTable | Enumeration | None:
+    return field.flags_by_unit.get(unit, field.flags) or field.enum
+
+
+def _states(table: FlagTable | Enumeration) -> list[FlagBit] | list[EnumValue]:
+    if isinstance(table, FlagTable):
+        return [bit for bit in table.bits if bit.hinders]
+    return [value for value in table.values if value.hinders]
+
+
+def _name(table: FlagTable | Enumeration) -> str:
+    return f"_{table.name.upper()}_HINDRANCES"
+
+
+def _hindrance(state: FlagBit | EnumValue) -> Nested:
+    if isinstance(state, FlagBit):
+        mask = f"0x{state.mask:08X}"
+        value = "0" if state.hinders.get("when") == "clear" else mask
+    else:
+        mask, value = "-1", f"0x{state.value:02X}"
+    items = [literal(state.hinders["cause"]), literal(state.name), mask, value]
+    if state.hinders.get("limit"):
+        items.append("limit=True")
+    return Nested("Hindrance(", tuple(items), ")")
