@@ -220,7 +220,7 @@ def test_a_stage_has_limits_and_may_be_like_another(spec: Path) -> None:
         ('mm_per_s: "2.5"', "mm: 3", "SW010"),
         ('mm_per_s: "2.5"', 'mm_per_s: "0.0"', "SW010"),
         ('mm_per_s: "2.5"', "mm_per_s: 5/2", "SW010"),
-        ("mm: 10, page: 3", "mm: 10, unknown: lost", "SW010"),
+        ("mm: 10, source", "mm: 10, unknown: lost, source", "SW010"),
         ("    limits:\n", "    like: Long\n    limits:\n", "SW010"),  # beside scales of its own
         ("  Slide:\n", "  Slip:\n", "SW021"),  # Long is like what nothing defines
     ],
