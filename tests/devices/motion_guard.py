@@ -6,6 +6,7 @@ Run as a program, it tries as many examples as it is told: ``python motion_guard
 from __future__ import annotations
 
 import argparse
+import logging
 from contextlib import ExitStack, suppress
 from importlib import import_module
 from typing import Any, ClassVar
@@ -193,6 +194,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--examples", type=int, default=20_000)
     examples = parser.parse_args().examples
+    logging.getLogger("stagewire").setLevel(logging.ERROR)  # lines are lost all the time here
     for machine in MACHINES:
         share = examples // len(MACHINES)
         run_state_machine_as_test(machine, settings=settings(limits(share), database=None))
