@@ -69,7 +69,8 @@ class Line:
         """Let time go on, to each instant at which the session or the controller has something to do."""
         while self.now < end:
             due = self.core.due
-            until = min(end, self.now + STEP, end if due is None else max(due, self.now))
+            due = self.core.silent_at if due is None else min(due, self.core.silent_at)
+            until = min(end, self.now + STEP, max(due, self.now))
             if until > self.now:
                 self.controller.advance(until - self.now)
                 self.now = until

@@ -32,6 +32,7 @@ __all__ = [
     "TransportError",
     "TransportLost",
     "TruncatedError",
+    "TurnedAwayError",
     "UnknownFieldError",
     "UnknownMessageError",
     "UnknownProtocolError",
@@ -181,7 +182,20 @@ class TransportLost(TransportError):
 
     What was being done may have been done or not; nothing is sent again. The state is unknown until it
     is read again, on a line that was opened again.
+
+    :param line: what happened to the line.
+    :param exchange: what is known of the message that waited, if one did.
     """
+
+    def __init__(self, line: str, exchange: str = "") -> None:
+        super().__init__(f"{line}; {exchange}" if exchange else line)
+        self.line = line
+        self.turned_away: TurnedAwayError | None = None
+        """The error to raise instead where nothing that came was a message: all of it was text."""
+
+
+class TurnedAwayError(LinkOpenError, TransportLost):
+    """The other end closed the connection before it sent a message, as it does when it has another host."""
 
 
 class SessionClosedError(StagewireError):

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -369,6 +370,26 @@ def test_what_goes_wrong_is_told(tmp_path: Path) -> None:
         _, _, err = serving.end(signal.SIGTERM)
     assert "TDC001: " in err
     assert "drop" in err
+
+
+def test_a_second_host_is_turned_away_and_both_ends_say_so(
+    stagewire: Stagewire, tmp_path: Path
+) -> None:
+    for words in ((), ("--log", tmp_path / "log.txt")):
+        with running("TDC001", *words) as serving:
+            url = serving.places["TDC001"]
+            parts = urlsplit(url)
+            with socket.create_connection((parts.hostname, parts.port)) as first:
+                first.sendall(INFO)
+                assert first.recv(1)
+                for options in ((), ("--unit", "TDC001")):
+                    result = stagewire("home", url, "--yes", *options)
+                    assert result.code == 1
+                    assert "Another host may be connected" in result.err
+                    assert "carried out" not in result.err
+            _, _, err = serving.end(signal.SIGTERM)
+        said = (tmp_path / "log.txt").read_text() if words else err
+        assert "turned away: a line has one host" in said
 
 
 @posix

@@ -276,7 +276,7 @@ def test_tcp_sends_at_once_and_finds_out_that_nobody_is_there() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         url = f"socket://127.0.0.1:{listener.getsockname()[1]}"
         with open_link(url) as link:
-            connection = link._take.__self__  # type: ignore[attr-defined]
+            connection = link._take.__self__.socket  # type: ignore[attr-defined]
             assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
             assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
             for name, value in (("TCP_KEEPIDLE", 1), ("TCP_KEEPINTVL", 1), ("TCP_KEEPCNT", 3)):

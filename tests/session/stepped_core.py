@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 from stagewire.framed_message import FramedMessage
@@ -53,9 +54,15 @@ class Stepped:
         """Write what is to be written now, and return it."""
         data = self.any.output(self.now)
         self.wrote += data
-        due = self.any.due
+        due = self.due
         assert due is None or due > self.now, "a driver would spin"
         return data
+
+    @property
+    def due(self) -> float | None:
+        """When the core has to be called next, with bytes or without."""
+        due = min(inf if self.any.due is None else self.any.due, self.any.silent_at)
+        return None if due == inf else due
 
     def hear(self, *data: bytes) -> bytes:
         """Let bytes come, and return what is written then."""
@@ -66,13 +73,15 @@ class Stepped:
     def until(self, when: float) -> bytes:
         """Let time go on, stopping wherever something is due; return what was written."""
         written = b""
-        while (due := self.any.due) is not None and due <= when:
-            self.now = max(self.now, due)
-            self.any.tick(self.now)
-            written += self.flush()
+        while (due := self.due) is not None and due <= when:
+            written += self._look_around(due)
+        return written + self._look_around(when)
+
+    def _look_around(self, when: float) -> bytes:
         self.now = max(self.now, when)
+        self.any.receive(b"", self.now)
         self.any.tick(self.now)
-        return written + self.flush()
+        return self.flush()
 
     def later(self, seconds: float) -> bytes:
         """Let time go on."""

@@ -7,6 +7,8 @@ import itertools
 import pytest
 from stepped_core import HOST, VEL, Framed, dc_status, said, vel_params
 
+from stagewire.errors import ReplyTimeout
+from stagewire.session.exchange import Exchange
 from stagewire_apt import messages as m
 
 BAYS = (0x21, 0x22, 0x23)
@@ -247,3 +249,107 @@ def test_nothing_of_a_frame_that_only_looks_like_an_answer_is_one():
     talk.hear(bytes.fromhex("150404008150 01000000"))
     assert not asked.done
     assert talk.core.statistics.bad_length == 1
+
+
+# What the error of a timeout says about frames that nobody got
+
+
+def timed_out(talk: Framed, exchange: Exchange) -> str:
+    talk.later(exchange.deadline - talk.now)
+    assert isinstance(exchange.error, ReplyTimeout)
+    return str(exchange.error)
+
+
+def test_ends_without_an_address_are_told_where_several_motions_waited():
+    talk = Framed()
+    moves = [talk.move(dest=bay, timeout=3) for bay in BAYS]
+    end = said(FORMS["header"], 0, 0)
+    talk.hear(end, end)
+    for move in moves:
+        text = timed_out(talk, move)
+        assert (
+            "not taken for it: 2 x MOT_MOVE_COMPLETED without an address, while several wait for one "
+            "(the last: 64 04 01 00 00 00)"
+        ) in text
+        assert "run one motion at a time on this line, or read the status of each channel" in text
+        assert "it may still be under way" in text
+
+
+def test_replies_without_an_address_are_told_where_several_requests_waited():
+    talk = Framed()
+    asked = [talk.ask(dest=bay) for bay in BAYS[:2]]
+    reply = said(vel_params(5), 0, 0)
+    talk.hear(reply)
+    for one in asked:
+        text = timed_out(talk, one)
+        assert "1 x MOT_GET_VELPARAMS without an address, while several wait for one" in text
+        assert f"(the last: {reply.hex(' ')})" in text
+        assert "one request at a time is sent on this line" in text
+
+
+def test_an_answer_to_a_stop_without_an_address_is_told():
+    talk = Framed()
+    halts = [talk.halt(dest=bay) for bay in BAYS[:2]]
+    talk.hear(said(m.MotMoveStoppedHeader(1), 0, 0))
+    for halt in halts:
+        assert "1 x MOT_MOVE_STOPPED without an address" in timed_out(talk, halt)
+
+
+@pytest.mark.parametrize(
+    ("source", "channel", "why"),
+    [
+        (0x21, 1, "from 0x21 (the last"),
+        (0x50, 1, "from 0x50 (the last"),
+        (0x22, 2, "with chan_ident 2 instead of 1 (the last"),
+        (0, 2, "with chan_ident 2 instead of 1 (the last"),
+    ],
+)
+def test_a_wrong_address_or_channel_is_told(source, channel, why):
+    talk = Framed()
+    asked, move = talk.ask(dest=0x22), talk.move(dest=0x22, timeout=2)
+    for message in (vel_params(5, channel), m.MotMoveCompletedHeader(channel)):
+        talk.hear(said(message, source, dest=HOST if source else 0))
+    text = timed_out(talk, asked)
+    assert f"not taken for it: 1 x MOT_GET_VELPARAMS {why}" in text
+    assert "is the right one; see that the controller is on" in text
+    assert f"not taken for it: 1 x MOT_MOVE_COMPLETED {why}" in timed_out(talk, move)
+
+
+def test_the_answer_to_an_earlier_stop_is_told():
+    talk = Framed()
+    talk.halt(timeout=0.1)
+    talk.later(0.1)
+    move = talk.move(timeout=2)
+    talk.hear(said(m.MotMoveStoppedHeader(1)))
+    assert "1 x MOT_MOVE_STOPPED which answers an earlier stop" in timed_out(talk, move)
+
+
+def test_frames_that_are_no_known_message_are_told_with_their_bytes():
+    talk = Framed()
+    before = bytes.fromhex("fd7f00000150")
+    talk.hear(before)
+    asked = talk.ask()
+    unknown, short = bytes.fromhex("fe7f02008150abcd"), bytes.fromhex("15040400815001000000")
+    talk.hear(unknown, unknown, short)
+    text = timed_out(talk, asked)
+    assert f"meanwhile came 2 x unknown message 0x7ffe ({unknown.hex(' ')}), " in text
+    assert f"1 x MOT_GET_VELPARAMS that is too short ({short.hex(' ')})" in text
+    assert "0x7ffd" not in text
+
+
+def test_what_another_one_got_is_not_told():
+    talk = Framed()
+    first, second = talk.ask(dest=0x21), talk.ask(dest=0x22)
+    talk.hear(said(vel_params(5), 0x21))
+    assert first.done
+    assert "not taken for it" not in timed_out(talk, second)
+
+
+def test_frames_that_nobody_got_fill_no_memory():
+    talk = Framed()
+    asked = talk.ask(dest=0x22)
+    for channel in range(2, 1000):
+        talk.hear(said(vel_params(5, channel), 0x22), bytes([channel % 256, 0x70, 0, 0, 1, 0x22]))
+    text = timed_out(talk, asked)
+    assert "other unknown messages" in text
+    assert len(text) < 6000

@@ -97,9 +97,11 @@ def test_a_second_host_is_turned_away_with_a_note() -> None:
             assert read(first, 5) == b"first"
             with host(served) as second:
                 assert second.recv(1) == b""
+                names = ["{}:{}".format(*line.getsockname()[:2]) for line in (second, first)]
             first.sendall(b"still")
             assert read(first, 5) == b"still"
-        assert any("turned away" in note for note in book.notes)
+        said = "{} turned away: a line has one host, and {} is connected".format(*names)
+        assert said in book.notes
 
 
 def test_one_host_after_another() -> None:

@@ -18,6 +18,7 @@ from stagewire.devices.values import Values
 from stagewire.errors import (
     MotionUnderWayError,
     OutOfRangeError,
+    ReplyTimeout,
     StagewireError,
     TransportLost,
     UnsupportedError,
@@ -54,52 +55,84 @@ async def ask(
 
 async def look(spot: Spot, table: ParameterSet[V] | Query[V], seconds: float) -> V:
     """Ask for values on the library's own account: what they show settles no motion."""
-    reply = await _reply(spot, table, seconds, {})
+    message, replies = _question(spot, table, {})
+    reply = await spot.line.ask(message, replies, spot.address_of(table), seconds)
+    spot.connection.learn(spot.address, spot.channel, reply)
     return table.values(reply, spot.scales())
 
 
 async def _ask(spot: Spot, table: ParameterSet[V] | Query[V], seconds: float, given: Keywords) -> V:
-    reply = await _reply(spot, table, seconds, given)
-    await _see_whether_it_stands(spot, reply)
+    message, replies = _question(spot, table, given)
+    address, deadline = spot.address_of(table), Deadline(spot.line, seconds)
+    reply = await spot.line.ask(message, replies, address, seconds)
+    running = _shown_at_rest(spot, reply)
+    if running is not None and reply.layout.unsolicited:
+        try:
+            await _wait_for_what_is_late(spot, deadline)
+            reply = await spot.line.ask(message, replies, address, deadline.left)
+            running = _shown_at_rest(spot, reply)
+        except ReplyTimeout:  # the status is an answer, but no proof
+            running = None
+    if running is not None and _settled(spot, running):
+        await spot.frames.settled(spot.address, spot.channel)
+    spot.connection.learn(spot.address, spot.channel, reply)
     return table.values(reply, spot.scales())
 
 
-async def _reply(
-    spot: Spot, table: ParameterSet[Any] | Query[Any], seconds: float, given: Keywords
-) -> Message:
-    if isinstance(table, Query):
-        req, gets = table.req, table.gets
-    else:
-        assert table.req is not None  # else there is no such method
-        assert table.get is not None
-        req, gets = table.req, (table.get,)
+def _question(
+    spot: Spot, table: ParameterSet[Any] | Query[Any], given: Keywords
+) -> tuple[Message, tuple[type[Message], ...]]:
+    """Return the message that asks, and those that answer it."""
     fields: dict[str, Any] = {}
     if table.asked:
         fields = fields_of(f"{spot.name}: get_{table.name}", table.asked, given, spot.scales())
-    reply = await spot.line.ask(spot.message(req, fields), gets, spot.address_of(table), seconds)
-    spot.connection.learn(spot.address, spot.channel, reply)
-    return reply
+    req, replies = _request_of(table)
+    return spot.message(req, fields), replies
 
 
-async def _see_whether_it_stands(spot: Spot, message: Message) -> None:
-    """Where a status shows that nothing moves, a motion whose end nobody awaits any more is over.
+def _request_of(
+    table: ParameterSet[Any] | Query[Any],
+) -> tuple[type[Message], tuple[type[Message], ...]]:
+    """Return the class of the message that asks, and those that answer it."""
+    if isinstance(table, Query):
+        return table.req, table.gets
+    assert table.req is not None  # else there is no such method
+    assert table.get is not None
+    return table.req, (table.get,)
+
+
+def _shown_at_rest(spot: Spot, message: Message) -> Running | None:
+    """Return the motion whose end is not known, if a status shows that nothing moves.
 
     Not one that was begun a moment ago: a controller may say that nothing moves when it is about to begin.
     """
     moving = spot.connection.unit.moving.get(type(message))
-    if moving is not None and not moves(message, moving) and _note_rest(spot):
-        await spot.frames.settled(spot.address, spot.channel)
-
-
-def _note_rest(spot: Spot) -> bool:
-    """Note that nothing moves, and return whether that ends a motion whose end nobody awaits."""
-    motions = spot.connection.motions
-    running = motions.at(spot.place)
+    if moving is None or moves(message, moving):
+        return None
+    running = spot.connection.motions.at(spot.place)
     if running is None or running.just_begun(spot.line.now()):
-        return False
+        return None
+    return running
+
+
+async def _wait_for_what_is_late(spot: Spot, deadline: Deadline) -> None:
+    """Ask a question whose answer never comes unsolicited, and wait for it.
+
+    An unsolicited status that was sent before the motion began may be held up on the line, and nothing
+    distinguishes it from the answer to a request. A line keeps the order of what it carries, so a status that
+    comes after this answer was sent after the motion began.
+    """
+    identity = spot.connection.facts.identity
+    if identity is not None:
+        req, replies = _request_of(identity)
+        await spot.line.ask(req(), replies, spot.address_of(identity), deadline.left)
+
+
+def _settled(spot: Spot, running: Running) -> bool:
+    """Note that a motion is over, and return True, unless a call still waits for its end."""
     if running.exchange is not None and not running.exchange.done:
         return False
-    motions.over(spot.place, running)
+    spot.connection.motions.over(spot.place, running)
     return True
 
 
@@ -232,8 +265,9 @@ async def is_moving(spot: Spot, timeout: float | None) -> bool:
     if unit.idle is not None:
         reply = await spot.line.ask(unit.idle.read(), (unit.idle.reply,), spot.address, seconds)
         busy = bool(getattr(reply, unit.idle.field) != unit.idle.value)
-        if not busy:
-            _note_rest(spot)
+        running = spot.connection.motions.at(spot.place)
+        if not busy and running is not None and not running.just_begun(spot.line.now()):
+            _settled(spot, running)
         return busy
     if unit.status_query is None or not unit.moving:
         raise UnsupportedError(f"{unit.name} has no message that asks whether it moves")

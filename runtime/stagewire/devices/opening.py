@@ -15,7 +15,7 @@ from stagewire.devices.spot import Spot
 from stagewire.devices.tables import Query
 from stagewire.devices.unit import Facts
 from stagewire.devices.values import Values
-from stagewire.errors import ReplyTimeout, StagewireError
+from stagewire.errors import ReplyTimeout, StagewireError, TurnedAwayError
 from stagewire.framed import FramedProtocol
 from stagewire.session.options import SessionOptions
 
@@ -70,8 +70,9 @@ async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
 
     Unless the user does not want it, it is asked what it is, and for the settings that its scales need.
 
-    Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named, and
-    :class:`~stagewire.errors.ReplyTimeout` where nobody answers.
+    Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named,
+    :class:`~stagewire.errors.ReplyTimeout` where nobody answers, and
+    :class:`~stagewire.errors.LinkOpenError` where the connection is closed instead.
     """
     connection.line = line
     unit, choices = connection.unit, connection.choices
@@ -88,6 +89,8 @@ async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
         return
     try:
         info = await ask(own, identity, None, {})
+    except TurnedAwayError as error:
+        raise TurnedAwayError(f"{error.line}. Only the question what it is was sent") from None
     except ReplyTimeout as error:
         bay = ", and is bay= that of the module" if unit.kind == "bay" else ""
         raise ReplyTimeout(

@@ -11,7 +11,7 @@ from stagewire.discovery.finding import ASK_TIMEOUT, look_at, recognise
 from stagewire.discovery.found import Found
 from stagewire.discovery.known import Known, by_identity, by_name, every_unit, protocols
 from stagewire.discovery.ports import Port, port_of
-from stagewire.errors import BadValueError, UnsupportedError, WrongUnitError
+from stagewire.errors import BadValueError, TransportLost, UnsupportedError, WrongUnitError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -131,6 +131,8 @@ def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
                 return Found(found.port, tuple(known), module)
             if found.identity is not None:
                 return found
+    except TransportLost as error:
+        raise error.turned_away or error from None
     finally:
         link.close()
     raise WrongUnitError(

@@ -109,6 +109,10 @@ class Framer:
             events += self.feed(pending[given_up:])
         return join_garbage(events)
 
+    def begins_message(self, data: bytes) -> bool:
+        """Say whether ``data`` begins with a header that is accepted out of step (rule 5)."""
+        return len(data) >= HEADER_SIZE and bool(self._rule.out_of_step(data[:HEADER_SIZE]))
+
     def _waits_for_unknown(self) -> bool:
         if not self._in_step or len(self._pending) < HEADER_SIZE:
             return False

@@ -10,10 +10,11 @@ from typing import cast
 
 from stagewire.errors import TransportLost
 from stagewire.links.link import FLUSH, AsyncLink
-from stagewire.links.loss import CLOSED, because, lost, stalled
+from stagewire.links.loss import CLOSED, because, stalled
 from stagewire.links.settings import LineSettings
 from stagewire.links.tcp_address import (
     HUNG_UP,
+    Beginning,
     address_of,
     connect_refusal,
     set_options,
@@ -87,6 +88,7 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
         self._ended: asyncio.Future[None] = self._loop.create_future()
         self._stall: asyncio.TimerHandle | None = None
         self._why = ""
+        self._beginning = Beginning()
         self._received: Callable[[bytes], None] | None = None
         self._lost: Callable[[TransportLost], None] | None = None
         self._transport: asyncio.Transport
@@ -104,7 +106,7 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
     def write(self, data: bytes) -> None:
         """Send bytes; see :meth:`.AsyncLink.write`."""
         if self._why:
-            raise lost(self.url, self._why)
+            raise self._beginning.lost(self.url, self._why)
         self._transport.write(data)
 
     def write_now(self, data: bytes) -> None:
@@ -134,6 +136,7 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Pass on what came."""
+        self._beginning.add(data)
         if self._received is not None and not self._why:
             self._received(data)
 
@@ -143,6 +146,7 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
         stop_sending(self._socket)  # which is closed when this returns
         if not self._ended.done():
             self._ended.set_result(None)
+        self._beginning.was_reset = isinstance(exc, ConnectionError)
         self._why = self._why or (because(exc) if exc else HUNG_UP)
         self._say_lost()
 
@@ -170,4 +174,4 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
     def _say_lost(self) -> None:
         if self._lost is not None:
             say, self._lost = self._lost, None
-            say(lost(self.url, self._why))
+            say(self._beginning.lost(self.url, self._why))

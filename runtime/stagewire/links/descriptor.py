@@ -30,6 +30,7 @@ class DescriptorLink(Link):
     :param shut: gives the descriptor back; called once.
     :param gone: what ``b""`` means, in words.
     :param stall_timeout: seconds after which a line that takes nothing is gone.
+    :param lost: makes the error of a line that is gone, of its URL and the reason.
     """
 
     def __init__(
@@ -41,6 +42,7 @@ class DescriptorLink(Link):
         shut: Callable[[], None],
         gone: str,
         stall_timeout: float,
+        lost: Callable[[str, str], TransportLost] = lost,
     ) -> None:
         self.url = url
         self._take = take
@@ -48,6 +50,7 @@ class DescriptorLink(Link):
         self._shut = shut
         self._gone = gone
         self._stall_timeout = stall_timeout
+        self._lost = lost
         self._readiness = Readiness(descriptor)
         self._why = ""  # why nothing can be done any more
         # Reentrant, as a signal handler may close the line in the midst of a read or write of its thread.
@@ -59,10 +62,10 @@ class DescriptorLink(Link):
         """Return what came; see :meth:`.Link.read`."""
         with self._reading:
             if self._why:
-                raise lost(self.url, self._why)
+                raise self._lost(self.url, self._why)
             if timeout > 0 and not self._readiness.readable(timeout):
                 if self._why:
-                    raise lost(self.url, self._why)
+                    raise self._lost(self.url, self._why)
                 return b""
             try:
                 data = self._take(CHUNK)
@@ -110,7 +113,7 @@ class DescriptorLink(Link):
 
     def _write_some(self, data: bytes | memoryview) -> int:
         if self._why:
-            raise lost(self.url, self._why)
+            raise self._lost(self.url, self._why)
         try:
             return self._give(data)
         except BlockingIOError:
@@ -125,7 +128,7 @@ class DescriptorLink(Link):
                 rest = rest[sent:]
                 end = time.monotonic() + self._stall_timeout
             elif self._why:
-                raise lost(self.url, self._why)
+                raise self._lost(self.url, self._why)
             elif time.monotonic() >= end:
                 raise self._lose(stalled(self._stall_timeout))
 
@@ -133,4 +136,4 @@ class DescriptorLink(Link):
         """Use the line no more; whoever waits elsewhere learns it, too."""
         self._why = self._why or why
         self._readiness.wake()
-        return lost(self.url, self._why)
+        return self._lost(self.url, self._why)

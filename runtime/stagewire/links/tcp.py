@@ -8,6 +8,7 @@ from stagewire.links.descriptor import DescriptorLink
 from stagewire.links.settings import LineSettings
 from stagewire.links.tcp_address import (
     HUNG_UP,
+    Beginning,
     address_of,
     connect_refusal,
     set_options,
@@ -36,17 +37,42 @@ def open_tcp(url: str, settings: LineSettings) -> DescriptorLink:
     except OSError as error:
         raise connect_refusal(url, error, settings.open_timeout) from error
     connection.setblocking(False)
+    made = _Connection(connection)
     return DescriptorLink(
         url,
         connection.fileno(),
-        connection.recv,
-        connection.send,
-        lambda: _hang_up(connection),
+        made.take,
+        made.give,
+        made.hang_up,
         HUNG_UP,
         settings.stall_timeout,
+        made.beginning.lost,
     )
 
 
-def _hang_up(connection: socket.socket) -> None:
-    stop_sending(connection)
-    connection.close()
+class _Connection:
+    """A socket, and how its conversation began."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self.socket = connection
+        self.beginning = Beginning()
+
+    def take(self, size: int) -> bytes:
+        try:
+            data = self.socket.recv(size)
+        except ConnectionError:
+            self.beginning.was_reset = True
+            raise
+        self.beginning.add(data)
+        return data
+
+    def give(self, data: bytes | memoryview) -> int:
+        try:
+            return self.socket.send(data)
+        except ConnectionError:
+            self.beginning.was_reset = True
+            raise
+
+    def hang_up(self) -> None:
+        stop_sending(self.socket)
+        self.socket.close()

@@ -8,10 +8,12 @@ import socket
 from typing import Final
 from urllib.parse import urlsplit
 
-from stagewire.errors import LinkOpenError
+from stagewire.errors import LinkOpenError, TransportLost, TurnedAwayError
+from stagewire.links.loss import CLOSED, lost
 
 __all__ = [
     "HUNG_UP",
+    "Beginning",
     "address_of",
     "connect_refusal",
     "set_options",
@@ -29,6 +31,55 @@ _PROBES: Final = (
     ("TCP_KEEPCNT", 3),
 )
 _LEAST_UNANSWERED = 4.0  # seconds: what the probes above need
+
+
+_LONGEST_TEXT: Final = 256
+"""Bytes; what is longer is not the notice of a server that turns a host away."""
+
+
+class Beginning:
+    """The first bytes of a connection, which may be all that the other end ever sends.
+
+    A serial line has one host, so a server closes the connection of a second one at once; some servers send
+    a line of text first.
+    """
+
+    __slots__ = ("_data", "was_reset")
+
+    def __init__(self) -> None:
+        self._data = b""
+        self.was_reset = False
+        """Whether the system has said that the other end reset the connection."""
+
+    def add(self, data: bytes) -> None:
+        """Note bytes that came."""
+        if len(self._data) <= _LONGEST_TEXT:
+            self._data += data[: _LONGEST_TEXT + 1]
+
+    def lost(self, url: str, why: str) -> TransportLost:
+        """Return a new error for the loss of the connection.
+
+        Whether text is the notice of a server or an answer depends on the protocol, which the line does not
+        know.
+        """
+        text = self._data.decode("ascii", "replace").strip()
+        is_text = len(self._data) <= _LONGEST_TEXT and all(
+            letter.isascii() and (letter.isprintable() or letter in "\r\n\t") for letter in text
+        )
+        closed_there = why == HUNG_UP or (self.was_reset and why != CLOSED)
+        if not (is_text and closed_there):
+            return lost(url, why)
+        when = f"after the text {text!r}" if text else "before it sent anything"
+        turned_away = TurnedAwayError(
+            f"{url}: the other end closed the connection {when}. Another host may be connected to it, and a "
+            "line has one host at a time: close that connection or wait until it ends, then open this one "
+            "again"
+        )
+        if not text:
+            return turned_away
+        error = lost(url, why)
+        error.turned_away = turned_away
+        return error
 
 
 def address_of(url: str) -> tuple[str, int]:

@@ -159,9 +159,25 @@ class CommandCore(Core):
 
     # The driver's side
 
+    @property
+    def has_understood(self) -> bool:
+        """Whether a reply has come."""
+        return self.statistics.matched > 0
+
+    @property
+    def silent_at(self) -> float:
+        """When the line is clean, if it is silent until then; see :attr:`.Core.silent_at`."""
+        return inf if self._failure is not None else self._drained_at
+
     def receive(self, data: bytes, now: float) -> None:
-        """Take bytes that came, in chunks of any size."""
-        if self._failure is not None or not data:
+        """Take bytes that came, in chunks of any size; see :meth:`.Core.receive`."""
+        if self._failure is not None:
+            return
+        if not data:
+            if now >= self._drained_at:
+                self._drained_at = inf
+                self._replies.drained()
+                self._ready = True
             return
         line = self._outstanding
         if line is not None and line.frame is None:
@@ -173,7 +189,6 @@ class CommandCore(Core):
             self._owed -= len(data)
             since = now if self._owed <= 0 else max(now, self._owed_until)  # it may be noise
             self._drained_at = since + self.options.drain
-            self._at(self._drained_at)
             log.debug("nobody asked for %s", data.hex(" "))
             self._news.tell(Garbage(data))
 
@@ -244,17 +259,14 @@ class CommandCore(Core):
         return raw
 
     def tick(self, now: float) -> None:
-        """See to what is due: deadlines, and the silence after which the line is clean."""
+        """See to what is due: deadlines."""
         if now < self._next or self._failure is not None:
             return
-        if now >= self._drained_at:
-            self._drained_at = inf
-            self._replies.drained()
         for line in [line for line in self._waiting() if line.deadline <= now]:
             self.statistics.timed_out += 1
             self._give_up(line, ReplyTimeout(self._timed_out(line)), now)
         self._ready = True  # what may be written now is seen by output
-        self._next = self._drained_at
+        self._next = inf
         for line in self._waiting():
             self._at(line.deadline)
 
@@ -283,7 +295,6 @@ class CommandCore(Core):
             self._owed = 1 if reply is None else reply.layout.length - pending
             self._owed_until = line.sent_at + self.options.reply_timeout
             self._drained_at = max(now, self._owed_until) + self.options.drain
-            self._at(self._drained_at)
         elif line in self._queue:  # and no stop, which is written all the same
             self._queue.remove(line)
         line.end(error=error)

@@ -33,7 +33,8 @@ class Core:
     """Base of the session cores.
 
     What the driver has to do: give it what comes (:meth:`receive`), write what it says (:meth:`output`)
-    after each call, and call :meth:`tick` and :meth:`output` when something is :attr:`due`.
+    after each call, and call :meth:`tick` and :meth:`output` when something is :attr:`due`. At
+    :attr:`silent_at` it reads the line once more and calls :meth:`receive`, even if nothing came.
     """
 
     def __init__(self, options: SessionOptions | None) -> None:
@@ -52,10 +53,19 @@ class Core:
             return 0.0
         return None if self._next == inf else self._next
 
+    @property
+    def silent_at(self) -> float:
+        """When silence will mean something, such as that the rest of a frame is missing; inf: never.
+
+        Only the part of a driver that reads the line can tell silence from bytes that it has not read yet.
+        So time alone is not enough: :meth:`receive` has to be called without bytes.
+        """
+        raise NotImplementedError
+
     # The driver's side
 
     def receive(self, data: bytes, now: float) -> None:
-        """Take bytes that came, in chunks of any size."""
+        """Take bytes that came, in chunks of any size; none: the line was read, and nothing had come."""
         raise NotImplementedError
 
     def output(self, now: float) -> bytes:
@@ -63,7 +73,7 @@ class Core:
         raise NotImplementedError
 
     def tick(self, now: float) -> None:
-        """See to what is due: deadlines, and silences."""
+        """See to what is due: deadlines, and quiet periods."""
         raise NotImplementedError
 
     def cancel(self, exchange: Exchange, now: float) -> None:
@@ -74,14 +84,15 @@ class Core:
         """
         raise NotImplementedError
 
-    def lose(self, why: str, now: float) -> None:
+    def lose(self, why: str, now: float, kind: type[TransportLost] = TransportLost) -> None:
         """Note that the line is gone: what waits ends with a :class:`~stagewire.errors.TransportLost`.
 
         So does everything from then on, at once.
+
+        :param kind: the class of the errors.
         """
         if self._failure is None:
-            over = TransportLost(why)
-            self._finish(lambda exchange: TransportLost(f"{why}; {_what_of(exchange)}"), over)
+            self._finish(lambda exchange: kind(why, _what_of(exchange)), kind(why))
 
     def close(self, now: float) -> None:
         """End everything that waits with a :class:`~stagewire.errors.SessionClosedError`.
@@ -93,6 +104,11 @@ class Core:
             return
         over = SessionClosedError("the session was closed")
         self._finish(lambda exchange: SessionClosedError(f"{over}; {_what_of(exchange)}"), over)
+
+    @property
+    def has_understood(self) -> bool:
+        """Whether a message has come."""
+        raise NotImplementedError
 
     # Subscriptions
 

@@ -86,6 +86,12 @@ class Driver(Generic[_C]):
         if self._recording is not None:
             self._recording.sent(data)
 
+    def _judged(self, error: TransportLost) -> TransportLost:
+        """Return the error for a line that is gone, by what has come over it."""
+        if error.turned_away is None or self._core.has_understood:
+            return error
+        return error.turned_away
+
     def _gone(self, error: TransportLost) -> None:
         """Note that the line is gone."""
         log.warning("%s", error)

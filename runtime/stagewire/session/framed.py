@@ -10,12 +10,14 @@
 5. **News.** What answers no request goes to the subscriptions; so does a reply that also comes without being
    asked for, such as a status.
 6. **Deadlines** count from the call, so that they hold whatever a request waits for.
-7. The rest of a frame that does not come is given up after a silence (:meth:`.Framer.abandon`).
+7. The rest of a frame that does not come is given up after a silence (:meth:`.Framer.abandon`). Until then
+   nothing that has a reply or an end is written: that would be taken for the rest. Stops are written.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import inf
 
 from stagewire.errors import MotionStopped, StagewireError
 from stagewire.framed import FramedProtocol
@@ -166,12 +168,25 @@ class FramedCore(Core):
 
     # The driver's side
 
+    @property
+    def has_understood(self) -> bool:
+        """Whether a message has come."""
+        return bool(self.counts)
+
+    @property
+    def silent_at(self) -> float:
+        """When a frame is given up whose rest did not come; see :attr:`.Core.silent_at`."""
+        return inf if self._failure is not None else self._hearing.silent_at
+
     def receive(self, data: bytes, now: float) -> None:
-        """Take bytes that came, in chunks of any size."""
+        """Take bytes that came, in chunks of any size; see :meth:`.Core.receive`."""
         if self._failure is not None:
             return
-        self._take(self._hearing.feed(data, now), now)
-        self._at(self._hearing.silent_at)
+        hearing = self._hearing
+        was_within_a_frame = hearing.is_within_a_frame
+        self._take(hearing.feed(data, now), now)
+        if was_within_a_frame and not hearing.is_within_a_frame:
+            self._ready = True  # what has waited for the end of the frame may be sent
 
     def output(self, now: float) -> bytes:
         """Return everything that is to be written now; the caller writes it at once."""
@@ -188,22 +203,25 @@ class FramedCore(Core):
         if now >= self._alive.next:
             parts.append(self._alive.take(now))
             self._at(self._alive.next)
-        self._at(self._outgoing.take(now, lambda frame: parts.append(self._hand_out(frame, now))))
+
+        def write(frame: FramedExchange) -> None:
+            parts.append(self._hand_out(frame, now))
+
+        self._at(self._outgoing.take(now, write, self._hearing.is_within_a_frame))
         return b"".join(parts)
 
     def tick(self, now: float) -> None:
-        """See to what is due: deadlines, and silences."""
+        """See to what is due: deadlines, and quiet periods."""
         if now < self._next or self._failure is not None:
             return
-        self._take(self._hearing.give_up(now), now)
         for exchange in [exchange for exchange in self._waiting() if exchange.deadline <= now]:
             self.statistics.timed_out += 1
-            poisoned = isinstance(exchange, Ask) and self._requests.is_poisoned(exchange)
-            self._give_up(exchange, self._wording.timeout(exchange, poisoned), now)
+            why = self._wording.timeout(exchange, self._kept_by(exchange))
+            self._give_up(exchange, why, now)
         self._requests.forgive(now)
         self._motions.forgive(now)
         self._ready = True  # what may be written now is seen by output
-        self._next = min(self._hearing.silent_at, self._requests.next, self._motions.next)
+        self._next = min(self._requests.next, self._motions.next)
         if self._alive.next > now:
             self._at(self._alive.next)
         for exchange in self._waiting():
@@ -236,7 +254,7 @@ class FramedCore(Core):
     def _hand_out(self, exchange: FramedExchange, now: float) -> bytes:
         """Return the bytes of one frame, which is written now, and wait for what comes of it."""
         exchange.after = self._hearing.heard
-        exchange.seen = self.counts.copy()
+        exchange.seen = self._hearing.seen()
         raw = exchange.hand_out()
         if isinstance(exchange, Ask):
             self._requests.sent(exchange)
@@ -252,6 +270,17 @@ class FramedCore(Core):
                 self._motions.unplan(exchange)
             exchange.end()
         return raw
+
+    def _kept_by(self, exchange: FramedExchange) -> str:
+        """Return what keeps an exchange from being written, for people."""
+        if isinstance(exchange, Ask) and self._requests.is_poisoned(exchange):
+            return "the late reply to an earlier one might still have come"
+        if self._hearing.is_within_a_frame:
+            return (
+                "bytes that are no whole message kept coming (another baud rate, or another kind of "
+                "controller?)"
+            )
+        return "others waited before it"
 
     # What comes
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from stagewire.framed_message import FramedMessage
 from stagewire.session.exchange import Exchange
 
@@ -11,9 +13,25 @@ if TYPE_CHECKING:
 
     Selected: TypeAlias = tuple[tuple[str, object], ...]
 
-__all__ = ["Ask", "FramedExchange", "Halt", "Motion", "Send"]
+__all__ = ["Ask", "FramedExchange", "Halt", "Motion", "PassedOver", "Send"]
 
-_NOTHING: dict[int, int] = {}
+_NOTHING: dict[int | str, int] = {}
+
+_MOST_REASONS = 8
+"""Entries of :attr:`FramedExchange.passed_over`; a line that says anything at all fills no memory."""
+
+
+class PassedOver(NamedTuple):
+    """Why a frame of an awaited message was not taken for the awaited one.
+
+    :param id: the message.
+    :param why: continues a sentence about the frame.
+    :param advice: what to do, in the imperative.
+    """
+
+    id: int
+    why: str
+    advice: str
 
 
 class FramedExchange(Exchange):
@@ -23,7 +41,7 @@ class FramedExchange(Exchange):
     :param ids: the messages of which one is awaited.
     """
 
-    __slots__ = ("after", "dest", "ids", "seen")
+    __slots__ = ("after", "dest", "ids", "passed_over", "seen")
 
     def __init__(
         self,
@@ -41,6 +59,15 @@ class FramedExchange(Exchange):
         """How many bytes had come when it was written: what began before them is no answer."""
         self.seen = _NOTHING
         """How many of each message had come when it was written."""
+        self.passed_over: dict[PassedOver, tuple[int, bytes]] = {}
+        """Frames of the awaited messages that nobody got: why, how many, and the last of them."""
+
+    def pass_over(self, passed: PassedOver, raw: bytes) -> None:
+        """Note a frame that may be the awaited one, and that nobody gets."""
+        known = self.passed_over
+        if passed in known or len(known) < _MOST_REASONS:
+            count, _ = known.get(passed, (0, raw))
+            known[passed] = (count + 1, raw)
 
 
 class Ask(FramedExchange):

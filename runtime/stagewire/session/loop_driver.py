@@ -93,16 +93,18 @@ class LoopDriver(Driver[_C]):
         if data := self._core.output(self.now()):
             self._write(data)
         due = self._core.due
-        if due is not None and due < self._timer_at:
+        due = self._core.silent_at if due is None else min(due, self._core.silent_at)
+        if due < self._timer_at:
             if self._timer is not None:
                 self._timer.cancel()
             self._timer = self._loop.call_at(due, self._tick)
             self._timer_at = due
 
     def _tick(self) -> None:
-        """Let the core see to what is due."""
+        """Let the core see to what is due; the loop has passed on what had come before it calls a timer."""
         self._timer, self._timer_at = None, math.inf
         with self._in_a_callback():
+            self._core.receive(b"", self.now())
             self._core.tick(self.now())
             self._pump()
 
@@ -135,8 +137,8 @@ class LoopDriver(Driver[_C]):
         """Let everybody know that the line is gone, now and for ever."""
         if self._end is not None:
             return
-        self._end = error
-        self._core.lose(str(error), self.now())
+        self._end = error = self._judged(error)
+        self._core.lose(str(error), self.now(), type(error))
         self._wake_all()
         self._gone(error)
 

@@ -17,7 +17,9 @@ from collections.abc import Iterable
 
 from stagewire.framed import FramedProtocol
 from stagewire.framed_message import FramedMessage
+from stagewire.framing import Received, Undocumented
 from stagewire.header import DATA_FLAG
+from stagewire.session.framed_exchanges import Ask, FramedExchange, Halt, Motion, PassedOver
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
@@ -64,6 +66,47 @@ class Matching:
     def channel_of(self, message: FramedMessage) -> int | None:
         """Return the channel that a message is about; None: it names none."""
         return None if self._channel is None else getattr(message, self._channel, None)
+
+    def pass_over(
+        self, exchange: FramedExchange, event: Received | Undocumented, began: int
+    ) -> None:
+        """Note in an exchange, unless it has ended, why a frame was not taken for what it awaits.
+
+        :param began: how many bytes had come before the frame.
+        """
+        if not exchange.done:
+            why, advice = self._why_not(exchange, event, began)
+            exchange.pass_over(PassedOver(event.id, why, advice), event.raw)
+
+    def _why_not(
+        self, exchange: FramedExchange, event: Received | Undocumented, began: int
+    ) -> tuple[str, str]:
+        source = self.source_of(event.raw)
+        if began < exchange.after:
+            return "which began before this was sent", ""
+        if source is not None and source != exchange.dest:
+            return f"from {source:#04x}", "see whether the address or bay is the right one"
+        wanted: tuple[tuple[str, object], ...] = ()
+        if isinstance(exchange, Ask):
+            wanted = exchange.selected
+        elif isinstance(exchange, Motion | Halt) and self._channel and exchange.channel is not None:
+            wanted = ((self._channel, exchange.channel),)
+        message = event.frame.message
+        for name, value in wanted:
+            came = getattr(message, name, value)
+            if came != value:
+                return (
+                    f"with {name} {came} instead of {value}",
+                    f"see whether {name} is the right one",
+                )
+        if isinstance(exchange, Ask):
+            advice = "from now on one request at a time is sent on this line"
+        else:
+            advice = (
+                "this controller does not say what has ended, so run one motion at a time on this line, or "
+                "read the status of each channel"
+            )
+        return "without an address, while several wait for one", advice
 
 
 def _selecting(request: type[FramedMessage], replies: Iterable[type[FramedMessage]]) -> list[str]:

@@ -8,7 +8,8 @@
    *unknown*, and another one is refused, until its end comes, a stop is answered, or somebody has read that
    nothing moves.
 4. An answer to a stop that comes after nobody waits for it ends nothing that was begun later.
-5. An end that does not say where it comes from, while several channels wait for one, is nobody's.
+5. An end that does not say where it comes from, while several channels wait for one, is nobody's; the
+   timeouts of all of them say that it came.
 6. A fault report ends the wait for every motion at the address that it comes from, since it names no channel;
    not where it names a message that began none of them. It is not the end of the motion, which is *unknown*
    from then on.
@@ -22,7 +23,7 @@ from math import inf
 from stagewire.errors import MotionStopped, MotionUnderWayError
 from stagewire.faults import Fault
 from stagewire.framing import Received, Undocumented
-from stagewire.session.framed_exchanges import Halt, Motion
+from stagewire.session.framed_exchanges import Halt, Motion, PassedOver
 from stagewire.session.matching import Matching
 from stagewire.session.statistics import Statistics
 
@@ -129,6 +130,8 @@ class Motions:
         if len(meant) > 1:
             self._statistics.ambiguous += 1
         if len(meant) != 1:
+            for exchange in self.awaited[id]:
+                self._matching.pass_over(exchange, event, began)
             return
         known = self._channels[meant.pop()]
         motion = known.motion
@@ -136,6 +139,7 @@ class Motions:
         if motion is not None and halts and halts[0].motion is not motion:
             halts[0].until = now  # and not before: a copy of the answer may come right behind it
             self._statistics.late += 1
+            motion.pass_over(PassedOver(id, "which answers an earlier stop", ""), event.raw)
             return
         self._statistics.matched += 1
         if halts:

@@ -52,22 +52,36 @@ class Outgoing:
         """Note that a frame without a reply is written now."""
         self._lanes.setdefault(dest, _Lane()).free_at = now + self._pacing
 
-    def take(self, now: float, write: Callable[[FramedExchange], object]) -> float:
-        """Have everything written that may be now; return when the pacing of something else is over."""
+    def take(
+        self, now: float, write: Callable[[FramedExchange], object], is_within_a_frame: bool
+    ) -> float:
+        """Have everything written that may be now; return when the pacing of something else is over.
+
+        :param is_within_a_frame: whether what would come now might be taken for the rest of a frame; then
+            nothing is written that is answered.
+        """
         paced_until = inf
         for dest, lane in tuple(self._busy.items()):
-            self._empty(lane, now, write)
+            self._empty(lane, now, write, is_within_a_frame)
             if not lane.queue:
                 del self._busy[dest]
             elif now < lane.free_at:
                 paced_until = min(paced_until, lane.free_at)
         return paced_until
 
-    def _empty(self, lane: _Lane, now: float, write: Callable[[FramedExchange], object]) -> None:
+    def _empty(
+        self,
+        lane: _Lane,
+        now: float,
+        write: Callable[[FramedExchange], object],
+        is_within_a_frame: bool,
+    ) -> None:
         queue, requests = lane.queue, self._requests
         held: list[FramedExchange] = []
         while queue and lane.free_at <= now:
             exchange = queue[0]
+            if is_within_a_frame and exchange.ids:
+                break
             if isinstance(exchange, Ask):
                 if not requests.may_be_sent(exchange):
                     break

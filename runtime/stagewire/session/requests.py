@@ -83,9 +83,11 @@ class Requests:
                 if found is not None:
                     self._statistics.ambiguous += 1
                     self._nameless = True
+                    self._pass_over(id, event, began)
                     return False
                 found = ask
         if found is None:
+            self._pass_over(id, event, began)
             return False
         if source is None:
             self._nameless = True
@@ -98,6 +100,10 @@ class Requests:
             self._statistics.matched += 1
             found.end(frame)
         return not message.layout.unsolicited
+
+    def _pass_over(self, id: int, event: Received | Undocumented, began: int) -> None:
+        for ask in self.awaited[id]:
+            self._matching.pass_over(ask, event, began)
 
     def give_up(self, ask: Ask, now: float) -> None:
         """Poison the question of a request that nobody waits for any more."""

@@ -73,6 +73,7 @@ class ThreadDriver(Driver[_C]):
         self._lock = threading.Lock()  # of the core
         self._writing = threading.Lock()  # taken before that of the core, if both are
         self._due = math.inf  # when the core has something to do next
+        self._silent_at = math.inf  # when who reads has to say that nothing came
         self._reads_until = -math.inf  # when who reads will look around
         self._turns = Turns()
         self._asleep: set[Waiter] = set()  # who waits for nothing of the core; woken at the end
@@ -134,10 +135,11 @@ class ThreadDriver(Driver[_C]):
         """Note when the core has something to do next; under its lock."""
         due = self._core.due
         self._due = math.inf if due is None else due
+        self._silent_at = self._core.silent_at
 
     def _wake_reader(self) -> None:
         """Let who reads look around if it has reason to; who else waits keeps its own time."""
-        if self._due < self._reads_until or self._turns.is_over:
+        if min(self._due, self._silent_at) < self._reads_until or self._turns.is_over:
             self._link.wake()
 
     def _tick(self, until: float = math.inf) -> None:
@@ -147,6 +149,7 @@ class ThreadDriver(Driver[_C]):
             if self._due <= now:
                 self._core.tick(now)
         self._flush(until)
+        self._wake_reader()
 
     # The line
 
@@ -155,7 +158,7 @@ class ThreadDriver(Driver[_C]):
         with self._lock:
             now = self.now()
             self._look_ahead()
-            self._reads_until = until = min(self._due, until)
+            self._reads_until = until = min(self._due, self._silent_at, until)
         try:
             data = self._link.read(min(max(until - now, 0), _LONGEST_READ))
         except TransportLost as error:
@@ -173,18 +176,20 @@ class ThreadDriver(Driver[_C]):
             return
         try:
             for _ in range(reads):
-                if not (data := self._link.read(0)):
-                    break
+                data = self._link.read(0)
                 self._take(data)
+                if not data:
+                    break
         except TransportLost as error:
             self._lose(error)
 
     def _take(self, data: bytes) -> None:
-        """Give bytes of the line to the core."""
-        if not data:
+        """Give bytes of the line to the core; or tell it that nothing came, where that means something."""
+        if data:
+            self._received(data)
+        elif self.now() < self._silent_at:
             return
-        self._received(data)
-        for start in range(0, len(data), _SLICE):
+        for start in range(0, len(data) or 1, _SLICE):
             with self._lock:
                 self._core.receive(data[start : start + _SLICE], self.now())
                 self._look_ahead()
@@ -220,8 +225,8 @@ class ThreadDriver(Driver[_C]):
         with self._lock:
             if self._end is not None:
                 return
-            self._end = error
-            self._core.lose(str(error), self.now())
+            self._end = error = self._judged(error)
+            self._core.lose(str(error), self.now(), type(error))
             self._wake_all()
         self._gone(error)
         self._link.wake()

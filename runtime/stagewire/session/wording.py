@@ -27,10 +27,10 @@ class Wording:
         self._forms = protocol.framing.forms
         self._hearing = hearing
 
-    def timeout(self, exchange: FramedExchange, poisoned: bool) -> ReplyTimeout:
+    def timeout(self, exchange: FramedExchange, kept_by: str) -> ReplyTimeout:
         """Return the error of something whose time is over.
 
-        :param poisoned: whether it waited for the late reply to the same question.
+        :param kept_by: what keeps it from being sent, if it was not.
         """
         kind = MotionTimeout if isinstance(exchange, Motion) else ReplyTimeout
         if exchange.written:
@@ -40,10 +40,9 @@ class Wording:
                 f"{exchange.name} to {exchange.dest:#04x} was not sent within {_seconds(exchange)} s: the "
                 "line takes nothing; it goes out as soon as the line does, so see whether anything moves"
             )
-        why = "the late reply to an earlier one might still have come"
         return kind(
             f"{exchange.name} to {exchange.dest:#04x} was not sent: "
-            f"{why if poisoned else 'others waited before it'} for all of its {_seconds(exchange)} s; "
+            f"{kept_by} for all of its {_seconds(exchange)} s; "
             "give it more time, or ask for less at once"
         )
 
@@ -60,6 +59,7 @@ class Wording:
     def _unanswered(self, exchange: FramedExchange) -> str:
         awaited = self._names(exchange.ids)
         came = self._came(exchange)
+        passed_over, advices = self._passed_over(exchange)
         if isinstance(exchange, Motion):
             advice = _UNDER_WAY
         else:
@@ -69,13 +69,25 @@ class Wording:
             )
         return (
             f"{exchange.name} ({exchange.raw.hex(' ')}) was sent to {exchange.dest:#04x}, and no {awaited} "
-            f"came from there within {_seconds(exchange)} s; meanwhile came {came}; {advice}"
+            f"came from there within {_seconds(exchange)} s; meanwhile came {came}{passed_over}; "
+            f"{'; '.join([*advices, advice])}"
         )
+
+    def _passed_over(self, exchange: FramedExchange) -> tuple[str, list[str]]:
+        """Return which of the awaited messages came and were nobody's, and what to do about it."""
+        parts = [
+            f"{count} x {self._name(passed.id)} {passed.why} (the last: {raw.hex(' ')})"
+            for passed, (count, raw) in exchange.passed_over.items()
+        ]
+        advices = dict.fromkeys(passed.advice for passed in exchange.passed_over if passed.advice)
+        return (f"; not taken for it: {', '.join(parts)}" if parts else ""), list(advices)
 
     def _names(self, ids: Iterable[int]) -> str:
         return " or ".join(sorted(self._name(id) for id in ids))
 
-    def _name(self, id: int) -> str:
+    def _name(self, id: int | str) -> str:
+        if isinstance(id, str):
+            return id
         return self._forms[id].name if id in self._forms else f"{id:#06x}"
 
     def _came(self, exchange: FramedExchange) -> str:
@@ -87,9 +99,9 @@ class Wording:
         controller, there is nothing else.
         """
         parts = []
-        for id, count in self._hearing.counts.items():
+        for id, count in self._hearing.seen().items():
             if new := count - exchange.seen.get(id, 0):
-                raw = self._hearing.undocumented.get(id)
+                raw = self._hearing.undecoded.get(id)
                 shown = "" if raw is None else f" ({raw.hex(' ')})"
                 fault = self._hearing.faults.get(id)
                 if fault is not None and (fault.code or fault.text):

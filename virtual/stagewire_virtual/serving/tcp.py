@@ -99,9 +99,10 @@ class _Connection(asyncio.Protocol):
         if self._link._server is None:  # it came just as the port was closed
             self.transport.abort()
             return
-        if self._link.connected:
+        if self._link._connection is not None:
             self._link.note(
-                f"{self._peer()} turned away: a line has one host, and one is connected"
+                f"{self._peer()} turned away: a line has one host, and "
+                f"{self._link._connection._peer()} is connected"
             )
             self.transport.abort()
             return
