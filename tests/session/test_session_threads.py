@@ -156,3 +156,56 @@ def test_two_may_wake_a_thread_at_once() -> None:
     assert waiter.done
     assert waiter.sleep(0)
     assert not waiter.sleep(0)
+
+
+@reading
+def test_a_question_after_half_a_frame_is_answered(background: bool) -> None:
+    """The reply is not taken for the rest of what nobody sends."""
+    status = m.MotGetDcStatusUpdate(chan_ident=1, position=5, velocity=0, status_bits=0)
+    raw = status.pack(HOST, BAYS[0])
+    link = TestLink(answer)
+    with FramedSession(PROTOCOL, link, background=background) as session:
+        for length in range(1, len(raw)):
+            with session.subscribe(m.MotGetDcStatusUpdate) as updates:
+                link.say(raw + raw[:length])  # the half has been read when the whole one is there
+                assert updates.get(30).frame.message.chan_ident == 1
+            for dest in BAYS[:2]:
+                frame = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), dest, 30)
+                assert frame.message == velocity(1, dest)
+
+
+def test_only_the_thread_that_reads_concludes_that_a_line_is_silent() -> None:
+    """It is held up between two reads while the rest of a reply waits, and another thread has its turn."""
+    reply = velocity(1, BAYS[0]).pack(HOST, BAYS[0])
+    link = TestLink(lambda data: reply[:10] if data[4] == BAYS[0] else b"")
+    held_up, goes_on = threading.Event(), threading.Event()
+    read = link.read
+    has_read = False
+
+    def held_up_once(timeout: float) -> bytes:
+        nonlocal has_read
+        if has_read and not held_up.is_set():
+            held_up.set()
+            goes_on.wait(30)
+            return reply[10:]
+        data = read(timeout)
+        has_read = has_read or bool(data)
+        return data
+
+    link.read = held_up_once  # type: ignore[method-assign]
+    got: list[object] = []
+
+    def ask() -> None:
+        frame = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[0], 30)
+        got.append(frame.message)
+
+    with FramedSession(PROTOCOL, link) as session:
+        link.wake()  # the read that began before it was replaced
+        asking = threading.Thread(target=ask)
+        asking.start()
+        assert held_up.wait(30)
+        with pytest.raises(ReplyTimeout):  # which lasts longer than a silence
+            session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[1], 0.2)
+        goes_on.set()
+        asking.join(30)
+    assert got == [velocity(1, BAYS[0])]
