@@ -27,6 +27,7 @@ GOOD = ROOT / "tests" / "generator" / "good_spec"
 SCHEMA = json.loads((ROOT / "spec/schema/diagnostics.schema.json").read_text(encoding="utf-8"))
 MACHINE = ("json", "github", "junit")
 FILES = 12  # of the good spec
+LINES = len((GOOD / "tiny/stages.yaml").read_text(encoding="utf-8").splitlines())
 SUMMARY = "tiny: ok; 12 messages, 13 layouts, 32 fields, 2 errata, 47 witness places, 1 examples\n"
 # What could end a line, a command, a property or a section, or steer a terminal.
 HOSTILE = "a\n::error file=x::b%0A,c]]>&<d>\"'\x1b[2J\u202e.yaml"
@@ -145,12 +146,12 @@ def test_json(stagewire: Stagewire, broken: Path) -> None:
     assert (data["ok"], data["protocols"]) == (False, {})
     assert [(d["file"], d["line"], d["column"], d["code"]) for d in data["diagnostics"]] == [
         ("conformance/captures/tiny.yaml", 1, 1, "SW001"),
-        ("spec/tiny/stages.yaml", 17, 1, "SW002"),
-        ("spec/tiny/stages.yaml", 18, 1, "SW002"),
+        ("spec/tiny/stages.yaml", LINES + 1, 1, "SW002"),
+        ("spec/tiny/stages.yaml", LINES + 2, 1, "SW002"),
     ]
     assert data["diagnostics"][1] == {
         "file": "spec/tiny/stages.yaml",
-        "line": 17,
+        "line": LINES + 1,
         "column": 1,
         "code": "SW002",
         "title": "duplicate key",
@@ -168,7 +169,7 @@ def test_github(stagewire: Stagewire, broken: Path) -> None:
     assert [command.name for command in commands] == ["error"] * 3
     assert commands[1].properties == {
         "file": "spec/tiny/stages.yaml",
-        "line": "17",
+        "line": str(LINES + 1),
         "col": "1",
         "title": "SW002: duplicate key",
     }
@@ -250,7 +251,7 @@ def test_junit(stagewire: Stagewire, broken: Path) -> None:
     assert failure.message.endswith(" (and 1 more)")
     assert failure.type == "SW002"
     assert failure.text.count("hint: ") == 2
-    assert "\nspec/tiny/stages.yaml:18:1: SW002 controllers" in failure.text
+    assert f"\nspec/tiny/stages.yaml:{LINES + 2}:1: SW002 controllers" in failure.text
 
 
 @pytest.mark.parametrize("format", MACHINE)

@@ -10,6 +10,7 @@ from spoiled_apt import Spoil, SpoiledLink
 
 import stagewire_virtual
 from stagewire.links import Link
+from stagewire.quantities import Limit
 from stagewire_apt import PROTOCOL, stages
 from stagewire_conformance.device.checks.apt.requests import requests_of
 from stagewire_conformance.device.declared import Declared, declare
@@ -38,7 +39,8 @@ MOVES = (
 )  # fmt: skip
 EVERY = (*SETTINGS, *OUTPUTS, "home", *MOVES)
 
-_TRAVEL = {"Z8": "0..25mm", "MLS203": "0..110mm", "APT_STEPPER": "0..25mm"}
+_SERIES_TRAVEL = {"Z8": "25", "MLS203": "110", "APT_STEPPER": "25"}
+"""Millimetres on the bench, for stages whose travel the registry leaves unknown."""
 
 
 @dataclass
@@ -74,14 +76,21 @@ def bench(
     pics = Pics(unit=unit)
     if stage is not None:
         options["stage"] = getattr(stages, stage)
-        travel = Range.parse(_TRAVEL[stage]) if ends else None
+        length = _travel_mm(stage)
+        travel = Range.parse(f"0..{length}mm") if ends else None
         fitted = [ChannelPics(number=n, stage=stage, travel=travel) for n in (1, 2)]
         pics = replace(pics, channels=tuple(fitted))
-        motion = "0..12mm"
+        motion = f"0..{min(float(length), 12):g}mm"
     if facts["address"] == "bay":
         pics = replace(pics, bays=(BayPics(number=1, unit=unit),))
     controller = getattr(stagewire_virtual, unit)(seed=seed, **options)
     return Bench(controller, declare(pics), motion)
+
+
+def _travel_mm(stage: str) -> str:
+    """Return the travel of a stage in millimetres: that of the registry, where it has one."""
+    limit = getattr(stages, stage).limits["travel"]
+    return str(limit.value) if isinstance(limit, Limit) else _SERIES_TRAVEL[stage]
 
 
 def run_on(

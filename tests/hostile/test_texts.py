@@ -122,9 +122,12 @@ def test_texts_arrive_unchanged(
             shown = dict(strings(json.loads(rendered[path])))
             for where, index in at.items():
                 assert shown[where] == texts[index][: free[index].longest], (step, free[index])
-    # What is missing is for the readers of the spec alone
     missing = {str(free[index]) for index in range(len(free)) if index not in arrived}
-    assert missing == {
+    in_python = "tiny/stages.yaml:controllers.TPx.aliases.TP4"  # device classes say it, no JSON
+    mark = marks[[*map(str, free)].index(in_python)]
+    assert any(mark in text for path, text in marked.items() if path.endswith(".py"))
+    # The others are for the readers of the spec alone
+    assert missing - {in_python} == {
         "tiny/protocol.yaml:contexts.status.summary", "tiny/protocol.yaml:formats.dword.note",
         "tiny/protocol.yaml:python.title", "tiny/protocol.yaml:summary",
         "tiny/stages.yaml:controllers.TPx.note", "tiny/stages.yaml:stages.Slide.note",
