@@ -28,7 +28,7 @@ What a check can rely on:
 what                            where
 ==============================  =========================================================================
 declared of a controller        :mod:`.pics` (a file of it, and a first one by asking), :mod:`.declared`,
-                                :mod:`.places`
+                                :mod:`.places`, :mod:`.identity`
 may be done to it               :mod:`.permissions`
 the line to it                  :mod:`.lines`
 checks, and their run           :mod:`.checks`, :mod:`.planning`, :mod:`.run`, :mod:`.trial`,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
@@ -110,6 +110,31 @@ class Declared:
         made: FramedMessage = self.make(message, channel, **others)
         return made
 
+    def named(self, names: Mapping[int, tuple[str, ...]]) -> Declared:
+        """Return the controller with the scales of what it is, or may be: itself where they are the unit's.
+
+        :param names: address -> names of units and aliases; empty where a place is taken as it is declared.
+
+        Raises :class:`.RangeError` for a travel in the PICS that no scale converts to counts now.
+        """
+        others = {
+            place.address: names[place.address]
+            for place in self.places
+            if names.get(place.address, ()) not in ((), (place.unit.name,))
+        }
+        if not others:
+            return self
+        places = []
+        for place in self.places:
+            try:
+                places.append(place.named(others.get(place.address, ())))
+            except RangeError as error:
+                raise RangeError(
+                    f"{place.name}: travel {error} on {' or '.join(others[place.address])}; give "
+                    "counts_per_mm, or the travel in counts, in the PICS"
+                ) from None
+        return replace(self, places=tuple(places))
+
     def reach(self, place: Place, channel: int | None, motion: Range) -> Travel:
         """Return the counts that a stage may be moved to: those of a range that lie in its travel.
 
@@ -119,18 +144,23 @@ class Declared:
         try:
             low, high = motion.in_counts(place.position_scale(channel))
         except RangeError as error:
-            hint = (
-                ""
-                if place.position_scale(channel)
-                else "; allow counts, or declare its stage in a PICS"
-            )
-            raise RangeError(f"{at}: {error}{hint}") from None
+            raise RangeError(f"{at}: {error}{_hint(place.connected_to(channel))}") from None
         travel = place.travel_of(channel)
         if travel is not None:
             low, high = max(low, travel.low), min(high, travel.high)
         if low > high:
             raise RangeError(f"{at}: {motion} lies beyond its travel, {travel} counts")
         return Travel(low, high)
+
+
+def _hint(fitted: Connected) -> str:
+    """Return what to do about a range that is not converted to counts."""
+    if fitted.position_scale is not None:
+        return ""
+    if fitted.stage is None:
+        return "; allow counts, or declare its stage in a PICS"
+    where = f"{fitted.stage.name} on {fitted.scales.controller}"
+    return f" of {where}; allow counts, or give counts_per_mm in a PICS"
 
 
 def facts_of(protocol: Protocol) -> Facts:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import NamedTuple
 
@@ -37,6 +37,7 @@ class Travel(NamedTuple):
 class Connected:
     """What is connected to one channel, or to one axis.
 
+    :param stated: it, as the PICS has it.
     :param stage: it, with its scales; None: not known, so that there are counts only.
     :param scales: those that hold there.
     :param travel: in counts; None: not known.
@@ -44,6 +45,7 @@ class Connected:
     :param limit_switches: whether its ends have switches.
     """
 
+    stated: ChannelPics
     stage: Stage | None
     scales: Scales
     travel: Travel | None
@@ -69,22 +71,26 @@ def moves_stages(unit: Unit) -> bool:
     return unit.kind == "line" or _WHERE in unit.messages
 
 
-def connected(unit: Unit, facts: Facts, stated: ChannelPics) -> Connected:
+def connected(
+    unit: Unit, facts: Facts, stated: ChannelPics, names: tuple[str, ...] = ()
+) -> Connected:
     """Return what is connected to a channel as it is stated.
 
-    Raises :class:`.RangeError` for a travel in a unit that nothing makes counts of.
+    :param names: what the controller is, or may be: units and aliases, whose scales apply. Empty: the unit.
+
+    Raises :class:`.RangeError` for a travel that no known scale converts to counts.
     """
     stage: Stage | None = None
     if stated.stage:
         stage = getattr(import_module(f"{facts.package}.stages"), stated.stage)
     elif stated.counts_per_mm is not None:
         stage = Stage.of_user("stage of the PICS", position=Scale(stated.counts_per_mm, "mm"))
-    scales = Scales(unit.name, facts.quantities, stage=stage, stages=unit.stages)
-    bare = Connected(stage, scales, None, stated.homes, stated.limit_switches)
+    scales = Scales(unit.name, facts.quantities, stage=stage, stages=unit.stages, names=names)
+    bare = Connected(stated, stage, scales, None, stated.homes, stated.limit_switches)
     if stated.travel is None:
         return bare
     travel = Travel(*stated.travel.in_counts(bare.position_scale))
-    return Connected(stage, scales, travel, stated.homes, stated.limit_switches)
+    return replace(bare, travel=travel)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,6 +150,17 @@ class Place:
         if message in self.unsupported:
             return f"the PICS says that {message} is not supported: {self.unsupported[message]}"
         return f"{message} is not in the list of {self.unit.name}"
+
+    def named(self, names: tuple[str, ...]) -> Place:
+        """Return the place of a controller that is, or may be, one of some units and aliases.
+
+        Raises :class:`.RangeError` where the travel of its stage is in a unit that has no scale on them.
+        """
+        fitted = {
+            channel: connected(self.unit, self.facts, each.stated, names)
+            for channel, each in self.fitted.items()
+        }
+        return replace(self, fitted=fitted)
 
     def connected_to(self, channel: int | None = None) -> Connected:
         """Return what is connected to a channel; raises :class:`KeyError` for one that is not there."""

@@ -5,9 +5,11 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from datetime import UTC, datetime
 from random import Random
 from types import MappingProxyType
+from typing import Final
 
 from stagewire.commands import CommandProtocol
 from stagewire.errors import StagewireError, TransportLost
@@ -20,13 +22,17 @@ from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.lines.jitter import jitter_of
 from stagewire_conformance.device.lines.line import Line
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, RangeError
+from stagewire_conformance.device.planning import plan
 from stagewire_conformance.device.report import Entry, Finding, Outcome, Report
 from stagewire_conformance.device.restoring import Restoring
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.trial import EnoughError, Trial
 
 __all__ = ["Progress", "RunInterrupted", "line_to", "run"]
+
+_NOT_ALIKE: Final = "its motors are declared alike but report different controllers; give counts_per_mm of each in a PICS"
+"""Why a check of several motors is not run when their scales turn out to differ."""
 
 Progress = Callable[[Check, int, int], None]
 """Hears of each check before it runs: the check, how many came before it, and how many there are."""
@@ -99,6 +105,7 @@ class _Run:
         with line.interruption:
             try:
                 self._identification = line.contact()
+                self._identify()
                 self._jitter = jitter_of(line).late
                 line.settle()
                 self._run_checks(progress)
@@ -110,6 +117,8 @@ class _Run:
                 raise RunInterrupted(self._report(), number) from None
             except NothingAnswersError:
                 raise
+            except RangeError as error:  # before the first check
+                self._unfinished = str(error)
             except TransportLost as error:
                 self._unfinished = f"the line was lost: {error}"
             except Exception as error:
@@ -117,6 +126,18 @@ class _Run:
                 self._defect = error
                 self._leave()
         return self._report()
+
+    def _identify(self) -> None:
+        """Make the checks again where other scales apply than those of the unit that is declared."""
+        declared = self._line.identify(self._identification)
+        if declared is self._declared:
+            return
+        self._declared = declared
+        kinds = [kind for kind in dict.fromkeys(check.kind for check in self._checks) if kind]
+        made = {check.id: check for check in plan(declared, self._allowed, kinds=kinds)}
+        self._checks = [
+            made.get(check.id) or replace(check, lacks=_NOT_ALIKE) for check in self._checks
+        ]
 
     def _run_checks(self, progress: Progress) -> None:
         may_run = [not check.skip and not self._allowed.refusal(check) for check in self._checks]

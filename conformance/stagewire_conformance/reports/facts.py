@@ -57,7 +57,11 @@ def _place(place: Place) -> str:
     """Return in words what is at an address or axis."""
     if place.is_motherboard:
         return "motherboard"
-    parts = [place.unit.name]
+    controllers = {each.scales.controller for each in place.fitted.values()} - {place.unit.name}
+    parts = [
+        place.unit.name,
+        *(f"identified as {controller}" for controller in sorted(controllers)),
+    ]
     for channel, fitted in place.fitted.items():
         name = "" if channel is None else f"channel {channel}: "
         stage = fitted.stage.name if fitted.stage else "no stage declared, counts only"

@@ -7,7 +7,7 @@ the end of a move.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from typing import Final
@@ -19,8 +19,9 @@ from stagewire.framing.events import FrameEvent
 from stagewire.links import Link
 from stagewire.session.matching import Matching
 from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.identity import names_of
 from stagewire_conformance.device.lines.apt_guard import AptGuard
-from stagewire_conformance.device.lines.contact import first_contact
+from stagewire_conformance.device.lines.contact import first_contact, identity_at
 from stagewire_conformance.device.lines.heard import Heard, message_text
 from stagewire_conformance.device.lines.line import Line
 from stagewire_conformance.device.lines.moved import Moved
@@ -260,6 +261,18 @@ class AptLine(Line):
     def contact(self) -> dict[str, int | str]:
         """Ask the controller what it is; see :meth:`.Line.contact`."""
         return first_contact(self)
+
+    def identify(self, reported: Mapping[str, int | str]) -> Declared:
+        """Return the controller with the scales of what it is; see :meth:`.Line.identify`."""
+        facts = self.declared.facts
+        names = {}
+        for place in self.declared.places:
+            if not place.is_motherboard:
+                said = identity_at(self, place) if place.unit.kind == "bay" else reported
+                names[place.address] = names_of(place.unit, facts, said)
+        self.declared = self.declared.named(names)
+        self._guard = AptGuard(self.declared, self.allowed)
+        return self.declared
 
     def settle(self) -> list[str]:
         """Read until nothing comes any more; see :meth:`.Line.settle`."""

@@ -10,8 +10,9 @@ from stagewire_conformance.device.errors import NothingAnswersError
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.apt_line import AptLine
+    from stagewire_conformance.device.places import Place
 
-__all__ = ["first_contact"]
+__all__ = ["first_contact", "identity_at"]
 
 _WAIT: Final = 1.0
 """Seconds for each of the two questions."""
@@ -23,21 +24,32 @@ def first_contact(line: AptLine) -> dict[str, int | str]:
     Returns the fields of its answer; none where it says other things of the protocol, but not what it is.
     Raises :class:`.NothingAnswersError` where nothing comes that is of the protocol.
     """
-    identity = line.declared.facts.identity
-    request = None if identity is None else identity.req
-    assert request is not None
-    assert issubclass(request, FramedMessage)
+    request = _request(line)
     at = line.declared.places[0].address
     for first in (True, False):
         if not first:
             _ask_anything(line, request.layout.message)
-        reply = line.ask(request(), at, wait=_WAIT)
+        reply = line.ask(request, at, wait=_WAIT)
         if reply is not None:
             return _fields(reply.message)
     came = line.drain()
     if any(heard.message is not None for heard in came):
         return {}
     raise NothingAnswersError(_nothing(line, sum(len(heard.raw) for heard in came)))
+
+
+def identity_at(line: AptLine, place: Place) -> dict[str, int | str]:
+    """Return what a module of a rack says that it is; nothing where it does not answer."""
+    reply = line.ask(_request(line), place.address, wait=_WAIT)
+    return {} if reply is None else _fields(reply.message)
+
+
+def _request(line: AptLine) -> FramedMessage:
+    identity = line.declared.facts.identity
+    request = None if identity is None else identity.req
+    assert request is not None
+    assert issubclass(request, FramedMessage)
+    return request()
 
 
 def _fields(message: Message) -> dict[str, int | str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from stagewire.errors import TransportLost
 from stagewire.links import Link
@@ -56,6 +56,15 @@ class Line(ABC):
 
         Raises :class:`.NothingAnswersError` where nothing comes that is of the protocol.
         """
+
+    def identify(self, reported: Mapping[str, int | str]) -> Declared:
+        """Return the controller with the scales of what it reports that it is, and guard it so from now on.
+
+        :param reported: what :meth:`contact` returned.
+
+        Raises :class:`.RangeError` for a declared travel that no scale converts to counts there.
+        """
+        return self.declared
 
     @abstractmethod
     def listen(self, seconds: float) -> object:
