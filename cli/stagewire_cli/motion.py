@@ -112,10 +112,18 @@ def stop(
     bay: Bay = None,
     channel: Channel = None,
     axis: Axis = None,
+    to: Annotated[str | None, typer.Option("--to", hidden=True)] = None,
+    by: Annotated[str | None, typer.Option("--by", hidden=True)] = None,
+    stage: Annotated[str | None, typer.Option("--stage", hidden=True)] = None,
+    travel: Annotated[str | None, typer.Option("--travel", hidden=True)] = None,
+    timeout: Annotated[str | None, typer.Option("--timeout", hidden=True)] = None,
+    counts: Annotated[bool, typer.Option("--counts", hidden=True)] = False,
+    yes: Annotated[bool, typer.Option("--yes", hidden=True)] = False,
 ) -> None:
     """Stop all that moves, or one bay, channel or axis; asks nothing.
 
-    Where the unit is known by --unit or by its USB plug, the stop is the first thing that is sent.
+    Where the unit is known by --unit or by its USB plug, the stop is the first thing that is sent. Options of
+    move and home are accepted and ignored, so that a command line can be repeated with `stop` in it.
     """
     from stagewire_cli.motion_session import Where, run_stop
 

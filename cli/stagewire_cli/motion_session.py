@@ -19,6 +19,7 @@ from stagewire.errors import (
     ReplyTimeout,
     StagewireError,
     TargetNotReachedError,
+    UnsupportedError,
 )
 from stagewire.quantities import exact
 from stagewire_cli.devices import (
@@ -179,7 +180,7 @@ def run_home(where: Where, *, timeout: float, yes: bool) -> None:
 def run_stop(where: Where) -> None:
     """Stop what moves; all parts are told at once, whatever the others answer."""
     with opened(
-        where.url, where.unit, bay=where.bay, identify=False, motion_timeout=_STOP_TIMEOUT
+        where.url, _unit_to_stop(where), bay=where.bay, identify=False, motion_timeout=_STOP_TIMEOUT
     ) as device:
         parts = where.parts(device)
         for part in parts.values():
@@ -198,6 +199,21 @@ def run_stop(where: Where) -> None:
             raise error
     if failed:
         raise typer.Exit(WRONG)
+
+
+def _unit_to_stop(where: Where) -> str:
+    """Return the unit to stop; raises where it is not known, and says that nothing was stopped."""
+    from stagewire.discovery.opening import unit_at
+
+    if where.unit is not None:
+        return where.unit
+    try:
+        return unit_at(where.url, bay=where.bay)
+    except StagewireError as error:
+        raise StagewireError(
+            f"no stop was sent, because the unit is not known: {error}. Name it with --unit: then the stop "
+            "is sent first"
+        ) from None
 
 
 def refuse_silence(yes: bool) -> None:
@@ -235,7 +251,13 @@ def _act(
 
     :param there: tells whether it stands where it was sent to, of what may stand there already.
     """
-    typer.echo(f"{', '.join(filter(None, (title_of(device), name)))}: {saying}")
+    title = ", ".join(filter(None, (title_of(device), name)))
+    if _moves(part):
+        typer.echo(
+            f"stagewire: {title} is moving already: wait, or stop it (stagewire stop)", err=True
+        )
+        raise typer.Exit(WRONG)
+    typer.echo(f"{title}: {saying}")
     if not yes and not _confirmed():
         typer.echo("nothing was moved")
         raise typer.Exit(WRONG)
@@ -266,6 +288,14 @@ def _act(
         raise typer.Exit(WRONG)
     assert end is not None
     typer.echo(f"done after {end.seconds:.2f} s: it stands at {stands}")
+
+
+def _moves(part: Any) -> bool:
+    """Say whether a part moves, as far as its unit can be asked."""
+    try:
+        return bool(part.is_moving())
+    except UnsupportedError:
+        return False
 
 
 def _confirmed() -> bool:

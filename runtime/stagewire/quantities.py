@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
-from typing import NoReturn
+from typing import Final, NoReturn
 
 from stagewire.errors import BadValueError, UnknownScaleError
 
@@ -30,13 +30,20 @@ __all__ = [
 Number = int | float | Decimal | Fraction | str
 
 
+_BEYOND: Final = 10**60
+_LONGEST: Final = 1000  # characters of a text, bits of an integer
+_EXPONENT: Final = 3  # digits of an exponent
+
+
 def exact(value: Number) -> Fraction:
     """Return ``value`` as a fraction.
 
     A float stands for the shortest decimal that prints like it, so 0.1 is one tenth and not the
-    binary number beside it. Raises :class:`BadValueError` for NaN, infinity, a bool and text that is
-    no number.
+    binary number beside it. Raises :class:`BadValueError` for NaN, infinity, a bool, text that is
+    no number, and numbers that no quantity has: from 10**60 on, or with an exponent of four digits.
     """
+    if _is_vast(value):
+        raise BadValueError("the number is far beyond any range")
     if isinstance(value, bool):
         raise BadValueError(f"{value} is not a number")
     if isinstance(value, float):
@@ -44,9 +51,25 @@ def exact(value: Number) -> Fraction:
             raise BadValueError(f"{value} is not a finite number")
         value = repr(value)
     try:
-        return Fraction(value)
+        number = Fraction(value)
     except (ValueError, TypeError, OverflowError, ZeroDivisionError):
         raise BadValueError(f"{value!r} is not a number") from None
+    if abs(number) >= _BEYOND:
+        raise BadValueError("the number is far beyond any range")
+    return number
+
+
+def _is_vast(value: object) -> bool:
+    """Say whether a number has more digits than a program should spend time on.
+
+    ``10**exponent`` is computed exactly: with a huge exponent that would stop every thread for minutes.
+    """
+    if isinstance(value, str):
+        exponent = value.lower().partition("e")[2].strip().lstrip("+-")
+        return len(value) > _LONGEST or len(exponent.lstrip("0")) > _EXPONENT
+    if isinstance(value, Decimal) and value.is_finite():
+        return len(str(abs(value.adjusted()))) > _EXPONENT
+    return isinstance(value, int) and value.bit_length() > _LONGEST
 
 
 def round_half_away(value: Fraction) -> int:

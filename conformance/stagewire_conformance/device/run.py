@@ -31,7 +31,10 @@ from stagewire_conformance.device.trial import EnoughError, Trial
 
 __all__ = ["Progress", "RunInterrupted", "line_to", "run"]
 
-_NOT_ALIKE: Final = "its motors are declared alike but report different controllers; give counts_per_mm of each in a PICS"
+_NOT_ALIKE: Final = (
+    "its motors are declared alike but report different controllers; "
+    "give counts_per_mm of each in a PICS"
+)
 """Why a check of several motors is not run when their scales turn out to differ."""
 
 Progress = Callable[[Check, int, int], None]

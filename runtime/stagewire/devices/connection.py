@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Iterable
 from dataclasses import replace
@@ -19,6 +20,8 @@ from stagewire.devices.unit import Alias, Facts, Setting, Told, Unit
 from stagewire.devices.values import Values
 from stagewire.message import Message
 from stagewire.session.options import Ends
+
+_log = logging.getLogger("stagewire")
 
 __all__ = ["Connection", "Name", "Place"]
 
@@ -50,6 +53,10 @@ class Connection:
     line: Line
     info: Values[Any] | None
     """What the controller says that it is; None where it was not asked."""
+    broken_at: float | None = None
+    """When the line before this one was lost, if it was; see :attr:`.Driver.broken_at`."""
+    serial_number: int | None = None
+    """That of the controller, since it was first asked for."""
     names: tuple[str, ...]
     """What the controller is, or may be where that is not certain: units and aliases, whose scales hold."""
 
@@ -140,6 +147,15 @@ class Connection:
         if self.choices.target_tolerance_mm is not None:
             check_measurable(
                 "target_tolerance_mm", unit.name, unit.quantities, self._scales.values()
+            )
+
+    def warn_of_motions(self) -> None:
+        """Log what may still move, since the line is lost and no stop can be sent."""
+        if moving := self.motions.described():
+            _log.warning(
+                "%s: the line is lost and no stop was sent; may still be moving: %s",
+                self.url,
+                moving,
             )
 
     def last_words(self) -> bytes:

@@ -35,6 +35,13 @@ def check_identity(connection: Connection, info: Values[Any]) -> None:
         raise WrongUnitError(
             f"{connection.url} has the serial number {number}, not {wanted}; nothing else was asked of it"
         )
+    before = connection.serial_number
+    if before is not None and number != before:
+        raise WrongUnitError(
+            f"{connection.url} has the serial number {number} now, and had {before} when it was opened: this "
+            "is another controller. Check the port, or open that controller as a device of its own"
+        )
+    connection.serial_number = number
     known = connection.facts.candidates()
     if not any(one.prefixes for one in known):  # a registry that says nothing of serial numbers
         return

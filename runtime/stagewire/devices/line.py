@@ -13,6 +13,7 @@ from stagewire.session.exchange import Exchange
 from stagewire.session.options import Ends
 
 __all__ = [
+    "MOMENT",
     "ClosedSession",
     "Deadline",
     "Line",
@@ -24,7 +25,8 @@ __all__ = [
 
 OnDone = Callable[[Exchange], object]
 
-_MOMENT: Final = 0.001
+MOMENT: Final = 0.001
+"""Seconds; what a call that has no time left gives to its last question."""
 
 
 class Line(Protocol):
@@ -89,6 +91,7 @@ class ClosedSession:
 
     lost = False
     closed = True
+    broken_at = None
 
     def __init__(self, url: str) -> None:
         self.url = url
@@ -112,7 +115,7 @@ class Deadline:
     @property
     def left(self) -> float:
         """Seconds; when there is none left a moment, in which a session says what was not done."""
-        return max(_MOMENT, self._end - self._line.now())
+        return max(MOMENT, self._end - self._line.now())
 
     @property
     def over(self) -> bool:

@@ -83,6 +83,10 @@ class Motions:
         if running is not None:
             running.stopped = True
 
+    def described(self) -> str:
+        """Name everything that may go on, for people."""
+        return ", ".join(running.what for running in tuple(self._running.values()))
+
     def halts(self) -> list[tuple[int, Message]]:
         """Return who is to be stopped, and by what."""
         return [

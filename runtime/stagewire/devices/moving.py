@@ -13,7 +13,7 @@ from stagewire.devices.arrival import checked
 from stagewire.devices.calls import Keywords, refuse_left, send_starting
 from stagewire.devices.diagnosis import explained
 from stagewire.devices.giving import fields_of
-from stagewire.devices.line import Deadline
+from stagewire.devices.line import MOMENT, Deadline
 from stagewire.devices.motions import Running
 from stagewire.devices.spot import Spot, defaults_of
 from stagewire.devices.tables import Action, MotionEnd, Poll
@@ -253,6 +253,8 @@ async def halt(
     ends = connection.ends_of(action)
     if ends is not None and connection.silenced(spot.address, ends.completed):
         ends = None
+    if isinstance(timeout, int | float) and timeout <= 0:
+        timeout = MOMENT  # a stop is sent whatever time is left
     seconds = spot.seconds(timeout) if ends is None else spot.motion_seconds(timeout)
     began = line.now()
     reply = await line.halt(message, ends, spot.address, seconds)

@@ -19,7 +19,15 @@ from stagewire.errors import ReplyTimeout, StagewireError, TurnedAwayError
 from stagewire.framed import FramedProtocol
 from stagewire.session.options import SessionOptions
 
-__all__ = ["commanded", "framed", "greet", "leave", "link_options", "session_options"]
+__all__ = [
+    "commanded",
+    "framed",
+    "greet",
+    "leave",
+    "link_options",
+    "session_options",
+    "wait_for_timeouts",
+]
 
 _log = logging.getLogger("stagewire")
 
@@ -75,6 +83,7 @@ async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
     :class:`~stagewire.errors.LinkOpenError` where the connection is closed instead.
     """
     connection.line = line
+    await wait_for_timeouts(connection)
     unit, choices = connection.unit, connection.choices
     if unit.status is not None:
         # Some controllers answer as 0, or with the addresses the other way round.
@@ -99,6 +108,18 @@ async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
         ) from None
     check_identity(connection, info)
     await _ask_settings(connection, own)
+
+
+async def wait_for_timeouts(connection: Connection) -> None:
+    """Wait until the controller has given up what it has of a message that a lost line cut off.
+
+    Otherwise the first bytes on the new line would complete that message: the target of a move, for example.
+    """
+    if connection.broken_at is not None:
+        line, pause = connection.line, connection.choices.reconnect_pause
+        left = connection.broken_at + pause - line.now()
+        if left > 0:
+            await line.pause(min(left, pause))
 
 
 async def _ask_settings(connection: Connection, own: Spot) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from importlib import import_module
+from math import inf
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypedDict
 
@@ -73,6 +74,9 @@ class OpenOptions(TypedDict, total=False):
     """Seconds that a motion may last; 60.0 when nothing is said."""
     pacing: float | None
     """Seconds after what has no reply; None: as the unit needs it."""
+    reconnect_pause: float
+    """Seconds that ``reconnect()`` lets pass after a line was lost before it sends anything: longer than the
+    controller waits for the rest of a message; 1.5 when nothing is said."""
     on_close: Literal["stop", "leave"]
     """What becomes of motion that was started here when the device is closed or the program ends; it is
     stopped when nothing is said."""
@@ -107,6 +111,7 @@ class Choices:
     timeout: float = 1.0
     motion_timeout: float = 60.0
     pacing: float | None = None
+    reconnect_pause: float = 1.5
     stop_on_close: bool = True
     background: bool = True
     identify: bool = True
@@ -165,6 +170,7 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
         timeout=given.get("timeout", 1.0),
         motion_timeout=given.get("motion_timeout", 60.0),
         pacing=given.get("pacing"),
+        reconnect_pause=_pause(given.get("reconnect_pause", 1.5)),
         stop_on_close=on_close == "stop",
         background=given.get("background", True),
         identify=given.get("identify", True),
@@ -315,6 +321,12 @@ def _setting(keyword: str, value: object, unit: str) -> Fraction | None:
     if number <= 0:
         raise BadValueError(f"{keyword} takes a number above 0, not {value}")
     return number
+
+
+def _pause(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < inf:
+        raise BadValueError(f"reconnect_pause takes seconds, 0 or more, not {value!r}")
+    return float(value)
 
 
 def _tolerance(given: OpenOptions) -> Fraction | None:

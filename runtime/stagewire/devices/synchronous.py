@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
 from stagewire.closing import Closing
 from stagewire.devices import modes
 from stagewire.devices.immediate import CommandLine, FramedLine, open_session, run
-from stagewire.devices.opening import commanded, framed, greet, leave
+from stagewire.devices.opening import commanded, framed, greet, leave, wait_for_timeouts
 from stagewire.devices.options import OpenOptions, check_guest
 from stagewire.devices.structure import (
     AxesBase,
@@ -23,7 +23,7 @@ from stagewire.devices.structure import (
     url_of,
 )
 from stagewire.devices.synchronous_parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
-from stagewire.errors import LinkOpenError, StagewireError
+from stagewire.errors import LinkOpenError, ReplyTimeout, StagewireError
 from stagewire.links import Link
 from stagewire.session.synchronous import CommandSession, FramedSession
 
@@ -92,12 +92,19 @@ class _Opened(DeviceBase, Part, Closing):
         (:class:`~stagewire.errors.MotionUnderWayError`) while the stage moves, or cannot be asked. A capture
         goes on in another file: ``session-2.txt`` follows ``session.txt``.
 
+        After a loss it waits ``reconnect_pause`` seconds before it sends anything, so that the controller
+        gives up a message that was cut off. Another serial number than before raises
+        :class:`~stagewire.errors.WrongUnitError`. Where nobody answers, the stops of what may still be moving
+        are sent before the line is closed.
+
         Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
         opened by a URL.
         """
         if isinstance(self._link, Link):
             raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
+        session = self.session
         self.close()
+        self._at.connection.broken_at = session.broken_at
         self._at.connection.forget()
         self._connect()
 
@@ -106,7 +113,9 @@ class _Opened(DeviceBase, Part, Closing):
 
         Harmless when done twice.
         """
-        connection = self._at.connection
+        connection, session = self._at.connection, self.session
+        if session.lost and not session.closed and connection.choices.stop_on_close:
+            connection.warn_of_motions()
         if isinstance(self._link, Device):
             run(leave(connection))
             with suppress(ValueError):  # closed before
@@ -127,7 +136,9 @@ class Device(_Opened):
         line = FramedLine(session, connection.telling, guest)
         try:
             run(greet(connection, self._at, line))
-        except BaseException:
+        except BaseException as error:
+            if isinstance(error, ReplyTimeout):  # it may hear, and a motion of before may go on
+                session.on_close.append(connection.last_words)
             if guest:
                 run(leave(connection))
             run(line.close())
@@ -196,6 +207,7 @@ class AxesDevice(AxesBase[X], _Opened, Generic[X]):
             refuse_prefix_bytes=connection.choices.refuse_prefix_bytes,
         )
         connection.line = CommandLine(session)
+        run(wait_for_timeouts(connection))
         session.on_close.append(lambda: modes.last_words(self._at, session.mode))
 
     @property

@@ -170,4 +170,6 @@ def _what_of(exchange: Exchange) -> str:
     name = exchange.name
     if not exchange.written:
         return f"{name} was not sent"
+    if exchange.is_question:
+        return f"{name} was sent and not answered"
     return f"{name} was sent and not answered: it may have been carried out, and is not sent again"

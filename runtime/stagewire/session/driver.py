@@ -36,6 +36,8 @@ class Driver(Generic[_C]):
         self._recording = recording
         self._end: StagewireError | None = None  # why nothing can be done any more; never replaced
         self._closed = False
+        self.broken_at: float | None = None
+        """When the line was lost, by the time of the session; bytes may have been cut in the middle then."""
         self._unsaid = b""  # the last words, while they are being written
         self._is_elsewhere = False  # this process is a fork of the one that opened it
         self._write_now = link.write_now

@@ -47,6 +47,11 @@ class Exchange:
         self.on_written: Callable[[Any], object] | None = None
         """Called once with the exchange, within the call of the core that handed out its bytes."""
 
+    @property
+    def is_question(self) -> bool:
+        """Whether it only asks: nothing is carried out, and it may be asked again."""
+        return False
+
     def __repr__(self) -> str:
         state = "done" if self.done else "written" if self.written else "waiting"
         return f"<{type(self).__name__} {self.message!r}: {state}>"

@@ -93,6 +93,11 @@ class Ask(FramedExchange):
         self.until = 0.0
         """After it was given up: until when its late reply may come."""
 
+    @property
+    def is_question(self) -> bool:
+        """See :attr:`.Exchange.is_question`."""
+        return True
+
 
 class Send(FramedExchange):
     """What nothing answers."""

@@ -135,6 +135,8 @@ class LoopDriver(Driver[_C]):
 
     def _lose(self, error: TransportLost) -> None:
         """Let everybody know that the line is gone, now and for ever."""
+        if self.broken_at is None:
+            self.broken_at = self.now()
         if self._end is not None:
             return
         self._end = error = self._judged(error)

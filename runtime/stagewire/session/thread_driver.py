@@ -222,6 +222,8 @@ class ThreadDriver(Driver[_C]):
 
     def _lose(self, error: TransportLost) -> None:
         """Let everybody know that the line is gone, now and for ever."""
+        if self.broken_at is None:
+            self.broken_at = self.now()
         with self._lock:
             if self._end is not None:
                 return

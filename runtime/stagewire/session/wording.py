@@ -62,6 +62,8 @@ class Wording:
         passed_over, advices = self._passed_over(exchange)
         if isinstance(exchange, Motion):
             advice = _UNDER_WAY
+        elif isinstance(exchange, Halt):
+            advice = "it may still be moving: stop it again, or read the status"
         else:
             advice = (
                 "see that the controller is on and has this address and message, then ask again; "
