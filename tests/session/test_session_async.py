@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import select
+import socket
 import threading
 from collections.abc import Callable
 
 import pytest
-from session_lines import BAYS, USB, AsyncTestLink, answer, jog, silent, velocity
+from session_lines import BAYS, HOST, USB, AsyncTestLink, answer, jog, silent, velocity
 
 from stagewire.errors import (
     MotionStopped,
@@ -17,6 +19,7 @@ from stagewire.errors import (
     StagewireError,
     TransportLost,
 )
+from stagewire.links import open_async_link
 from stagewire.session.asynchronous import AsyncFramedSession
 from stagewire.session.options import Ends
 from stagewire_apt import PROTOCOL
@@ -314,3 +317,27 @@ def test_a_fault_in_what_takes_bytes_ends_the_session_and_lets_nobody_wait(
             assert one.now() < 1
 
     stepped.run(main())
+
+
+def test_what_came_while_the_loop_was_busy_is_no_answer_to_what_is_asked_then() -> None:
+    """A program that computes for a while, and then asks, has not read what came meanwhile."""
+    early = m.MotGetVelParams(1, 1, 1, 1).pack(HOST, USB)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+
+        async def main() -> None:
+            link = await open_async_link(f"socket://127.0.0.1:{listener.getsockname()[1]}")
+            far, _ = listener.accept()
+            with far:
+                async with AsyncFramedSession(PROTOCOL, link) as session:
+                    await asyncio.sleep(0)
+                    far.sendall(early + early[:10])
+                    select.select([link._socket], (), (), 30)  # type: ignore[attr-defined]
+                    asking = asyncio.create_task(
+                        session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), USB, 30)
+                    )
+                    loop = asyncio.get_running_loop()
+                    assert await loop.run_in_executor(None, far.recv, 6)
+                    far.sendall(velocity(1, USB).pack(HOST, USB))
+                    assert (await asking).message == velocity(1, USB)
+
+        asyncio.run(main())

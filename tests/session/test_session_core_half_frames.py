@@ -232,3 +232,36 @@ def test_two_requests_after_half_a_frame_of_any_length(length):
             talk.later(SILENCE)
             talk.hear(said(vel_params(value)))
             assert asked.value().message.max_velocity == value
+
+
+def test_nothing_is_asked_before_all_that_came_is_read():
+    talk = Framed()
+    asked = talk.core.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50, 1.0, talk.now)
+    sent = talk.core.send(m.ModIdentify(), 0x21, 1.0, talk.now)
+    halt = talk.core.halt(m.MotMoveStop(1, 2), None, 0x22, 1.0, talk.now)
+    assert talk.core.output(talk.now, lambda: True) == halt.raw + sent.raw
+    assert talk.core.waits_for_reader
+    assert talk.flush() == b""
+    assert talk.hear(said(vel_params(5))) == asked.raw
+    assert not asked.done
+    talk.hear(said(vel_params(6)))
+    assert asked.value().message.max_velocity == 6
+
+
+def test_reading_nothing_is_reading_all_that_came():
+    for talk, request in ((Framed(), None), (Commands(), ms.ReadMotorPosition())):
+        if request is None:
+            asked = talk.core.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50, 1.0, talk.now)
+        else:
+            asked = talk.core.ask(request, 24, 1.0, talk.now)
+        assert talk.core.output(talk.now, lambda: True) == b""
+        assert talk.hear(b"") == asked.raw
+
+
+def test_a_request_that_waits_for_the_reader_in_vain_says_so():
+    talk = Framed()
+    asked = talk.core.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50, 1.0, talk.now)
+    talk.core.output(talk.now, lambda: True)
+    talk.now += 1
+    talk.core.tick(talk.now)
+    assert "did not come round to reading what had come before" in str(asked.error)

@@ -209,3 +209,43 @@ def test_only_the_thread_that_reads_concludes_that_a_line_is_silent() -> None:
         goes_on.set()
         asking.join(30)
     assert got == [velocity(1, BAYS[0])]
+
+
+class CountingLink(TestLink):
+    """A line that says whether something on it was not read."""
+
+    def has_unread(self) -> bool:
+        return bool(self._said)
+
+
+def test_nothing_is_asked_while_the_thread_that_reads_is_held_up() -> None:
+    """A reply came before the question, and has not been read: it is no answer."""
+    link = CountingLink(answer)
+    held_up, goes_on = threading.Event(), threading.Event()
+    read = link.read
+
+    def held_up_once(timeout: float) -> bytes:
+        if not held_up.is_set():
+            held_up.set()
+            goes_on.wait(30)
+        return read(timeout)
+
+    link.read = held_up_once  # type: ignore[method-assign]
+    got: list[object] = []
+
+    def ask() -> None:
+        frame = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[0], 30)
+        got.append(frame.message)
+
+    with FramedSession(PROTOCOL, link) as session:
+        link.wake()  # the read that began before it was replaced
+        assert held_up.wait(30)
+        link.say(velocity(7, BAYS[0]).pack(HOST, BAYS[0]))
+        early = m.MotGetVelParams(1, 1, 1, 1)
+        link.say(early.pack(HOST, BAYS[0]))
+        asking = threading.Thread(target=ask)
+        asking.start()
+        session.halt(m.MotMoveStop(1, 2), None, BAYS[1], 30)  # a stop does not wait
+        goes_on.set()
+        asking.join(30)
+    assert got == [velocity(1, BAYS[0])]

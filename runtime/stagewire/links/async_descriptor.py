@@ -10,6 +10,7 @@ from stagewire.errors import TransportLost
 from stagewire.links.descriptor import CHUNK
 from stagewire.links.link import FLUSH, AsyncLink
 from stagewire.links.loss import CLOSED, because, lost, stalled
+from stagewire.links.readiness import has_input
 
 __all__ = ["AsyncDescriptorLink"]
 
@@ -81,6 +82,10 @@ class AsyncDescriptorLink(AsyncLink):
         if not self._why and not self._kept:
             with contextlib.suppress(OSError):
                 self._give(data)
+
+    def has_unread(self) -> bool:
+        """Say whether something came that was not passed on; see :meth:`.AsyncLink.has_unread`."""
+        return not self._why and has_input(self._descriptor)
 
     async def close(self) -> None:
         """Send what is kept, and give the port back; see :meth:`.AsyncLink.close`."""

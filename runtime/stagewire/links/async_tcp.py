@@ -11,6 +11,7 @@ from typing import cast
 from stagewire.errors import TransportLost
 from stagewire.links.link import FLUSH, AsyncLink
 from stagewire.links.loss import CLOSED, because, stalled
+from stagewire.links.readiness import has_input
 from stagewire.links.settings import LineSettings
 from stagewire.links.tcp_address import (
     HUNG_UP,
@@ -114,6 +115,10 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
         if not self._why and not self._transport.get_write_buffer_size():
             with contextlib.suppress(OSError, ValueError):
                 self._socket.send(data)
+
+    def has_unread(self) -> bool:
+        """Say whether something came that was not passed on; see :meth:`.AsyncLink.has_unread`."""
+        return not self._why and has_input(self._socket.fileno())
 
     async def close(self) -> None:
         """Send what is kept, and hang up; see :meth:`.AsyncLink.close`."""

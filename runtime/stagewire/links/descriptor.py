@@ -53,6 +53,7 @@ class DescriptorLink(Link):
         self._lost = lost
         self._readiness = Readiness(descriptor)
         self._why = ""  # why nothing can be done any more
+        self._is_taking = False  # bytes are on their way from the system to who has called read
         # Reentrant, as a signal handler may close the line in the midst of a read or write of its thread.
         self._reading = threading.RLock()
         self._writing = threading.RLock()
@@ -61,15 +62,18 @@ class DescriptorLink(Link):
     def read(self, timeout: float) -> bytes:
         """Return what came; see :meth:`.Link.read`."""
         with self._reading:
+            self._is_taking = False
             if self._why:
                 raise self._lost(self.url, self._why)
             if timeout > 0 and not self._readiness.readable(timeout):
                 if self._why:
                     raise self._lost(self.url, self._why)
                 return b""
+            self._is_taking = True
             try:
                 data = self._take(CHUNK)
             except BlockingIOError:
+                self._is_taking = False
                 return b""
             except OSError as error:
                 raise self._lose(because(error)) from error
@@ -93,6 +97,15 @@ class DescriptorLink(Link):
         if not self._why:
             with contextlib.suppress(OSError, ValueError):
                 self._give(data)
+
+    def has_unread(self) -> bool:
+        """Say whether something came that was not dealt with; see :meth:`.Link.has_unread`."""
+        # In this order: what the system has no more is being taken.
+        return not self._why and (self._readiness.has_input() or self._is_taking)
+
+    def note_dealt_with(self) -> None:
+        """Note that what was read was dealt with; see :meth:`.Link.note_dealt_with`."""
+        self._is_taking = False
 
     def wake(self) -> None:
         """End a read; see :meth:`.Link.wake`."""

@@ -47,6 +47,16 @@ class Link(ABC):
         Raises nothing: there is nobody who could do better.
         """
 
+    def has_unread(self) -> bool:
+        """Say whether something came that was not dealt with; may be called while another thread reads.
+
+        A link that cannot know says no.
+        """
+        return False
+
+    def note_dealt_with(self) -> None:  # noqa: B027 - most links need not know
+        """Note that what :meth:`read` returned was dealt with; so it was when that is called again."""
+
     @abstractmethod
     def wake(self) -> None:
         """Let the read that waits in another thread return soon; if none does, the next one."""
@@ -91,6 +101,10 @@ class AsyncLink(ABC):
     @abstractmethod
     def write_now(self, data: bytes) -> None:
         """Send what the system takes at once, if nothing is kept; for a signal handler. Raises nothing."""
+
+    def has_unread(self) -> bool:
+        """Say whether something came that the loop has not passed on. A link that cannot know says no."""
+        return False
 
     @abstractmethod
     async def close(self) -> None:

@@ -27,6 +27,7 @@ class PumpedLink(Link):
         self._port = port
         self._changed = threading.Condition()  # over all that follows
         self._waiting = bytearray()
+        self._is_taken = True  # what was read last was dealt with
         self._woken = False
         self._why = ""
         self._writing = threading.Lock()
@@ -38,6 +39,7 @@ class PumpedLink(Link):
         """Return what came; see :meth:`.Link.read`."""
         end = time.monotonic() + timeout
         with self._changed:
+            self._is_taken = True
             while not self._waiting:
                 if self._why:
                     raise lost(self.url, self._why)
@@ -48,6 +50,7 @@ class PumpedLink(Link):
                 self._changed.wait(min(left, threading.TIMEOUT_MAX))
             data = bytes(self._waiting)
             self._waiting.clear()
+            self._is_taken = False
             return data
 
     def write(self, data: bytes) -> None:
@@ -68,6 +71,15 @@ class PumpedLink(Link):
         if not self._why and self._writer != threading.get_ident():
             with contextlib.suppress(Exception):
                 self._port.write(data)
+
+    def has_unread(self) -> bool:
+        """Say whether something came that was not dealt with; see :meth:`.Link.has_unread`."""
+        with self._changed:
+            return bool(self._waiting) or not self._is_taken
+
+    def note_dealt_with(self) -> None:
+        """Note that what was read was dealt with; see :meth:`.Link.note_dealt_with`."""
+        self._is_taken = True
 
     def wake(self) -> None:
         """End a read; see :meth:`.Link.wake`."""

@@ -7,12 +7,23 @@ import select
 import socket
 import sys
 
-__all__ = ["Readiness"]
+__all__ = ["Readiness", "has_input"]
 
 _LONGEST = 86_400.0  # seconds; the system counts milliseconds in 32 bits
 
 # Windows has no poll, and that of macOS does not work on every port.
 _HAS_POLL = hasattr(select, "poll") and sys.platform not in ("darwin", "win32")
+
+
+def has_input(descriptor: int) -> bool:
+    """Return at once whether there is something to read; not if the descriptor was closed meanwhile."""
+    if _HAS_POLL:
+        poll = select.poll()
+        poll.register(descriptor, select.POLLIN)
+        return any(event & select.POLLIN for _, event in poll.poll(0))
+    with contextlib.suppress(OSError, ValueError):
+        return bool(select.select((descriptor,), (), (), 0)[0])
+    return False
 
 
 class Readiness:
@@ -50,6 +61,10 @@ class Readiness:
         with contextlib.suppress(OSError):
             self._wakened.recv(4096)
         return False
+
+    def has_input(self) -> bool:
+        """Return at once whether there is something to read, while another thread may wait for it."""
+        return has_input(self._descriptor)
 
     def writable(self, timeout: float) -> bool:
         """Wait at most ``timeout`` seconds; return whether something can be written."""

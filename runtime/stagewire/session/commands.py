@@ -14,14 +14,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import inf
 
 from stagewire.commands import Command, CommandFrame, CommandProtocol, ReplyReceived, SetupCommand
 from stagewire.commands.formats import LONGEST_LINE
 from stagewire.errors import BadValueError, ReplyTimeout, StagewireError, WrongModeError
 from stagewire.framing.events import Garbage
-from stagewire.session.core import Core, log
+from stagewire.session.core import Core, all_is_read, log
 from stagewire.session.exchange import Exchange, deadline_of
 from stagewire.session.lines import Line, check_mode, in_low_level
 from stagewire.session.options import SessionOptions
@@ -173,6 +173,7 @@ class CommandCore(Core):
         """Take bytes that came, in chunks of any size; see :meth:`.Core.receive`."""
         if self._failure is not None:
             return
+        self._was_read()
         if not data:
             if now >= self._drained_at:
                 self._drained_at = inf
@@ -218,8 +219,8 @@ class CommandCore(Core):
         self.statistics.matched += 1
         line.end(result)
 
-    def output(self, now: float) -> bytes:
-        """Return everything that is to be written now; the caller writes it at once."""
+    def output(self, now: float, has_unread: Callable[[], bool] = all_is_read) -> bytes:
+        """Return everything that is to be written now; see :meth:`.Core.output`."""
         if now >= self._next:
             self.tick(now)
         if not self._ready:
@@ -233,8 +234,12 @@ class CommandCore(Core):
             if now < self._free_at:
                 self._at(self._free_at)
                 break
-            if line.is_answered and self._drained_at != inf:
-                break
+            if line.is_answered:
+                if self._drained_at != inf:
+                    break
+                if has_unread():
+                    self.waits_for_reader = True
+                    break
             self._queue.popleft()
             try:
                 check_mode(line, self.mode)  # the switch before it may not have been sent

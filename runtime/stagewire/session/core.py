@@ -24,9 +24,14 @@ TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
     from stagewire.session.news import Wanted as Wanted
 
-__all__ = ["Core", "log"]
+__all__ = ["Core", "all_is_read", "log"]
 
 log = logging.getLogger("stagewire")
+
+
+def all_is_read() -> bool:
+    """Say that nothing came that was not read."""
+    return False
 
 
 class Core:
@@ -42,6 +47,8 @@ class Core:
         self.statistics = Statistics()
         self._news = News(self.statistics)
         self._ready = False  # something may be written at once
+        self.waits_for_reader = False
+        """Whether something is written as soon as :meth:`receive` was called, with bytes or without."""
         self._next = inf  # nothing else is due before
         self._failure: Callable[[Exchange], StagewireError] | None = None  # since the end
         self._over: StagewireError | None = None  # likewise
@@ -68,8 +75,12 @@ class Core:
         """Take bytes that came, in chunks of any size; none: the line was read, and nothing had come."""
         raise NotImplementedError
 
-    def output(self, now: float) -> bytes:
-        """Return everything that is to be written now; the caller writes it at once."""
+    def output(self, now: float, has_unread: Callable[[], bool] = all_is_read) -> bytes:
+        """Return everything that is to be written now; the caller writes it at once.
+
+        :param has_unread: says whether something came that :meth:`receive` was not given yet. Then what is
+            answered waits until it was called, so that nothing that came before answers it.
+        """
         raise NotImplementedError
 
     def tick(self, now: float) -> None:
@@ -131,6 +142,12 @@ class Core:
         return subscription
 
     # For both cores
+
+    def _was_read(self) -> None:
+        """Note that what had come was read."""
+        if self.waits_for_reader:
+            self.waits_for_reader = False
+            self._ready = True
 
     def _at(self, when: float) -> None:
         """Note that something is due then."""

@@ -16,14 +16,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import inf
 
 from stagewire.errors import MotionStopped, StagewireError
 from stagewire.framed import FramedProtocol
 from stagewire.framed_message import FramedMessage
 from stagewire.framing import Event, Received, Undocumented
-from stagewire.session.core import Core, log
+from stagewire.session.core import Core, all_is_read, log
 from stagewire.session.exchange import Exchange, deadline_of
 from stagewire.session.framed_exchanges import Ask, FramedExchange, Halt, Motion, Send
 from stagewire.session.hearing import Hearing
@@ -182,14 +182,15 @@ class FramedCore(Core):
         """Take bytes that came, in chunks of any size; see :meth:`.Core.receive`."""
         if self._failure is not None:
             return
+        self._was_read()
         hearing = self._hearing
         was_within_a_frame = hearing.is_within_a_frame
         self._take(hearing.feed(data, now), now)
         if was_within_a_frame and not hearing.is_within_a_frame:
             self._ready = True  # what has waited for the end of the frame may be sent
 
-    def output(self, now: float) -> bytes:
-        """Return everything that is to be written now; the caller writes it at once."""
+    def output(self, now: float, has_unread: Callable[[], bool] = all_is_read) -> bytes:
+        """Return everything that is to be written now; see :meth:`.Core.output`."""
         if now >= self._next:
             self.tick(now)
         if not self._ready:
@@ -207,7 +208,13 @@ class FramedCore(Core):
         def write(frame: FramedExchange) -> None:
             parts.append(self._hand_out(frame, now))
 
-        self._at(self._outgoing.take(now, write, self._hearing.is_within_a_frame))
+        def may_ask() -> bool:
+            if has_unread():
+                self.waits_for_reader = True
+                return False
+            return not self._hearing.is_within_a_frame
+
+        self._at(self._outgoing.take(now, write, may_ask))
         return b"".join(parts)
 
     def tick(self, now: float) -> None:
@@ -280,6 +287,8 @@ class FramedCore(Core):
                 "bytes that are no whole message kept coming (another baud rate, or another kind of "
                 "controller?)"
             )
+        if self.waits_for_reader:
+            return "this program did not come round to reading what had come before"
         return "others waited before it"
 
     # What comes

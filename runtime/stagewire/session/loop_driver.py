@@ -90,7 +90,7 @@ class LoopDriver(Driver[_C]):
 
     def _pump(self) -> None:
         """Write what is to be written now, and see to it that what is due later is done then."""
-        if data := self._core.output(self.now()):
+        if data := self._core.output(self.now(), self._link.has_unread):
             self._write(data)
         due = self._core.due
         due = self._core.silent_at if due is None else min(due, self._core.silent_at)

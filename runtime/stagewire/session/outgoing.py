@@ -53,16 +53,15 @@ class Outgoing:
         self._lanes.setdefault(dest, _Lane()).free_at = now + self._pacing
 
     def take(
-        self, now: float, write: Callable[[FramedExchange], object], is_within_a_frame: bool
+        self, now: float, write: Callable[[FramedExchange], object], may_ask: Callable[[], bool]
     ) -> float:
         """Have everything written that may be now; return when the pacing of something else is over.
 
-        :param is_within_a_frame: whether what would come now might be taken for the rest of a frame; then
-            nothing is written that is answered.
+        :param may_ask: says whether all that has come is known; if not, nothing is written that is answered.
         """
         paced_until = inf
         for dest, lane in tuple(self._busy.items()):
-            self._empty(lane, now, write, is_within_a_frame)
+            self._empty(lane, now, write, may_ask)
             if not lane.queue:
                 del self._busy[dest]
             elif now < lane.free_at:
@@ -74,13 +73,13 @@ class Outgoing:
         lane: _Lane,
         now: float,
         write: Callable[[FramedExchange], object],
-        is_within_a_frame: bool,
+        may_ask: Callable[[], bool],
     ) -> None:
         queue, requests = lane.queue, self._requests
         held: list[FramedExchange] = []
         while queue and lane.free_at <= now:
             exchange = queue[0]
-            if is_within_a_frame and exchange.ids:
+            if exchange.ids and not may_ask():
                 break
             if isinstance(exchange, Ask):
                 if not requests.may_be_sent(exchange):

@@ -74,6 +74,7 @@ class ThreadDriver(Driver[_C]):
         self._writing = threading.Lock()  # taken before that of the core, if both are
         self._due = math.inf  # when the core has something to do next
         self._silent_at = math.inf  # when who reads has to say that nothing came
+        self._waits_for_reader = False  # likewise, to have something written
         self._reads_until = -math.inf  # when who reads will look around
         self._turns = Turns()
         self._asleep: set[Waiter] = set()  # who waits for nothing of the core; woken at the end
@@ -136,6 +137,7 @@ class ThreadDriver(Driver[_C]):
         due = self._core.due
         self._due = math.inf if due is None else due
         self._silent_at = self._core.silent_at
+        self._waits_for_reader = self._core.waits_for_reader
 
     def _wake_reader(self) -> None:
         """Let who reads look around if it has reason to; who else waits keeps its own time."""
@@ -187,11 +189,13 @@ class ThreadDriver(Driver[_C]):
         """Give bytes of the line to the core; or tell it that nothing came, where that means something."""
         if data:
             self._received(data)
-        elif self.now() < self._silent_at:
+        elif self.now() < self._silent_at and not self._waits_for_reader:
             return
         for start in range(0, len(data) or 1, _SLICE):
             with self._lock:
                 self._core.receive(data[start : start + _SLICE], self.now())
+                if start + _SLICE >= len(data):
+                    self._link.note_dealt_with()
                 self._look_ahead()
 
     def _flush(self, until: float = math.inf) -> None:
@@ -200,12 +204,24 @@ class ThreadDriver(Driver[_C]):
             return
         try:
             with self._lock:
-                data = self._core.output(self.now())
+                data = self._core.output(self.now(), self._is_behind)
                 self._look_ahead()
             if data:
                 self._write(data)
+            if self._waits_for_reader:
+                self._link.wake()
         finally:
             self._writing.release()
+
+    def _is_behind(self) -> bool:
+        """Say whether the thread that reads has not taken everything that came.
+
+        It may be held up for long where others keep the processor busy.
+        """
+        thread = self._thread
+        return (
+            thread is not None and thread.ident != threading.get_ident() and self._link.has_unread()
+        )
 
     def _may_write(self, until: float) -> bool:
         """Wait until no other thread writes: on a line that takes nothing that may last."""
