@@ -258,6 +258,9 @@ async def refuse_left(spot: Spot, what: str, seconds: float) -> None:
 async def is_moving(spot: Spot, timeout: float | None) -> bool:
     """Ask whether anything moves there.
 
+    Where a status shows no motion although the end of one is not known, it is asked for again after what may
+    be late on the line has come.
+
     Raises :class:`~stagewire.errors.UnsupportedError` for a unit that has no message for it.
     """
     unit = spot.connection.unit
