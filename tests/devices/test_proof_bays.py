@@ -11,6 +11,7 @@ from proof_controller import HOST, Controller
 from proof_line import SIDES, Side, settled
 
 from stagewire import Frame
+from stagewire.errors import MotionTimeout
 from stagewire_apt import messages as m
 
 BAYS = (1, 2, 3)
@@ -104,3 +105,27 @@ def test_a_reply_of_another_bay_is_not_taken_and_one_without_an_address_is(
             return int(values.position)
 
     assert side.run(Answering(), scenario) == address(bay)
+
+
+@pytest.mark.parametrize("side", SIDES, ids=repr)
+def test_ends_without_an_address_are_named_in_the_timeout_of_each_bay(side: Side) -> None:
+    rack = Rack()
+    end = m.MotMoveCompletedHeader(1).pack(0, 0)
+
+    async def scenario(bench: Any) -> None:
+        async with bench.open("BBD103", identify=False, motion_timeout=3) as device:
+            motions = [
+                await settled(device.bay(bay).start_move_absolute(counts=1000 * bay))
+                for bay in BAYS[:2]
+            ]
+            rack.say(end)
+            rack.say(end, 0.5)
+            for motion in motions:
+                with pytest.raises(MotionTimeout) as late:
+                    await settled(motion.wait())
+                text = str(late.value)
+                assert "2 x MOT_MOVE_COMPLETED without an address, while several wait" in text
+                assert end.hex(" ") in text
+                assert "run one motion at a time on this line, or read the status of each" in text
+
+    side.run(rack, scenario)
