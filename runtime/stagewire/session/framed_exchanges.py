@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from stagewire.framed_message import FramedMessage
 from stagewire.session.exchange import Exchange
 
@@ -21,17 +19,8 @@ _MOST_REASONS = 8
 """Entries of :attr:`FramedExchange.passed_over`; a line that says anything at all fills no memory."""
 
 
-class PassedOver(NamedTuple):
-    """Why a frame of an awaited message was not taken for the awaited one.
-
-    :param id: the message.
-    :param why: continues a sentence about the frame.
-    :param advice: what to do, in the imperative.
-    """
-
-    id: int
-    why: str
-    advice: str
+PassedOver = tuple[int, str, str]
+"""Of a frame that was not taken for the awaited one: its message, the reason, and what to do."""
 
 
 class FramedExchange(Exchange):

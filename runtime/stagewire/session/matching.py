@@ -19,7 +19,7 @@ from stagewire.framed import FramedProtocol
 from stagewire.framed_message import FramedMessage
 from stagewire.framing import Received, Undocumented
 from stagewire.header import DATA_FLAG
-from stagewire.session.framed_exchanges import Ask, FramedExchange, Halt, Motion, PassedOver
+from stagewire.session.framed_exchanges import Ask, FramedExchange, Halt, Motion
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class Matching:
         """
         if not exchange.done:
             why, advice = self._why_not(exchange, event, began)
-            exchange.pass_over(PassedOver(event.id, why, advice), event.raw)
+            exchange.pass_over((event.id, why, advice), event.raw)
 
     def _why_not(
         self, exchange: FramedExchange, event: Received | Undocumented, began: int

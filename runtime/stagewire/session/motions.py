@@ -23,7 +23,7 @@ from math import inf
 from stagewire.errors import MotionStopped, MotionUnderWayError
 from stagewire.faults import Fault
 from stagewire.framing import Received, Undocumented
-from stagewire.session.framed_exchanges import Halt, Motion, PassedOver
+from stagewire.session.framed_exchanges import Halt, Motion
 from stagewire.session.matching import Matching
 from stagewire.session.statistics import Statistics
 
@@ -139,7 +139,7 @@ class Motions:
         if motion is not None and halts and halts[0].motion is not motion:
             halts[0].until = now  # and not before: a copy of the answer may come right behind it
             self._statistics.late += 1
-            motion.pass_over(PassedOver(id, "which answers an earlier stop", ""), event.raw)
+            motion.pass_over((id, "which answers an earlier stop", ""), event.raw)
             return
         self._statistics.matched += 1
         if halts:

@@ -78,10 +78,10 @@ class Wording:
     def _passed_over(self, exchange: FramedExchange) -> tuple[str, list[str]]:
         """Return which of the awaited messages came and were nobody's, and what to do about it."""
         parts = [
-            f"{count} x {self._name(passed.id)} {passed.why} (the last: {raw.hex(' ')})"
-            for passed, (count, raw) in exchange.passed_over.items()
+            f"{count} x {self._name(id)} {why} (the last: {raw.hex(' ')})"
+            for (id, why, _), (count, raw) in exchange.passed_over.items()
         ]
-        advices = dict.fromkeys(passed.advice for passed in exchange.passed_over if passed.advice)
+        advices = dict.fromkeys(advice for _, _, advice in exchange.passed_over if advice)
         return (f"; not taken for it: {', '.join(parts)}" if parts else ""), list(advices)
 
     def _names(self, ids: Iterable[int]) -> str:
