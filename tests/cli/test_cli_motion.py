@@ -294,6 +294,38 @@ def test_stop_where_nothing_says_that_it_stands(stagewire: Stagewire, attach: At
     assert (result.code, result.out) == (0, "axis Y: stop was sent\n")
 
 
+def test_stop_takes_the_options_of_move(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TDC001(stage=stages.Z8) as tdc:
+        line = attach(tdc)
+        words = ("--unit", "TDC001", "--stage", "Z8", "--to", "5", "--timeout", "5", "--yes")
+        assert stagewire("stop", URL, *words).code == 0
+    assert line.count(STOP) == 1
+    assert "--stage" not in stagewire("stop", "--help").out
+
+
+def test_a_stop_that_was_not_sent_says_so(
+    stagewire: Stagewire, attach: Attach, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Written, "write", lambda line, data: None)  # nobody hears it
+    with virtual.TDC001(stage=stages.Z8) as tdc:
+        attach(tdc)
+        result = stagewire("stop", URL)
+    assert result.code == 1
+    assert "no stop was sent, because the unit is not known" in result.err
+    assert "--unit" in result.err
+
+
+def test_a_stage_that_moves_already_is_not_moved(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TDC001(stage=stages.Z8) as tdc:
+        line = attach(tdc)
+        tdc.write(bytes.fromhex("530406 00d001 0100 c0450400"))  # to 280,000 counts, from elsewhere
+        for words in (("move", URL, "--to", "1", *Z8), ("home", URL, "--unit", "TDC001", "--yes")):
+            result = stagewire(*words)
+            assert result.code == 1
+            assert "is moving already" in result.err
+    assert line.count(*MOVES) == 0
+
+
 def test_what_has_no_stop(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TPZ001() as piezo:
         attach(piezo)

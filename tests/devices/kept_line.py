@@ -36,10 +36,14 @@ ENDS = (m.MotMoveCompletedDc, m.MotMoveStoppedDc, m.MotMoveHomed)
 class KeptController:
     """The controller, and what was seen on its lines."""
 
-    def __init__(self) -> None:
-        self.controller = virtual.TDC001(stage=stages.Z8, travel=20 * 34304)
+    def __init__(self, serial_number: int = 83_000_001) -> None:
+        self.controller = virtual.TDC001(
+            stage=stages.Z8, travel=20 * 34304, serial_number=serial_number
+        )
         self.reachable = True  # a line to it can be opened
         self.deaf = False  # what the host writes reaches nobody
+        self.mute = False  # what it says reaches nobody
+        self.first_byte_at: float | None = None  # of the host, on the line that is open
         self.cut_at_write = False  # the next write fails, and the line is gone
         self.may_move = False  # what a move began, as far as a host can know
         self.moves = 0
@@ -53,6 +57,7 @@ class KeptController:
         if not self.reachable:
             raise LinkOpenError(f"{URL}: nobody listens there")
         self.controller.plug_in()
+        self.first_byte_at = None
         self._heard.reset()
         self._said.reset()
 
@@ -70,6 +75,8 @@ class KeptController:
             self.controller.link.write(b"" if self.deaf else data)
         except UnpluggedError as error:
             raise TransportLost(f"{URL}: {error}") from None
+        if self.first_byte_at is None:
+            self.first_byte_at = self.controller.clock.now / SECOND
         if self.deaf:
             return
         for event in self._heard.feed(data):
@@ -83,6 +90,8 @@ class KeptController:
 
     def say(self, data: bytes) -> bytes:
         """Watch bytes that reach the host."""
+        if self.mute:
+            return b""
         for event in self._said.feed(data):
             message = event.frame.message
             rests = isinstance(message, m.MotGetDcStatusUpdate) and not message.status_bits & MOVING
@@ -155,8 +164,8 @@ class _KeptAsyncLink(AsyncLink):
             self._open = False
             self._lost(TransportLost(f"{URL}: the line was unplugged"))
             return
-        if data:
-            self._received(self._kept.say(data))
+        if data := self._kept.say(data):
+            self._received(data)
         due = controller.clock.next_due
         if self._timer is not None:
             self._timer.cancel()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -119,3 +120,19 @@ def test_what_a_stage_shows() -> None:
     unknown = stages.Z8.scale("acceleration", "TDC001")
     assert isinstance(unknown, UnknownScale)
     assert repr(unknown) == f"<UnknownScale in {unknown.unit}: {unknown.reason}>"
+
+
+@pytest.mark.parametrize(
+    "number",
+    ["1e99999999", "1E-99999999", "1e1000", "1e60", 10**60, -(10**5000), 1e61, "9" * 2000,
+     Decimal("1e99999999"), Decimal("1e-99999999"), Fraction(10**61)],
+    ids=lambda number: str(type(number).__name__),
+)  # fmt: skip
+def test_a_number_beyond_any_range_is_refused_at_once(number: Any) -> None:
+    with pytest.raises(BadValueError, match="the number is far beyond any range"):
+        exact(number)
+
+
+@pytest.mark.parametrize("number", ["1e59", "1e-999", Decimal("1e-400"), 10**59, 1e-300])
+def test_a_number_may_be_small_or_large_within_reason(number: Any) -> None:
+    assert exact(number) == Fraction(number) or isinstance(number, float)
