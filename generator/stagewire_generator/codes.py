@@ -195,7 +195,8 @@ GROUPS: tuple[Group, ...] = (
             "SW037": Code(
                 "a scale that is no exact positive rational, or one of another unit",
                 "A factor is zero, or written with a decimal point or a sign; a scale has none or several; "
-                "or its key names another unit than the quantity.",
+                "its key names another unit than the quantity; it has no source; or a unit has scales of "
+                "two groups.",
                 "write it as N or N/D",
             ),
             "SW038": Code(

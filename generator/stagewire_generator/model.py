@@ -165,6 +165,7 @@ class Controller:
     place: Place
     overlay: str = ""
     aliases: Mapping[str, str] = field(default_factory=dict)  # newer unit -> source of its scales
+    page: int | None = None
 
     @property
     def members(self) -> tuple[str, ...]:

@@ -429,6 +429,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "place": _PLACE,
         "overlay": _OVERLAY,
         "aliases": Elsewhere("scales"),
+        "page": "page",
     },
     model.Stage: {
         "name": _PAIRED,

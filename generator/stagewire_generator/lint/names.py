@@ -198,10 +198,18 @@ def _exchanges(protocol: Protocol, diagnostics: Diagnostics) -> None:
 
 
 def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    """Check that the newer units of a group are aliases, and have one scale each for a stage."""
-    known = {*protocol.units.get("units", ()), *protocol.units.get("aliases", ())}
+    """Check that newer units are listed under `aliases`, and that a unit has one scale for a stage."""
+    aliases = protocol.units.get("aliases", {})
+    known = {*protocol.units.get("units", ()), *aliases}
     groups = {controller.name: controller for controller in protocol.controllers}
     for controller in protocol.controllers:
+        for name in controller.units:
+            if name in aliases:
+                what = (
+                    f"controllers.{controller.name}: {name} is an alias, not a unit of the document"
+                )
+                hint = "list it under `aliases`, with the source of its scales"
+                diagnostics.add(controller.place, "SW021", what, hint)
         for name in controller.aliases:
             if name not in known:
                 what = f"controllers.{controller.name}: no alias is named {name}"
@@ -209,7 +217,7 @@ def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
     for stage in protocol.stages:
         seen: dict[str, str] = {}
         for group in filter(groups.__contains__, stage.scales):
-            for name in groups[group].aliases:
+            for name in dict.fromkeys(groups[group].members):
                 if name in seen:
                     what = f"{stage.name}: {name} has scales in {seen[name]} and in {group}"
                     diagnostics.add(stage.place, "SW037", what, "give it scales in one of them")
@@ -257,6 +265,15 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         if keeper != "none":
             known([keeper], messages, "message", "units", key, "keep_alive")
     written = document.data  # in which a prefix may make an alias in short
+    for section in ("units", "aliases"):
+        for key, entry in data.get(section, {}).items():
+            for model in entry.get("reported_as", ()):
+                if model in data["units"] or model in data.get("aliases", {}):
+                    whose = "the unit itself" if model == key else "another unit"
+                    what = f"{section}.{key}: reported_as lists {model}, the name of {whose}"
+                    hint = f"remove it; a controller that reports {model} is identified as {model}"
+                    place = document.place(section, key, "reported_as", model)
+                    diagnostics.add(place, "SW022", what, hint)
     places = [(name, document.place("units", name)) for name in data["units"]]
     places += [
         (name, document.place("aliases", name))

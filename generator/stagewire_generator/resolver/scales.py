@@ -15,6 +15,10 @@ __all__ = ["define_quantities", "resolve_settings", "resolve_stages"]
 
 _FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
 _LIMIT_UNITS = {"mm": "mm", "mm_per_s": "mm/s", "mm_per_s2": "mm/s^2"}
+_WITHOUT_SOURCE = (
+    "give the scale a `source` or a `page`; the page of the stage counts only for controllers that have "
+    "`units` and a `page`"
+)
 _RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
 
 
@@ -47,7 +51,8 @@ def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage,
         for name, entry in document.data.get("controllers", {}).items():
             place = document.place("controllers", name)
             units, aliases = tuple(entry.get("units", ())), entry.get("aliases", {})
-            controllers[name] = Controller(name, units, place, document.overlay, aliases)
+            page = entry.get("page")
+            controllers[name] = Controller(name, units, place, document.overlay, aliases, page)
     alike: list[tuple[Document, str, Json]] = []
     for document in files:
         for name, entry in document.data.get("stages", {}).items():
@@ -80,7 +85,8 @@ def _stage(
     scales: dict[str, dict[str, Factor | str]] = {}
     for controller, quantities in entry["controllers"].items():
         place = document.place(*path, "controllers", controller)
-        tables.look_up(controllers, controller, "controller", place)
+        group = tables.look_up(controllers, controller, "controller", place)
+        printed = group is None or (group.units and group.page)
         for quantity, scale in quantities.items():
             place = document.place(*path, "controllers", controller, quantity)
             found = tables.look_up(tables.quantities, quantity, "quantity", place)
@@ -88,6 +94,9 @@ def _stage(
             factor = scale.get("unknown") or _factor(tables, scale, unit, place)
             if factor:
                 scales.setdefault(controller, {})[quantity] = factor
+            if isinstance(factor, Factor) and not (printed or factor.source or factor.page):
+                what = f"{name}: {quantity} on {controller} has neither a source nor a page"
+                tables.diagnostics.add(place, "SW037", what, _WITHOUT_SOURCE)
     place = document.place(*path)
     limits = _limits(entry)
     return Stage(name, entry["title"], entry["page"], scales, place, document.overlay, limits)
