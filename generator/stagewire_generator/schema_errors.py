@@ -61,7 +61,10 @@ def explained(error: jsonschema.ValidationError) -> tuple[Sequence[str], str, st
         what = f"{_short(repr(error.instance))} is {_no(str(error.validator_value))}"
     elif error.validator == "type":
         what = _other_type(error)
-        if error.validator_value == "string" and isinstance(error.instance, int):
+        if error.validator_value == "string" and isinstance(error.instance, bool):
+            described = schema.get(HERE, described)  # what to write instead
+            hint = "write it in words, or leave it out"
+        elif error.validator_value == "string" and isinstance(error.instance, int):
             hint = "put it in quotes"
     else:
         what = _short(str(error.message))
