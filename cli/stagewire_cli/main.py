@@ -69,6 +69,7 @@ app.command("doctor", epilog=doctor.EXAMPLE)(doctor.doctor)
 app.command("monitor", epilog=monitor.EXAMPLE)(monitor.monitor)
 app.command("move", epilog=motion.MOVE_EXAMPLE)(motion.move)
 app.command("home", epilog=motion.HOME_EXAMPLE)(motion.home)
+app.command("jog", epilog=motion.JOG_EXAMPLE)(motion.jog)
 app.command("stop", epilog=motion.STOP_EXAMPLE)(motion.stop)
 app.add_typer(conformance.app, name="conformance")
 

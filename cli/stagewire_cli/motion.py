@@ -1,4 +1,4 @@
-"""``stagewire move``, ``home`` and ``stop``: one axis by hand, after having asked."""
+"""``stagewire move``, ``home``, ``jog`` and ``stop``: one axis by hand, after having asked."""
 
 from __future__ import annotations
 
@@ -9,7 +9,16 @@ import typer
 from stagewire_cli.devices import Bay, Line, Stage, Unit, seconds_above_0, travel_in_mm
 from stagewire_cli.errors import CalledWronglyError
 
-__all__ = ["HOME_EXAMPLE", "MOVE_EXAMPLE", "STOP_EXAMPLE", "home", "move", "stop"]
+__all__ = [
+    "HOME_EXAMPLE",
+    "JOG_EXAMPLE",
+    "MOVE_EXAMPLE",
+    "STOP_EXAMPLE",
+    "home",
+    "jog",
+    "move",
+    "stop",
+]
 
 MOVE_EXAMPLE = """\b
 Examples:
@@ -22,6 +31,11 @@ Examples:
   stagewire home /dev/ttyUSB0
   stagewire home "virtual://TDC001?stage=Z8" --yes
 """
+JOG_EXAMPLE = """\b
+Examples:
+  stagewire jog /dev/ttyUSB0 forward --stage Z8
+  stagewire jog "virtual://TDC001?stage=Z8" reverse --stage Z8 --yes
+"""
 STOP_EXAMPLE = """\b
 Examples:
   stagewire stop /dev/ttyUSB0
@@ -33,6 +47,14 @@ Channel = Annotated[
 ]
 Axis = Annotated[
     str | None, typer.Option("--axis", metavar="NAME", help="Axis of an MS-2000, such as X.")
+]
+MoveTravel = Annotated[
+    str | None,
+    typer.Option(
+        "--travel",
+        metavar="MM|LOW,HIGH",
+        help="Travel of the stage, as 12 or as -5,5; positions outside are refused.",
+    ),
 ]
 Yes = Annotated[
     bool, typer.Option("--yes", help="Do not ask; needed where there is no terminal to ask on.")
@@ -58,14 +80,7 @@ def move(
     ] = False,
     unit: Unit = None,
     stage: Stage = None,
-    travel: Annotated[
-        str | None,
-        typer.Option(
-            "--travel",
-            metavar="MM|LOW,HIGH",
-            help="Travel of the stage, as 12 or as -5,5; positions outside are refused.",
-        ),
-    ] = None,
+    travel: MoveTravel = None,
     bay: Bay = None,
     channel: Channel = None,
     axis: Axis = None,
@@ -104,6 +119,33 @@ def home(
     from stagewire_cli.motion_session import Where, run_home
 
     run_home(Where(url, unit, bay, channel, axis), timeout=timeout, yes=yes)
+
+
+def jog(
+    url: Line,
+    direction: Annotated[
+        str,
+        typer.Argument(metavar="DIRECTION", help="As the controller names it: forward or reverse."),
+    ],
+    unit: Unit = None,
+    stage: Stage = None,
+    travel: MoveTravel = None,
+    bay: Bay = None,
+    channel: Channel = None,
+    axis: Axis = None,
+    timeout: Timeout = 60.0,
+    yes: Yes = False,
+) -> None:
+    """Jog one axis by the step that its controller has stored, and wait until it is there.
+
+    The document does not say whether positions rise or fall in direction forward: try a small step first.
+    Says what is stored, and asks before it moves. Ctrl-C stops it.
+    """
+    from stagewire_cli.motion_session import Where, run_jog
+
+    where = Where(url, unit, bay, channel, axis)
+    length = None if travel is None else travel_in_mm(travel)
+    run_jog(where, direction, stage=stage, travel=length, timeout=timeout, yes=yes)
 
 
 def stop(

@@ -1,4 +1,4 @@
-"""What ``stagewire move``, ``home`` and ``stop`` do: open, say, ask, move, wait; and stop on Ctrl-C."""
+"""``stagewire move``, ``home``, ``jog`` and ``stop``: open, say, ask, move, wait; and stop on Ctrl-C."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from stagewire_cli.devices import (
 from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
 from stagewire_cli.status import numbers_of, status_of
 
-__all__ = ["Target", "Where", "refuse_silence", "run_home", "run_move", "run_stop"]
+__all__ = ["Target", "Where", "refuse_silence", "run_home", "run_jog", "run_move", "run_stop"]
 
 _PIECE = 0.25  # seconds
 _STOP_TIMEOUT = 10.0  # seconds until a stage that was told to stands still
@@ -175,6 +175,28 @@ def run_home(where: Where, *, timeout: float, yes: bool) -> None:
         start = _call(device, part, "start_home")
         saying = f"goes home from {_position(part)}, as its controller is set"
         _act(device, name, part, saying, start, timeout, yes)
+
+
+def run_jog(
+    where: Where,
+    direction: str,
+    *,
+    stage: str | None,
+    travel: Travel | None,
+    timeout: float,
+    yes: bool,
+) -> None:
+    """Jog one part, after having asked."""
+    refuse_silence(yes)
+    options = {"stage": stage, "travel_mm": travel, "motion_timeout": timeout}
+    with opened(where.url, where.unit, bay=where.bay, **options) as device:
+        name, part = where.part(device)
+        start = _call(device, part, "start_jog")
+        stored = _call(device, part, "get_jog_params")()
+        step = numbers_of(stored).get("jog_step_size", "an unknown step")
+        mode = getattr(stored.jog_mode, "name", stored.jog_mode)
+        saying = f"jogs {direction} from {_position(part)} by the stored step, {step} ({mode})"
+        _act(device, name, part, saying, lambda: start(direction), timeout, yes)
 
 
 def run_stop(where: Where) -> None:

@@ -294,6 +294,52 @@ def test_stop_where_nothing_says_that_it_stands(stagewire: Stagewire, attach: At
     assert (result.code, result.out) == (0, "axis Y: stop was sent\n")
 
 
+JOG = bytes.fromhex("6a04")
+
+
+@pytest.mark.parametrize(("direction", "stands"), [("forward", "0.1000"), ("REVERSE", "-0.1000")])
+def test_a_jog_goes_by_the_stored_step(
+    stagewire: Stagewire, attach: Attach, direction: str, stands: str
+) -> None:
+    with virtual.TDC001(stage=stages.Z8) as tdc:
+        line = attach(tdc)
+        result = stagewire("jog", URL, direction, *Z8)
+    assert (result.code, result.err) == (0, "")
+    assert (
+        f"jogs {direction} from 0.0000 mm by the stored step, 0.1000 mm (SINGLE_STEP)" in result.out
+    )
+    assert result.out.endswith(f"it stands at {stands} mm\n")
+    assert line.count(JOG) == 1
+
+
+def test_a_jog_that_misses_its_target_is_not_done(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TDC001(stage=stages.Z8, travel=1000) as tdc:
+        attach(tdc)
+        result = stagewire("jog", URL, "forward", *Z8)
+    assert result.code == 1
+    assert "from its target" in result.err
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("forwards", *Z8), "'forwards' is not one of FORWARD, REVERSE"),
+        (("3", *Z8), "jog direction '3' is not one of FORWARD, REVERSE"),
+        (("forward", "--unit", "TDC001"), "no terminal to ask on"),
+        (("forward", "--unit", "MS2000", "--axis", "X", "--yes"), "MS2000 has no jog"),
+    ],
+)
+def test_a_jog_that_is_called_wrongly_sends_none(
+    stagewire: Stagewire, attach: Attach, words: tuple[str, ...], why: str
+) -> None:
+    with virtual.MS2000() if "MS2000" in words else virtual.TDC001(stage=stages.Z8) as controller:
+        line = attach(controller)
+        result = stagewire("jog", URL, *words)
+    assert result.code == 2
+    assert why in result.err
+    assert line.count(JOG) == 0
+
+
 def test_stop_takes_the_options_of_move(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001(stage=stages.Z8) as tdc:
         line = attach(tdc)

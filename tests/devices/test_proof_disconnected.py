@@ -112,7 +112,9 @@ def test_on_tcp_with_asyncio(taken: int | None, said: int | None) -> None:
     controller = Cut(taken, said)
 
     async def main(url: str) -> int:
-        async with AsyncTDC001.open(url, identify=False, on_close="leave", reconnect_pause=0) as tdc:
+        async with AsyncTDC001.open(
+            url, identify=False, on_close="leave", reconnect_pause=0
+        ) as tdc:
             with pytest.raises(TransportLost):
                 await tdc.move_absolute(counts=51456, timeout=10)
             moves = controller.moves()
