@@ -67,7 +67,8 @@ def stretched(spec: Path, words: str) -> None:
     stages["controllers"]["TP9"]["units"] += [f"TP{n}" for n in range(100, 120)]
     stages["stages"]["Many"] = {"title": "x", "page": 3, "controllers": {}}
     for n in range(1, 40):
-        stages["controllers"]["C" * n] = {"units": [f"TP{k}" for k in range(100, 107)]}
+        units = [f"TP{k}" for k in range(100 + 7 * n, 107 + 7 * n)]
+        stages["controllers"]["C" * n] = {"units": units, "page": 3}
         stages["stages"]["Many"]["controllers"]["C" * n] = {"distance": {"counts_per_mm": n}}
     save(tiny / "stages.yaml", stages)
     core = load(tiny / "messages" / "core.yaml")
