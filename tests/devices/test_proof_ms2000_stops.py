@@ -15,11 +15,13 @@ from proof_line import AsyncMemoryLink
 from proof_ms2000 import Axes, Said
 from proof_queue import QueueLink
 
-from stagewire.errors import MotionStopped
+import stagewire_virtual as virtual
+from stagewire.errors import MotionStopped, TransportLost
 from stagewire_ms2000 import MS2000
 from stagewire_ms2000 import messages as c
 from stagewire_ms2000.aio import MS2000 as AsyncMS2000
-from stagewire_virtual import stepped
+from stagewire_virtual import linking, stepped
+from stagewire_virtual.linking import SteppedLink
 
 READ, STATUS, STOP = (cls().pack(0x18) for cls in (c.ReadMotorPosition, c.ReadStatus, c.StopMotor))
 MOVE = c.WriteTargetPosition(7).pack(0x18)
@@ -181,3 +183,40 @@ def test_while_the_line_has_to_be_silent() -> None:
 
     stepping(far, scenario)
     assert far.raw == STOP + READ
+
+
+MOVE = bytes.fromhex("18 54 03 a0 86 01 3a")
+
+
+@pytest.mark.parametrize("cut", range(1, len(MOVE)))
+@pytest.mark.parametrize("closes", [False, True], ids=["stop", "close"])
+def test_after_a_command_that_was_cut_off_by_a_loss(
+    cut: int, closes: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The controller holds half a command, and takes the bytes of a stop for its rest."""
+    controller = virtual.MS2000(strategies={"power_on_mode": "low"})
+
+    def open_link(url: str, settings: object) -> SteppedLink:
+        controller.plug_in()
+        return SteppedLink(controller)
+
+    monkeypatch.setattr(linking, "open_link", open_link)
+    ms2000 = MS2000.open("virtual://kept", background=False, reconnect_pause=0)
+    x = ms2000.axis("X")
+    ms2000.switch_to_low_level()
+    x.start_move_absolute(um=90_000)
+    controller.advance(0.2)
+    controller.write(MOVE[:cut])
+    controller.unplug()
+    with pytest.raises(TransportLost):
+        x.is_moving()
+    ms2000.reconnect()
+    ms2000.close() if closes else x.stop()
+    controller.advance(3)
+    positions = []
+    for _ in range(2):
+        with MS2000.open(SteppedLink(controller)) as again:
+            again.switch_to_low_level()
+            positions.append(again.axis("X").read_motor_position().position)
+        controller.advance(1)
+    assert positions[0] == positions[1]

@@ -160,7 +160,16 @@ class Connection:
 
     def last_words(self) -> bytes:
         """Return what is to be said before the line is closed, by a signal handler perhaps."""
-        return self.motions.stops() if self.choices.stop_on_close else b""
+        return self.motions.stops() * self.stops if self.choices.stop_on_close else b""
+
+    @property
+    def stops(self) -> int:
+        """How many times a stop is sent, so that it gets through.
+
+        A controller whose commands have no frame may hold half a command that a lost line cut off, and takes
+        the bytes of the first stops for its rest. Three are longer than any command.
+        """
+        return 3 if self.unit.kind == "line" and self.broken_at is not None else 1
 
     def next_log(self) -> str | Path | None:
         """Return the file for the capture of a line; of a line that is opened again another one."""

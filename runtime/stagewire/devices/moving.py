@@ -257,6 +257,8 @@ async def halt(
         timeout = MOMENT  # a stop is sent whatever time is left
     seconds = spot.seconds(timeout) if ends is None else spot.motion_seconds(timeout)
     began = line.now()
+    for _ in range(connection.stops - 1):
+        await line.halt(message, None, spot.address, seconds)
     reply = await line.halt(message, ends, spot.address, seconds)
     connection.motions.stopped(spot.place)
     if reply is None:
