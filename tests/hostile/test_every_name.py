@@ -251,7 +251,9 @@ def stages(spec: Spec, names: list[str]) -> None:
 
 def controllers(spec: Spec, names: list[str]) -> None:
     data = spec.files["tiny/stages.yaml"]
-    data["controllers"] |= {name: {"units": ["TP1"]} for name in names}
+    data["controllers"] |= {
+        name: {"units": [f"TP{number}"], "page": 3} for number, name in enumerate(names, 100)
+    }
     slide = data["stages"]["Slide"]["controllers"]
     slide |= dict.fromkeys(names, slide["TPx"])
 
