@@ -145,13 +145,17 @@ class ThreadDriver(Driver[_C]):
             self._link.wake()
 
     def _tick(self, until: float = math.inf) -> None:
+        """Do what is due, in a thread that does not read; who reads looks around afterwards."""
+        self._do_what_is_due(until)
+        self._wake_reader()
+
+    def _do_what_is_due(self, until: float = math.inf) -> None:
         """Let the core see to what is due, and write what is to be written, if that can be until then."""
         with self._lock:
             now = self.now()
             if self._due <= now:
                 self._core.tick(now)
         self._flush(until)
-        self._wake_reader()
 
     # The line
 
@@ -170,7 +174,7 @@ class ThreadDriver(Driver[_C]):
             self._reads_until = -math.inf
         self._take(data)
         if self._due <= self.now():
-            self._tick()
+            self._do_what_is_due()
 
     def _hear_what_came(self, waiter: Waiter, reads: int = 1) -> None:
         """Take what came while nobody read, so that nothing of it answers what is asked now."""
