@@ -185,10 +185,10 @@ def test_while_the_line_has_to_be_silent() -> None:
     assert far.raw == STOP + READ
 
 
-MOVE = bytes.fromhex("18 54 03 a0 86 01 3a")
+CUT_OFF = bytes.fromhex("18 54 03 a0 86 01 3a")
 
 
-@pytest.mark.parametrize("cut", range(1, len(MOVE)))
+@pytest.mark.parametrize("cut", range(1, len(CUT_OFF)))
 @pytest.mark.parametrize("closes", [False, True], ids=["stop", "close"])
 def test_after_a_command_that_was_cut_off_by_a_loss(
     cut: int, closes: bool, monkeypatch: pytest.MonkeyPatch
@@ -206,12 +206,15 @@ def test_after_a_command_that_was_cut_off_by_a_loss(
     ms2000.switch_to_low_level()
     x.start_move_absolute(um=90_000)
     controller.advance(0.2)
-    controller.write(MOVE[:cut])
+    controller.write(CUT_OFF[:cut])
     controller.unplug()
     with pytest.raises(TransportLost):
         x.is_moving()
     ms2000.reconnect()
-    ms2000.close() if closes else x.stop()
+    if closes:
+        ms2000.close()
+    else:
+        x.stop()
     controller.advance(3)
     positions = []
     for _ in range(2):
@@ -220,3 +223,4 @@ def test_after_a_command_that_was_cut_off_by_a_loss(
             positions.append(again.axis("X").read_motor_position().position)
         controller.advance(1)
     assert positions[0] == positions[1]
+    ms2000.close()
