@@ -87,7 +87,7 @@ class Recorder(FarEnd):
         self._package = load_protocol(protocol).package
 
     def _reply(self, frame: Any) -> bytes:
-        """The reply to a question, with zeros; nothing to what is no question."""
+        """The reply to a question, filled with zeros; nothing for any other message."""
         message = frame.message
         if self._package == "stagewire_apt":
             cls: Any = answers_of().get(type(message))

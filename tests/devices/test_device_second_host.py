@@ -108,7 +108,7 @@ def test_the_notice_of_a_server_is_quoted(use: Call) -> None:
 
 @sides
 def test_without_a_question_the_first_call_says_so(use: Call) -> None:
-    """What was sent by then may have been taken by somebody; so the error is that of a lost line, too."""
+    """Something may have received what was sent by then, so the error is also that of a lost line."""
     with (
         virtual.TDC001().tcp() as served,
         TDC001.open(served.url),

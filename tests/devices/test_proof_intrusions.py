@@ -168,7 +168,7 @@ class Mover(Intruder):
         return [(0.25, intrusion), (0.5, end.pack(HOST, frame.dest))]
 
 
-# What reports a fault ends the wait for a move, and is no end of it.
+# A fault report ends the wait for a move, but it does not end the move.
 FAULTS = (response, rich_response)
 NO_ENDS = [
     intrusion

@@ -357,7 +357,7 @@ def test_units_of_one_class_need_no_model_to_be_opened(opens: Callable[[OpenLine
     with virtual.BSC103() as rack:
         opens(lambda url, **_: reporting(rack, 70000001, b""))
         with pytest.raises(WrongUnitError, match="the reported model does not tell which"):
-            unit_at("socket://127.0.0.1:9")  # a BSC102 is possible, too: its prefix is unknown
+            unit_at("socket://127.0.0.1:9")  # a BSC102 is also possible: its prefix is unknown
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ class Hearing:
         self.counts: dict[int | str, int] = {}
         """Message -> how many of it have come."""
         self.odd_counts: dict[int | str, int] = {}
-        """Words for a frame that is no known message -> how many of it have come."""
+        """Words for a frame of an unknown message -> how many of them have come."""
         self.undecoded: dict[int | str, bytes] = {}
         """Message, or such words -> the bytes of the last one that came, of those without a layout."""
         self.faults: dict[int | str, Fault] = {}
