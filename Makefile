@@ -1,7 +1,8 @@
-# Two commands do everything on a fresh machine, set-up included:
-#   make demo   check the spec, regenerate every binding, run all worked examples, move a virtual stage
-#   make test   formatting, types, import rules and all tests
-# What takes long or needs a quiet machine is apart:
+# These do everything on a fresh machine, set-up included:
+#   make demo      check the spec, regenerate every binding, run all worked examples, move a virtual stage
+#   make test      formatting, types, import rules, and the tests of every room: five minutes on two cores
+#   make test-all  make test, then the matrices: every compiler and machine, hostile input, walkthroughs, packages
+# The rest takes longer or needs a quiet machine:
 #   make bench  speed and memory against their bounds
 #   make soak   256 virtual controllers for a minute, and as many sessions; a day of ten axes; eight threads;
 #               the conformance suite on every unit in real time
@@ -12,7 +13,12 @@
 PYTHON ?= python3
 SPEC := spec
 OUT := generated
-REPORT := build/junit.xml
+# make test runs the unit tests first, so that most failures show within two minutes.
+UNITS := codec runtime session links discovery generator devices
+PYTEST = .venv/test/bin/python -m pytest -q -n $(WORKERS)
+WORKERS := auto
+# Processor seconds that make test may take on two cores; make test-all fails above it.
+BUDGET := 540
 
 BENCHMARKS := codec_speed framing_speed commands columns start_up round_trip opening stop_latency silent framing_time \
 	capture_memory framing_experiment c_speed
@@ -22,7 +28,7 @@ C_EXECUTIONS := 20000000
 SECONDS := 60
 SEED := 1
 
-.PHONY: demo test tools generate format c-sizes bench soak fuzz clean
+.PHONY: demo test test-all checks units others matrix tools generate format c-sizes bench soak fuzz clean
 
 demo: .venv/demo/ready
 	@echo "== the spec: schemas, layouts, witness, errata"
@@ -37,13 +43,29 @@ demo: .venv/demo/ready
 	@.venv/demo/bin/python examples/python/in_memory.py
 
 test: .venv/test/ready tools
+	@.venv/test/bin/python tests/run_report.py --measure build/test.json \
+		$(MAKE) --no-print-directory checks units others
+	@.venv/test/bin/python tests/run_report.py build/junit-units.xml build/junit-others.xml
+
+test-all: test matrix
+	@.venv/test/bin/python tests/run_report.py --measured build/test.json --budget $(BUDGET) \
+		build/junit-units.xml build/junit-others.xml build/junit-matrix.xml
+
+# The steps of make test and make test-all, each for itself.
+checks: .venv/test/ready
 	.venv/test/bin/ruff check .
 	.venv/test/bin/ruff format --check .
-	.venv/test/bin/mypy
 	.venv/test/bin/lint-imports
-	@mkdir -p $(dir $(REPORT))
-	.venv/test/bin/python -m pytest -q -n auto --junitxml=$(REPORT)
-	.venv/test/bin/python tests/no_skips.py $(REPORT)
+	.venv/test/bin/mypy
+
+units: .venv/test/ready
+	$(PYTEST) -m "not matrix" --junitxml=build/junit-units.xml $(UNITS:%=tests/%)
+
+others: .venv/test/ready tools
+	$(PYTEST) -m "not matrix" --junitxml=build/junit-others.xml $(UNITS:%=--ignore=tests/%)
+
+matrix: .venv/test/ready tools
+	$(PYTEST) -m matrix --junitxml=build/junit-matrix.xml
 
 # Compilers, emulators and checkers of C, where they can be installed without a password; else it says what is missing.
 tools:
