@@ -109,7 +109,7 @@ def test_every_file_of_the_packages_is_in_the_wheel_and_nothing_else(names: list
 
 def test_no_yaml_and_nothing_compiled(names: list[str]) -> None:
     suffixes = {PurePosixPath(name).suffix for name in names if ".dist-info/" not in name}
-    assert suffixes == {".py", ".json", ".j2", ".cmake", ".typed"}
+    assert suffixes == {".py", ".json", ".j2", ".c", ".h", ".cmake", ".typed"}
 
 
 def test_every_package_is_typed(names: list[str]) -> None:

@@ -11,7 +11,7 @@ from stagewire_generator.targets.templates import templates_in
 
 __all__ = ["inputs"]
 
-_OF_THE_GENERATOR = ("*.py", "*.j2")
+_OF_THE_GENERATOR = ("*.py", "*.j2", "*.[ch]")
 
 
 def inputs(specs: Sequence[Path], templates: Path | None = None) -> list[Path]:

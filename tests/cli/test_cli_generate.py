@@ -79,7 +79,7 @@ def test_the_inputs_are_spec_templates_and_generator(stagewire: Stagewire, here:
         [*files_in(here / "spec"), *files_in(here / "more"), "mine/wrong name.j2"]
     )
     generator = {Path(line).name for line in lines if line.startswith("/")}
-    assert {"pipeline.py", "flags.py.j2", "messages.schema.json"} <= generator
+    assert {"pipeline.py", "flags.py.j2", "answer.c", "messages.schema.json"} <= generator
     break_it(here)
     assert stagewire(*command, "--list-inputs") == listed
 

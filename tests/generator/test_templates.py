@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -49,6 +50,19 @@ def test_names_are_unique_over_all_targets() -> None:
     names = [path.name for path in our_templates()]
     assert "flags.py.j2" in names
     assert sorted(set(names)) == sorted(names)
+
+
+def test_a_file_without_a_tag_is_no_template() -> None:
+    """What is the same for every protocol is a plain file."""
+    texts = {path.name: path.read_text(encoding="utf-8") for path in our_templates()}
+    assert [name for name, text in texts.items() if not re.search(r"\{[{%]", text)] == []
+
+
+def test_a_plain_file_of_ours_cannot_be_shadowed(shadowed: Shadowed, folder: Path) -> None:
+    for name in ("answer__c", "answer__c__j2"):
+        [problem, *_] = problems(shadowed, **{name: "int x;\n"})
+        assert problem.endswith(": there is no template of this name to shadow")
+        (folder / name.replace("__", ".")).unlink()
 
 
 def test_a_file_shadows_ours_of_the_same_name(shadowed: Shadowed, files: dict[str, str]) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cache
+from pathlib import Path
+
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.c.framing import File, framing_of
 from stagewire_generator.targets.c.quantities_view import quantities_view
@@ -31,20 +34,8 @@ _TESTS = (
     File("testing/round_trip.c", "testing_round_trip.c.j2", round_trip_view),
 )
 _UMBRELLA = "{package}.h"
-# What is the same for every package, beside their folders: from templates that know none.
-_TESTEE = (
-    "answer.c", "commands.h", "commands_decode.c", "commands_encode.c", "framed.h", "framed_decode.c",
-    "framed_encode.c", "json.c", "json.h", "json_reader.c", "json_text.c", "json_text.h",
-    "json_writer.c", "json_writer.h", "message.c", "message.h", "packets.c", "packets.h", "request.c",
-    "request.h", "stream.c", "testee.c", "testee.h",
-)  # fmt: skip
-_VECTORS = (
-    "failed.c", "layout.h", "report.c", "report.h", "round_trip.h", "vectors.c", "vectors.h",
-)  # fmt: skip
-_SHARED: tuple[File, ...] = (
-    *(File(f"testing/{name}", f"testing_{name}.j2") for name in _VECTORS),
-    *(File(f"testing/testee/{name}", f"testee_{name}.j2") for name in _TESTEE),
-)
+# What is the same for every package: plain files, copied next to the folders of the packages.
+_STATIC = Path(__file__).parent / "static"
 
 
 def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
@@ -64,6 +55,13 @@ def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
     for chapter in package.chapters:
         add(f"messages/{chapter.name}.h", "chapter.h.j2", chapter=chapter, message=framing.message)
     add(_UMBRELLA, "package.h.j2", included=[file.path for file in listed if file.included])
-    for file in _SHARED:
-        files[f"c/{file.path}"] = templates.render(file.template)
-    return files
+    return files | _static()
+
+
+@cache
+def _static() -> dict[str, str]:
+    """Return path -> text of what is the same for every package."""
+    return {
+        f"c/{path.relative_to(_STATIC).as_posix()}": path.read_text(encoding="utf-8")
+        for path in sorted(_STATIC.rglob("*.[ch]"))
+    }

@@ -33,7 +33,7 @@ int stagewire_print(const struct stagewire_suite *const *suites, size_t count)
     size_t failed = 0;
 
     for (size_t i = 0; i < count; ++i) {
-        struct tally tally = {% raw %}{{0, 0, 0}}{% endraw %};
+        struct tally tally = {{0, 0, 0}};
         failed += stagewire_run(suites[i], print, &tally);
         printf("%s: %lu passed, %lu failed, %lu noted\n", suites[i]->name,
             (unsigned long)tally.of[STAGEWIRE_PASSED], (unsigned long)tally.of[STAGEWIRE_FAILED],
