@@ -35,8 +35,9 @@ demo: .venv/demo/ready
 	@.venv/demo/bin/stagewire check $(SPEC)
 	@echo "== every binding, regenerated in memory and compared byte by byte"
 	@.venv/demo/bin/stagewire generate --spec $(SPEC) --out $(OUT) --check
-	@echo "== every worked example of the documents, in both directions"
-	@.venv/demo/bin/stagewire conformance examples
+	@echo "== every worked example of the documents, in both directions; for the table of all of them:"
+	@echo "   .venv/demo/bin/stagewire conformance examples"
+	@.venv/demo/bin/stagewire conformance examples --summary
 	@echo "== a virtual controller in real time: the library opens it, homes and moves the stage"
 	@.venv/demo/bin/python examples/python/home_and_move.py
 	@echo "== the same bytes by hand, on the controller's own clock"
@@ -114,7 +115,7 @@ define environment
 @echo "== setting up .venv/$(1) (once; a minute or two)"
 @rm -rf .venv/$(1)
 @$(PYTHON) -m venv .venv/$(1)
-@.venv/$(1)/bin/python -m pip install --disable-pip-version-check --editable '.[$(2)]'
+@.venv/$(1)/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[$(2)]'
 @touch $@
 endef
 

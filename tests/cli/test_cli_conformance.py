@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -76,9 +77,37 @@ def test_exit_code(
     assert "\x1b" not in result.out
 
 
+def test_summary_prints_one_line_per_protocol(stagewire: Stagewire) -> None:
+    result = stagewire("conformance", "examples", "--summary")
+    assert result.code == 0
+    lines = result.out.splitlines()
+    assert [line.split(":")[0] for line in lines] == list(available_protocols())
+    table = stagewire("conformance", "examples").out.splitlines()
+    assert [line for line in table if " noted (prose" in line] == lines
+
+
+@pytest.mark.parametrize("options", [(), ("--summary",)], ids=["table", "summary"])
+def test_a_failure_is_shown_in_full(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...]
+) -> None:
+    def run(_: Protocol) -> list[Verdict]:
+        return [verdict("passed"), replace(verdict("failed"), detail="first; second " * 50)]
+
+    monkeypatch.setattr(examples, "run", run)
+    result = stagewire("conformance", "examples", "--protocol", "asi_ms2000", *options)
+    assert result.code == 1
+    assert result.out.splitlines()[-3:-1] == [
+        "failed: a-slug (page 30, tx, MOT_X): A title",
+        f"  expected: reproduced; found: {'first; second ' * 50}",
+    ]
+    assert "1 passed, 1 failed" in result.out.splitlines()[-1]
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (["--summary", "--json"], "--summary excludes --json and --coverage"),
+        (["--summary", "--coverage"], "--summary excludes --json and --coverage"),
         (["--protocol", "nothing"], "no protocol nothing is installed"),
         (["extra"], "unexpected extra argument"),
         (["--cover"], "No such option"),

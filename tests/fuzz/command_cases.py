@@ -266,7 +266,7 @@ def show(rng: Random) -> Case:
 
 def conformance(rng: Random) -> Case:
     """``conformance examples`` reads what is installed and no file of the user's: its options only."""
-    options = [option for option in ("--coverage", "--json") if rng.random() < 0.5]
+    options = [option for option in ("--coverage", "--json", "--summary") if rng.random() < 0.5]
     options += _sometimes(
         rng, ("--protocol", lambda: PROTOCOL.name), ("--protocol", lambda: "other")
     )

@@ -23,6 +23,7 @@ __all__ = ["EXAMPLE", "examples"]
 EXAMPLE = """\b
 Examples:
   stagewire conformance examples
+  stagewire conformance examples --summary
   stagewire conformance examples --coverage
 """
 
@@ -31,6 +32,9 @@ _ROOM_FOR_DETAIL = 150
 
 def examples(
     protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
+    summary: Annotated[
+        bool, typer.Option("--summary", help="Print one line per protocol, and every failure.")
+    ] = False,
     with_coverage: Annotated[
         bool, typer.Option("--coverage", help="Show which messages have examples, instead.")
     ] = False,
@@ -41,6 +45,8 @@ def examples(
     An erratum passes when the printed bytes do what the registry says of them, and fails when they
     turn out right after all.
     """
+    if summary and (as_json or with_coverage):
+        raise typer.BadParameter("--summary excludes --json and --coverage")
     chosen = one_or_all(protocol, whole=True)  # half of what is installed would pass for all of it
     if with_coverage:
         for one in chosen:
@@ -56,7 +62,9 @@ def examples(
             for verdict in found:
                 typer.echo(json.dumps({"protocol": one.name, **asdict(verdict)}))
         else:
-            _table(found)
+            if not summary:
+                _table(found)
+            _failures(found)
             typer.echo(f"{one.name}: {_summary(found)}")
     if any(verdict.failed for verdict in verdicts) or not verdicts:
         raise typer.Exit(WRONG)
@@ -80,9 +88,16 @@ def _table(verdicts: list[Verdict]) -> None:
         detail = [printable(verdict.detail)] if with_detail else []
         shown.add_row(*cells, *detail, style="red" if verdict.failed else None)
     out.print(shown)
+
+
+def _failures(verdicts: list[Verdict]) -> None:
+    """Print everything that is known of each example that failed."""
     for verdict in verdicts:
         if verdict.failed:
-            typer.echo(f"failed: {verdict.id}: {printable(verdict.detail)}")
+            page = "capture" if verdict.page is None else f"page {verdict.page}"
+            about = ", ".join(filter(None, (page, verdict.kind, verdict.message)))
+            typer.echo(f"failed: {verdict.id} ({about}): {printable(verdict.title)}")
+            typer.echo(f"  expected: {verdict.expected}; found: {printable(verdict.detail)}")
 
 
 def _summary(verdicts: list[Verdict]) -> str:
