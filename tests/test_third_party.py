@@ -136,6 +136,9 @@ def test_what_the_readme_says_works(project: Path, installed: Path) -> None:
 @pytest.fixture(scope="module")
 def testee_in_c(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The testee in C, compiled as the README says."""
+    words = ["generate", "--spec-dir", str(SPEC), "--package", "acme_carousel"]
+    words += ["--target", "c-tests", "--out", str(project.parent)]
+    subprocess.run([*COMMAND, *words], capture_output=True, check=True)
     text = (project / "README.md").read_text(encoding="utf-8")
     *_, command = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
     made = tmp_path_factory.mktemp("c") / "testee"

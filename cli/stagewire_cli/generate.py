@@ -33,6 +33,7 @@ Examples:
   stagewire generate --overlay thorlabs_apt/later_issues --out later
   stagewire generate --list-inputs
   stagewire generate --templates my-templates --out generated
+  stagewire generate --target c --target c-tests --out build
 """
 
 
@@ -53,7 +54,10 @@ def generate(
     ] = Path("generated"),
     target: Annotated[
         list[str] | None,
-        typer.Option("--target", help="Only this target; may be repeated.  [default: all]"),
+        typer.Option(
+            "--target",
+            help="c, python, c-tests, registry or vectors; may be repeated.  [default: c and python]",
+        ),
     ] = None,
     package: Annotated[
         str | None,

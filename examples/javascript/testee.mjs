@@ -1,6 +1,6 @@
 // A testee in JavaScript: it decodes the frames of Thorlabs APT, and nothing else. Its tables are the registry's.
 //
-//     node testee.mjs generated/registry/thorlabs_apt.json
+//     node testee.mjs generated/python/stagewire_apt/registry.json
 
 import { readFileSync } from "node:fs";
 

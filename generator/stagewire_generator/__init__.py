@@ -5,6 +5,6 @@
 """
 
 from stagewire_generator.diagnostics import CODES, Diagnostic, SpecError
-from stagewire_generator.pipeline import TARGETS, check, render
+from stagewire_generator.pipeline import DEFAULT_TARGETS, TARGETS, check, render
 
-__all__ = ["CODES", "TARGETS", "Diagnostic", "SpecError", "check", "render"]
+__all__ = ["CODES", "DEFAULT_TARGETS", "TARGETS", "Diagnostic", "SpecError", "check", "render"]

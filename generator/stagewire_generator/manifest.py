@@ -1,4 +1,4 @@
-"""``manifest.json``: the digest of every generated file, and of each resolved registry."""
+"""``manifest.json``: the digest of every generated file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from stagewire_generator.targets.canonical import canonical
 __all__ = ["MANIFEST", "digest", "render"]
 
 MANIFEST = "manifest.json"
-_REGISTRY = "registry/"
 
 
 def digest(text: str) -> str:
@@ -20,9 +19,4 @@ def digest(text: str) -> str:
 
 def render(digests: Mapping[str, str]) -> str:
     """Return the manifest of files by path -> digest; it does not list itself."""
-    registries = {
-        path.removeprefix(_REGISTRY).removesuffix(".json"): sha
-        for path, sha in digests.items()
-        if path.startswith(_REGISTRY)
-    }
-    return canonical({"schema_version": 1, "registry": registries, "files": dict(digests)})
+    return canonical({"schema_version": 2, "files": dict(digests)})

@@ -16,14 +16,17 @@ from stagewire_generator.reader import protocol_folders, read
 from stagewire_generator.targets import c, project, python, registry, vectors
 from stagewire_generator.targets.templates import Templates
 
-__all__ = ["TARGETS", "Counts", "check", "render"]
+__all__ = ["DEFAULT_TARGETS", "TARGETS", "Counts", "check", "render"]
 
 TARGETS: dict[str, Callable[[Protocol, Templates], dict[str, str]]] = {
     "c": c.render,
+    "c-tests": c.render_tests,
     "python": python.render,
     "registry": lambda protocol, _: registry.render(protocol),  # JSON is nobody's template
     "vectors": lambda protocol, _: vectors.render(protocol),
 }
+DEFAULT_TARGETS = ("c", "python")
+"""The JSON is in the Python packages; what tests the C is made when it is wanted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +121,8 @@ def render(
 ) -> dict[str, str]:
     """Return path (below the output folder) -> text of everything that is generated.
 
-    :param targets: the names of some targets; their files come without a manifest.
+    :param targets: the names of targets; their files come without a manifest. By default the files of
+        :data:`DEFAULT_TARGETS`, with their manifest.
     :param templates: with some of a user in the place of ours. Raises ``TemplatesError`` when one fails.
     :param package: what the Python package of the only protocol is called; with it the package becomes a
         project of its own, which pip installs.
@@ -128,10 +132,10 @@ def render(
     if package:
         [only] = protocols
         protocols = [replace(only, package=package)]
-        if "python" in (targets or TARGETS):
+        if "python" in (targets or DEFAULT_TARGETS):
             files.update(project.render(protocols[0], templates))
     for protocol in protocols:
-        for target in targets or TARGETS:
+        for target in targets or DEFAULT_TARGETS:
             files.update(TARGETS[target](protocol, templates))
     if not targets:
         digests = {path: manifest.digest(text) for path, text in files.items()}

@@ -171,7 +171,7 @@ def test_templates_and_options(project: Path, configured: Callable[[str], Build]
     build = configured(text)
     assert build().ran
     assert made(project)["python/stagewire_tiny/flags.py"] == b"# stagewire_tiny\n"
-    assert not any(name.startswith("registry/") for name in made(project))
+    assert not any(name.startswith("c/") for name in made(project))
     template.write_text("# {{ nothing }}\n", encoding="utf-8")
     wrong = build()
     assert wrong.code != 0

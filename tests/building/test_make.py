@@ -37,7 +37,7 @@ def test_make_generates_when_a_file_changes_or_is_added(project: Path, run: Run)
     assert "tiny/messages/core.yaml:" in wrong.stdout
     path.write_text(right.replace("the first", "Mended", 1), encoding="utf-8")
     assert run("make").returncode == 0
-    assert "Mended" in (made / "registry" / "tiny.json").read_text(encoding="utf-8")
+    assert "Mended" in (made / "python/stagewire_tiny/registry.json").read_text(encoding="utf-8")
     assert "is up to date" in run("make").stdout
     (project / "spec" / "tiny" / "messages" / "more.yaml").write_text("chapter: more\n")
     added = run("make")

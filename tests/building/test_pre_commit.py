@@ -111,7 +111,7 @@ def test_what_drifted_is_not_committed(project: Path, commit: Run) -> None:
     assert drifted.returncode == 1
     assert verdicts(drifted.stdout)["stagewire generate --check"] == "Failed"
     assert verdicts(drifted.stdout)["stagewire check"] == "Passed"
-    assert "changed: registry/tiny.json" in drifted.stdout
+    assert "changed: python/stagewire_tiny/registry.json" in drifted.stdout
 
 
 def test_what_is_not_in_canonical_form_is_put_into_it(project: Path, commit: Run) -> None:

@@ -289,5 +289,7 @@ def make_turtle(folder: Path, *flags: str) -> CommandLibrary:
         sys.path.pop(0)
         for name in [name for name in sys.modules if name.startswith("stagewire_turtle")]:
             del sys.modules[name]
-    registry = json.loads((folder / "registry/turtle.json").read_text(encoding="utf-8"))
+    registry = json.loads(
+        (folder / "python/stagewire_turtle/registry.json").read_text(encoding="utf-8")
+    )
     return CommandLibrary(protocol, registry, folder / "c", folder, *flags)

@@ -20,7 +20,7 @@ from toolchain import C_WARNINGS, ROOT, Package, compiles
 
 from invented_packets import SHAPES
 from stagewire.packets import Crc, PacketProtocol, Shape, Sum, Xor
-from stagewire_generator import check, render
+from stagewire_generator import TARGETS, check, render
 
 __all__ = ["CAROUSEL", "FRAMINGS", "Made", "make"]
 
@@ -207,7 +207,7 @@ def make(name: str, folder: Path) -> Made:
         number = list(FRAMINGS).index(name)
         spec = _written(folder / "spec", f"shape{number}", FRAMINGS[name])
     [protocol] = check(spec)
-    for path, text in render([protocol]).items():
+    for path, text in render([protocol], TARGETS).items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text, encoding="utf-8")
     return Made(folder, protocol.name, Package(folder / "c" / protocol.package), name in SANITIZED)

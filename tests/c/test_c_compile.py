@@ -6,7 +6,6 @@ addresses of all of them makes a compiler emit each, and warn of what it sees on
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
@@ -14,7 +13,6 @@ from everything import everything
 from toolchain import (
     C_STANDARDS,
     C_WARNINGS,
-    ROOT,
     WARNINGS,
     C,
     Package,
@@ -24,6 +22,8 @@ from toolchain import (
     packages,
     run,
 )
+
+from stagewire.protocol import load_protocol
 
 LANGUAGES = [
     *((compiler, standard) for compiler in ("gcc", "clang") for standard in C_STANDARDS),
@@ -54,8 +54,8 @@ def command(compiler: str, standard: str, *more: str) -> list[str]:
 def test_every_layout_of_the_registry_is_there() -> None:
     by_name = {package.prefix: len(package.layouts()) for package in packages()}
     for prefix, protocol in {"apt": "thorlabs_apt", "ms2000": "asi_ms2000"}.items():
-        registry = json.loads((ROOT / f"generated/registry/{protocol}.json").read_text("utf-8"))
-        layouts = [layout for message in registry["messages"] for layout in message["layouts"]]
+        messages = load_protocol(protocol).registry()["messages"]
+        layouts = [layout for message in messages for layout in message["layouts"]]
         assert by_name[prefix] == len(layouts)
 
 

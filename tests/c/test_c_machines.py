@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from machines import MACHINES, MICROBIT, Program, round_trip, vectors
-from toolchain import ROOT, Package, need, of_each_package, packages
+from toolchain import C, Package, need, of_each_package, packages
 
 FIRST = "x86-64"
 PROTOCOLS = {"apt": "thorlabs_apt", "ms2000": "asi_ms2000"}
@@ -18,7 +18,7 @@ on_each_other_machine = pytest.mark.parametrize("machine", [it for it in MACHINE
 
 def ids_of_examples(package: Package) -> set[str]:
     """Return the ids of the worked examples and captures."""
-    path = ROOT / "generated" / "vectors" / f"{PROTOCOLS[package.prefix]}.json"
+    path = C.parent / "vectors" / f"{PROTOCOLS[package.prefix]}.json"
     published = json.loads(path.read_text(encoding="utf-8"))
     return {entry["id"] for entry in [*published["examples"], *published["captures"]]}
 

@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sysconfig
 from pathlib import Path
 
 import pytest
-from toolchain import C_WARNINGS, ROOT, WARNINGS, C, Package, compiles, need, packages, run
+from toolchain import (
+    C_WARNINGS,
+    ROOT,
+    WARNINGS,
+    C,
+    Package,
+    compiles,
+    need,
+    of_each_package,
+    packages,
+    run,
+)
 
 from fenced import blocks
 
 PAGE = (ROOT / "docs" / "c.md").read_text(encoding="utf-8")
 BLOCKS = [block.text for block in blocks(ROOT / "docs" / "c.md", "c")]
+COMMANDS = [block.text for block in blocks(ROOT / "docs" / "c.md", "sh")]
 PREFIXES = "|".join(package.prefix for package in packages())
 
 
 def test_there_are_blocks() -> None:
-    assert len(BLOCKS) == PAGE.count("```") / 2 >= 5
+    assert len(BLOCKS) >= 5
+    assert len(COMMANDS) == 2
+    assert len(BLOCKS) + len(COMMANDS) == PAGE.count("```") / 2
 
 
 @pytest.mark.parametrize("block", BLOCKS)
@@ -36,6 +52,26 @@ def test_a_program_prints_what_it_says(tmp_path: Path) -> None:
     source.write_text(block, encoding="utf-8")
     compiles("gcc", "-std=c99", f"-I{C}", source, "-o", program)
     assert compiles(program).strip() == said
+
+
+@of_each_package
+def test_the_commands_make_the_tests_and_run_them(package: Package, tmp_path: Path) -> None:
+    """As a reader does, in a checkout; and with the name of the other package."""
+    need("gcc")
+    for part in ("spec", "conformance"):
+        (tmp_path / part).symlink_to(ROOT / part)
+    path = os.pathsep.join([sysconfig.get_path("scripts"), os.environ["PATH"]])
+    generate, build = COMMANDS
+    made = run("sh", "-e", "-c", generate, cwd=tmp_path, PATH=path)
+    assert made.returncode == 0, made.stdout
+    [out] = re.findall(r"--out (\S+)", generate)
+    assert "cc -std=c99 " in build
+    words = build.replace("stagewire_apt", package.name).replace(
+        "cc -std=c99 ", "gcc -std=c99 -O0 "
+    )
+    done = run("sh", "-e", "-c", words, cwd=tmp_path / out / "c")
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert done.stdout.count(" 0 failed") == 2  # examples and cases
 
 
 @pytest.mark.parametrize("page", ["docs/c.md", "examples/c/README.md"])

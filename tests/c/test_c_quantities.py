@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import random
 import re
 import struct
@@ -15,7 +14,7 @@ from pathlib import Path
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from toolchain import C_WARNINGS, CORTEX_M0, ROOT, C, compiles, need, symbols
+from toolchain import C_WARNINGS, CORTEX_M0, C, compiles, need, symbols
 
 import stagewire_apt
 import stagewire_ms2000
@@ -170,8 +169,8 @@ def stated_values() -> list[tuple[str, str, Json, Scale, Fraction]]:
     """Return every value that a document states in units and in counts, with its exact scale."""
     found = []
     for protocol in PROTOCOLS:
-        registry, vectors = registry_of(protocol), ROOT / f"generated/vectors/{protocol.name}.json"
-        for entry in json.loads(vectors.read_text("utf-8"))["examples"]:
+        registry = registry_of(protocol)
+        for entry in protocol.vectors()["examples"]:
             stated = entry.get("stated", [])
             for item in stated if isinstance(stated, list) else stated.values():
                 scale = scale_of(registry, item)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,9 @@ import callgraph
 import pytest
 import size_table
 import sizes
-from toolchain import ROOT, Package, compiles, need, of_each_package, packages, symbols
+from toolchain import Package, compiles, need, of_each_package, packages, symbols
+
+from stagewire.protocol import load_protocol
 
 PARSER = 640
 HELPERS = 140
@@ -69,8 +70,7 @@ def test_the_parser_is_small(measured: Measured) -> None:
 
 def messages(protocol: str) -> list[dict[str, Any]]:
     """Return the messages of a protocol, as the registry has them."""
-    path = ROOT / "generated" / "registry" / f"{protocol}.json"
-    return list(json.loads(path.read_text(encoding="utf-8"))["messages"])
+    return list(load_protocol(protocol).registry()["messages"])
 
 
 def takes_all(field: dict[str, Any]) -> bool:

@@ -104,7 +104,7 @@ def test_every_case_of_the_vectors(name: str, testees: Testees) -> None:
 @pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
 def test_every_case_of_protocols_that_nobody_has(spec: str, tmp_path: Path) -> None:
     [protocol] = check(ROOT / "tests" / "generator" / spec)
-    for path, text in render([protocol], ["c", "vectors"]).items():
+    for path, text in render([protocol], ["c", "c-tests", "vectors"]).items():
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_text(text, encoding="utf-8")
     vectors = json.loads((tmp_path / f"vectors/{protocol.name}.json").read_text(encoding="utf-8"))
@@ -402,6 +402,14 @@ def test_the_command_that_its_header_gives(tmp_path: Path) -> None:
     compiles("sh", "-c", words, cwd=C)
     [answer] = Program("", [tmp_path / "testee"]).ask(b'{"id":1,"op":"hello"}\n')
     assert answer["version"] == "unversioned"
+
+
+def test_cmake_builds_the_library_alone_where_the_tests_are_not_generated(tmp_path: Path) -> None:
+    cmake = Path(sysconfig.get_path("scripts")) / "cmake"
+    compiles(cmake, "-S", ROOT / "generated" / "c" / SMALLEST.name, "-B", tmp_path)
+    compiles(cmake, "--build", tmp_path)
+    assert (tmp_path / f"lib{SMALLEST.name}.a").is_file()
+    assert not (tmp_path / f"{SMALLEST.name}_testee").exists()
 
 
 def test_cmake_builds_it(tmp_path: Path) -> None:

@@ -197,7 +197,7 @@ def test_what_is_wrong_is_found(wrong: str, tmp_path: Path) -> None:
 
 def written(protocol: Model, folder: Path) -> Package:
     """Return the package of a protocol, generated into a folder."""
-    for path, text in pipeline.render([protocol], ["c"], Templates()).items():
+    for path, text in pipeline.render([protocol], ["c", "c-tests"], Templates()).items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text, encoding="utf-8")
     return Package(folder / "c" / protocol.package)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import tools
+from generated import ROOT, generated
 
 __all__ = [
     "CORTEX_M0",
@@ -28,9 +29,8 @@ __all__ = [
     "symbols",
 ]
 
-ROOT = Path(__file__).parents[2]
-C = Path(os.environ.get("STAGEWIRE_C", ROOT / "generated" / "c"))
-"""The C that is tested: what is committed, or what a template of one's own made elsewhere."""
+C = generated()
+"""The folder of the packages, and of what tests them."""
 
 WARNINGS = [
     *("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"),

@@ -33,7 +33,9 @@ def break_it(here: Path) -> None:
     path.write_text(path.read_text(encoding="utf-8") + "units: {}\n", encoding="utf-8")
 
 
-@pytest.mark.parametrize("target", [(), ("--target", "registry", "--target", "vectors")])
+@pytest.mark.parametrize(
+    "target", [(), ("--target", "registry", "--target", "vectors", "--target", "c-tests")]
+)
 def test_the_outputs_are_what_is_written(
     stagewire: Stagewire, here: Path, target: tuple[str, ...]
 ) -> None:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from stagewire_generator import TARGETS
+
 if TYPE_CHECKING:
     from conftest import Stagewire
 
@@ -111,8 +113,8 @@ def test_generate_compare_and_write_again(stagewire: Stagewire, tmp_path: Path) 
 
 
 def test_what_somebody_wrote_cannot_steer_a_terminal(stagewire: Stagewire, tmp_path: Path) -> None:
-    (tmp_path / "registry").mkdir()
-    path = tmp_path / "registry" / "thorlabs_apt.json"
+    path = tmp_path / "python" / "stagewire_apt" / "registry.json"
+    path.parent.mkdir(parents=True)
     path.write_text("\x1b[2J\u202egone\n", encoding="utf-8")
     (tmp_path / "\x1b[2J.txt").write_text("", encoding="utf-8")
     result = stagewire("generate", "--spec", SPEC, "--out", tmp_path, "--check")
@@ -125,12 +127,12 @@ def test_generate_does_not_delete_what_it_did_not_make(
     stagewire: Stagewire, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    target = out / "registry" / "thorlabs_apt.json"
+    target = out / "python" / "stagewire_apt" / "registry.json"
     target.parent.mkdir(parents=True)
     target.write_text("my own notes\n", encoding="utf-8")
     result = stagewire("generate", "--spec", SPEC, "--out", out)
     assert result.code == 1
-    assert "registry/thorlabs_apt.json" in result.err
+    assert "python/stagewire_apt/registry.json" in result.err
     assert target.read_text(encoding="utf-8") == "my own notes\n"
     assert [path for path in out.rglob("*") if path.is_file()] == [target]
 
@@ -140,9 +142,34 @@ def test_one_target_leaves_the_others_alone(stagewire: Stagewire, tmp_path: Path
     command = ("generate", "--spec", SPEC, "--out", out)
     assert stagewire(*command).code == 0
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    (out / "vectors" / "thorlabs_apt.json").unlink()
-    assert stagewire(*command, "--target", "registry", "--check").code == 0
-    assert stagewire(*command, "--target", "vectors", "--check").code == 1
-    result = stagewire(*command, "--target", "vectors")
+    (out / "c" / "stagewire_apt" / "flags.h").unlink()
+    assert stagewire(*command, "--target", "python", "--check").code == 0
+    assert stagewire(*command, "--target", "c", "--check").code == 1
+    result = stagewire(*command, "--target", "c")
     assert result.code == 0
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+
+
+def test_a_target_that_is_not_made_by_default(stagewire: Stagewire, tmp_path: Path) -> None:
+    """It is added to what is there; without ``--target`` the folder holds the default targets alone."""
+    out = tmp_path / "out"
+    command = ("generate", "--spec", SPEC, "--out", out)
+    others = ("--target", "registry", "--target", "vectors", "--target", "c-tests")
+    assert stagewire(*command).code == 0
+    assert stagewire(*command, *others).code == 0
+    assert stagewire(*command, *others, "--check").code == 0
+    for kind in ("registry", "vectors"):
+        alone, packed = (
+            out / kind / "thorlabs_apt.json",
+            out / "python/stagewire_apt" / f"{kind}.json",
+        )
+        assert alone.read_bytes() == packed.read_bytes()
+    assert (out / "c" / "stagewire_apt" / "testing" / "cases.c").is_file()
+    assert "orphaned: registry/thorlabs_apt.json\n" in stagewire(*command, "--check").out
+    assert stagewire(*command).code == 0
+    assert sorted(path.name for path in out.iterdir()) == ["c", "manifest.json", "python"]
+
+
+def test_the_help_names_every_target(stagewire: Stagewire) -> None:
+    words = stagewire("generate", "--help").out.split()
+    assert {name for name in TARGETS if name not in {word.strip(",;") for word in words}} == set()

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import inspect
-import json
 import math
 import random
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).parents[2]
+from stagewire.protocol import load_protocol
+
 RAISED: dict[str, dict[str, Any]] = {
     "MLS203": {"max_velocity_mm_per_s": 10**9, "max_acceleration_mm_per_s2": 10**9},
     "Z8": {"max_velocity_mm_per_s": 10**9},
@@ -38,8 +37,7 @@ class Call:
 
 @cache
 def registry(protocol: str = "thorlabs_apt") -> Any:
-    path = ROOT / "generated/registry" / f"{protocol}.json"
-    return json.loads(path.read_text(encoding="utf-8"))
+    return load_protocol(protocol).registry()
 
 
 def units(protocol: str = "thorlabs_apt") -> list[str]:

@@ -40,6 +40,7 @@ KINDS = sorted({p.parent.name if p.parent.name in _ROOMS else p.stem for p in ma
 """The kinds of files of a spec, after their folders or names."""
 
 OUT = "out"
+_TARGETS = ("c", "c-tests", "python", "registry", "vectors")
 _ODD_NAMES = (
     "tiny/messages/a b.yaml", "tiny/messages/.yaml", "tiny/messages/é.yaml", "tiny/messages/con.yaml",
     "tiny/messages/deep/more.yaml", "tiny/extra.yaml", "tiny/units.yml", "other/protocol.yaml",
@@ -71,9 +72,9 @@ def _commands(rng: Random) -> tuple[str, ...]:
         return ("check", folder, "--format", rng.choice(("json", "github", "junit")))
     if command < 0.5:
         return ("check", folder)
-    options = ["--target", rng.choice(("c", "python", "registry", "vectors"))] * (
-        rng.random() < 0.1
-    )
+    one = rng.random() < 0.1
+    wanted = [rng.choice(_TARGETS)] if one else _TARGETS if rng.random() < 0.8 else ()
+    options = [word for target in wanted for word in ("--target", target)]
     if folder in ("spec", "spec/tiny") and rng.random() < 0.3:
         options += ["--overlay", "tiny/second"]
     if folder in alone and rng.random() < 0.5:
@@ -250,10 +251,16 @@ _BY_COMMAND = {
 
 _PATHS = (
     "../precious/file.txt", "../../precious/file.txt", "/etc/hostname", "python/../../precious/file.txt",
-    "python/stagewire_tiny/__init__.py", "python/mine.txt", "manifest.json", "registry/tiny.json", "", ".",
-    "C:\\x", "\0", "a" * 300, "python", "python/", "vectors/tiny.json/x",
+    "python/stagewire_tiny/__init__.py", "python/mine.txt", "manifest.json",
+    "c/stagewire_tiny/flags.h", "", ".", "C:\\x", "\0", "a" * 300, "python", "python/",
+    "c/stagewire_tiny/flags.h/x",
 )  # fmt: skip
-_IN_THE_WAY = ("python/mine.txt", "registry/tiny.json", "python/stagewire_tiny/flags.py", "vectors")
+_IN_THE_WAY = (
+    "python/mine.txt",
+    "c/stagewire_tiny/flags.h",
+    "python/stagewire_tiny/flags.py",
+    "c/stagewire_tiny/messages",
+)
 _MINE = b"made by hand\n"
 
 
@@ -261,7 +268,7 @@ def manifest(rng: Random) -> Case:
     """A manifest that lies, and files and links in the way, in the folder that is generated into."""
     digests = (hashlib.sha256(_MINE).hexdigest(), "", "0" * 64, word(rng))
     listed: Any = {path: rng.choice(digests) for path in rng.sample(_PATHS, rng.randrange(6))}
-    tree: Any = {"schema_version": 1, "registry": {}, "files": listed}
+    tree: Any = {"schema_version": 2, "files": listed}
     for _ in range(rng.choice((0, 0, 1, 2))):
         tree = damaged_tree(rng, tree)
     text = json.dumps(tree)
@@ -276,8 +283,8 @@ def manifest(rng: Random) -> Case:
             files[f"{OUT}/{name}"] = _MINE
     link, target = rng.choice((
         ("python", "../../precious"), ("python/stagewire_tiny", "../../../precious"),
-        ("registry/tiny.json", "../../../precious/file.txt"), ("other", "../../precious"),
-        ("vectors/tiny.json", "nowhere"), ("python/stagewire_tiny/messages", "messages"),
+        ("c/stagewire_tiny", "../../../precious/file.txt"), ("other", "../../precious"),
+        ("c/stagewire_tiny/flags.h", "nowhere"), ("python/stagewire_tiny/messages", "messages"),
     ))  # fmt: skip
     link = f"{OUT}/{link}"
     if rng.random() < 0.3 and not any(n.startswith(link) or link.startswith(n) for n in files):

@@ -11,7 +11,9 @@ import pytest
 
 Json = dict[str, Any]
 ROOT = Path(__file__).parents[2]
-REGISTRY: Json = json.loads((ROOT / "generated/registry/asi_ms2000.json").read_text("utf-8"))
+REGISTRY: Json = json.loads(
+    (ROOT / "generated/python/stagewire_ms2000/registry.json").read_text("utf-8")
+)
 MESSAGES: dict[str, Json] = {message["name"]: message for message in REGISTRY["messages"]}
 
 # Number of the section, name, byte, key, data size, bytes of data sent, bytes of the reply.

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from stagewire_generator import check, render
+from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.lint import c_names
 from stagewire_generator.model import (
@@ -72,14 +72,12 @@ def test_the_umbrella_includes_all_but_conversions(files: dict[str, str]) -> Non
     folder = "c/stagewire_tiny/"
     included = re.findall(r'#include "(.*)"', files[f"{folder}stagewire_tiny.h"])
     headers = {path.removeprefix(folder) for path in files if path.startswith(folder)}
-    headers = {path for path in headers if path.endswith(".h") and not path.startswith("testing/")}
+    headers = {path for path in headers if path.endswith(".h")}
     assert sorted(included) == sorted(headers - {"quantities.h", "stagewire_tiny.h"})
 
 
-def test_guards_are_apart(
-    files: dict[str, str], command_files: dict[str, str], packet_files: dict[str, str]
-) -> None:
-    every = files | command_files | packet_files
+def test_guards_are_apart(protocol: Protocol, commands: Protocol, packets: Protocol) -> None:
+    every = render([protocol, commands, packets], TARGETS)
     guards = []
     for text in (text for path, text in every.items() if path.endswith(".h")):
         [guard] = re.findall(r"^#ifndef (\w+_H)\n#define \1\n", text, re.MULTILINE)
@@ -172,7 +170,7 @@ def test_a_name_that_every_package_has_is_longer(
 def code_of(files: dict[str, str], package: str) -> Iterator[str]:
     """Yield what users see of a package, without comments and strings."""
     for path, text in files.items():
-        if path.startswith(f"c/{package}/") and "/testing/" not in path:
+        if path.startswith(f"c/{package}/"):
             yield COMMENT.sub("", text)
 
 

@@ -14,7 +14,7 @@ import jsonschema
 import pytest
 import yaml
 
-from stagewire_generator import check, model, render
+from stagewire_generator import TARGETS, check, model, render
 from stagewire_generator.change import (
     KINDS,
     Change,
@@ -91,11 +91,9 @@ def good(protocol: Protocol, commands: Protocol, packets: Protocol) -> dict[str,
 
 
 @pytest.fixture(scope="module")
-def generated(
-    files: dict[str, str], command_files: dict[str, str], packet_files: dict[str, str]
-) -> dict[str, dict[str, str]]:
-    """What is generated from the good specs, by their names."""
-    return {"good_spec": files, "good_commands": command_files, "good_packets": packet_files}
+def generated(good: dict[str, Protocol]) -> dict[str, dict[str, str]]:
+    """What all targets make of the good specs, by their names."""
+    return {name: render([protocol], TARGETS) for name, protocol in good.items()}
 
 
 @pytest.fixture(scope="module", params=EDITS.values(), ids=lambda edit: edit.name.replace(" ", "-"))
@@ -134,7 +132,7 @@ def test_what_is_generated_agrees(generated: dict[str, dict[str, str]], edited: 
     """Code differs if and only if WIRE or SOURCE says so; every other difference is at least DOC."""
     changes = compare_specs(edited.old, edited.new)
     before = generated[edited.edit.over]
-    after = render(edited.new.protocols)
+    after = render(edited.new.protocols, TARGETS)
     grave = {change.kind for change in changes if change.level > ChangeClass.DOC}
     paths = {path for path in before.keys() | after.keys() if path.endswith(".py")}
     if any(code(before.get(path)) != code(after.get(path)) for path in paths):
@@ -165,7 +163,7 @@ OF_OVERLAYS = {"overlay-added"}
 
 
 def registry(files: dict[str, str]) -> list[str]:
-    return [text for path, text in files.items() if path.startswith("registry/")]
+    return [text for path, text in files.items() if path.endswith("/registry.json")]
 
 
 def code(text: str | None) -> str:

@@ -14,7 +14,7 @@ import jsonschema
 import jsonschema_rs
 import pytest
 
-from stagewire_generator import check, render
+from stagewire_generator import DEFAULT_TARGETS, TARGETS, check, render
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.canonical import canonical
 
@@ -46,7 +46,7 @@ def tree(request: pytest.FixtureRequest) -> dict[str, bytes]:
 
 
 def parsed(tree: dict[str, bytes], kind: str) -> list[Any]:
-    found = [json.loads(data) for path, data in tree.items() if path.startswith(f"{kind}/")]
+    found = [json.loads(data) for path, data in tree.items() if path.endswith(f"/{kind}.json")]
     assert found
     return found
 
@@ -71,8 +71,6 @@ def test_manifest(tree: dict[str, bytes]) -> None:
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in tree.items()}
     del digests["manifest.json"]
     assert manifest["files"] == digests
-    names = [data["protocol"] for data in parsed(tree, "registry")]
-    assert manifest["registry"] == {name: digests[f"registry/{name}.json"] for name in names}
 
 
 def test_json_is_canonical(tree: dict[str, bytes]) -> None:
@@ -121,12 +119,12 @@ def test_no_floats(tree: dict[str, bytes]) -> None:
         raise AssertionError(f"a float: {text}")
 
     for path, data in tree.items():
-        if path.startswith("registry/"):
+        if path.endswith("/registry.json"):
             json.loads(data, parse_float=refuse)
 
 
 def test_exact_scales(files: dict[str, str]) -> None:
-    data = json.loads(files["registry/tiny.json"])
+    data = json.loads(files["python/stagewire_tiny/registry.json"])
     quantities = data["quantities"]
     assert quantities["interval"]["scale"] == {
         "us_per_count": {"numerator": 512, "denominator": 5},
@@ -154,10 +152,14 @@ def test_targets_are_part_of_the_whole(
 ) -> None:
     protocols = [protocol if name == "files" else commands]
     files = request.getfixturevalue(name)
-    for target in ("c", "python", "registry", "vectors"):
+    left = {path: text for path, text in files.items() if path != "manifest.json"}
+    for target in TARGETS:
         part = render(protocols, [target])
         assert part
-        assert part == {p: t for p, t in files.items() if p.startswith(f"{target}/")}
+        assert (part.items() <= left.items()) is (target in DEFAULT_TARGETS)
+        assert (part.keys() & left.keys() == set()) is (target not in DEFAULT_TARGETS)
+        left = {path: text for path, text in left.items() if path not in part}
+    assert left == {}
 
 
 def test_nothing_drifted() -> None:
@@ -196,7 +198,7 @@ def test_order_of_commands_does_not_matter(
 
 
 def test_facts_of_commands(command_files: dict[str, str]) -> None:
-    data = json.loads(command_files["registry/turtle.json"])
+    data = json.loads(command_files["python/stagewire_turtle/registry.json"])
     assert data["framing"] == {
         "kind": "slots", "page": 2, "prefix": 0xFE, "terminator": 0x2E, "maximum_length": 255,
         "axes": "axis",

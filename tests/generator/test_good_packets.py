@@ -206,7 +206,7 @@ def test_it_has_every_key_of_the_framing(good_packets: Path) -> None:
 
 
 def test_the_registry_has_the_size_of_every_part(packet_files: dict[str, str]) -> None:
-    data = json.loads(packet_files["registry/carousel.json"])
+    data = json.loads(packet_files["python/stagewire_carousel/registry.json"])
     jsonschema.Draft202012Validator(definition("registry")).validate(data)
     framing = data["framing"]
     sizes = {part: framing[part]["size"] for part in ("length", "address", "id", "check")}

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-from stagewire_generator import check, render
+from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import SpecError
 
 # Among the keys of a file, those that it does well without.
@@ -61,7 +61,7 @@ def made(spec: Path) -> bool:
         protocols = check(spec)
     except SpecError:
         return False
-    return bool(render(protocols))
+    return bool(render(protocols, TARGETS))
 
 
 def missed(spec: Path, name: str) -> set[str]:

@@ -306,13 +306,6 @@ def test_a_manifest_cannot_point_outside(tmp_path: Path) -> None:
     assert present(out) == FILES
 
 
-def test_some_targets_enter_the_digest_of_the_registry(tmp_path: Path) -> None:
-    for text in ("1", "2"):
-        write(tmp_path, {"registry/tiny.json": text}, partial=True)
-        manifest = json.loads((tmp_path / MANIFEST).read_text())
-        assert manifest["registry"] == {"tiny": digest(text)}
-
-
 def test_some_targets_leave_the_rest_alone_and_enter_the_manifest(tmp_path: Path) -> None:
     write(tmp_path, tree({"a/one.txt": "1"}))
     assert write(tmp_path, {"b/two.txt": "2"}, partial=True) == ["b/two.txt", MANIFEST]

@@ -290,7 +290,7 @@ def test_an_erratum_of_the_document_is_not_said_of_what_takes_its_place(
 
 
 def test_the_registry_says_what_comes_from_an_overlay(second: Protocol) -> None:
-    registry = json.loads(render([second])["registry/tiny.json"])
+    registry = json.loads(render([second])["python/stagewire_tiny/registry.json"])
     [overlay] = registry["document"]["overlays"]
     assert (overlay["name"], overlay["document"]["issue"]) == ("second", "2")
     marked = {m["name"] for m in registry["messages"] if m.get("overlay") == "second"}
@@ -331,14 +331,14 @@ def test_the_json_is_as_its_schema_says(
 ) -> None:
     files = render([overlaid[name]])
     schema = json.loads((SCHEMAS / f"{kind}.schema.json").read_text(encoding="utf-8"))
-    [path] = [path for path in files if path.startswith(f"{kind}/")]
+    [path] = [path for path in files if path.endswith(f"/{kind}.json")]
     data = json.loads(files[path])
     errors = jsonschema.Draft202012Validator(schema).iter_errors(data)
     assert [f"{e.json_path}: {e.message}" for e in errors] == []
 
 
 def test_vectors_say_what_comes_from_an_overlay(second: Protocol) -> None:
-    vectors = json.loads(render([second])["vectors/tiny.json"])
+    vectors = json.loads(render([second])["python/stagewire_tiny/vectors.json"])
     assert {e["id"]: e.get("overlay") for e in vectors["captures"]} == {
         "alive": "second",
         "heat": "second",

@@ -11,7 +11,7 @@ import pytest
 Json = dict[str, Any]
 ROOT = Path(__file__).parents[2]
 REGISTRY: Json = json.loads(
-    (ROOT / "generated" / "registry" / "thorlabs_apt.json").read_text("utf-8")
+    (ROOT / "generated" / "python" / "stagewire_apt" / "registry.json").read_text("utf-8")
 )
 UNITS: dict[str, Json] = {unit["name"]: unit for unit in REGISTRY["units"]}
 MESSAGES: dict[str, Json] = {message["name"]: message for message in REGISTRY["messages"]}
@@ -233,7 +233,10 @@ def test_printed_lists(name: str) -> None:
 
 
 def test_units_without_a_list_have_that_of_their_family(files: dict[str, str]) -> None:
-    units = {unit["name"]: unit for unit in json.loads(files["registry/tiny.json"])["units"]}
+    units = {
+        unit["name"]: unit
+        for unit in json.loads(files["python/stagewire_tiny/registry.json"])["units"]
+    }
     listed = ["POS_ALIVE", "POS_ECHO", "POS_MOVE", "POS_MOVED"]
     assert units["TP1"]["messages"] == listed  # its own, completed
     assert units["TP2"]["messages"] == listed  # like TP1

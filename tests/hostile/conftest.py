@@ -8,7 +8,7 @@ import pytest
 from places import Files, Place, complete_spec, representatives, write
 
 from quick_specs import quick_specs
-from stagewire_generator import check, render
+from stagewire_generator import TARGETS, check, render
 
 
 @pytest.fixture(scope="session")
@@ -19,7 +19,7 @@ def files() -> Files:
 @pytest.fixture(scope="session")
 def rendered(files: Files, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """What is generated from the complete spec as it stands."""
-    return render(check(write(files, tmp_path_factory.mktemp("complete") / "spec")))
+    return render(check(write(files, tmp_path_factory.mktemp("complete") / "spec")), TARGETS)
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ from payloads import HIDDEN
 from places import Files, Place, changed, places, write
 
 from stagewire_cli.main import main
-from stagewire_generator import check, render
+from stagewire_generator import TARGETS, check, render
 
 MARKUP = "[red]x[/red] [/] [link=file:///etc/passwd]y[/link] :boom: [bold"
 DIST_INFO = """\
@@ -32,7 +32,9 @@ def installed(files: Files, tmp_path_factory: pytest.TempPathFactory) -> Path:
             # titles of sections have to differ
             number = f" {place.path[-1]}" if "sections" in place.path else ""
             files = changed(files, place, MARKUP[: place.longest - len(number)] + number)
-    folder = write_tree(render(check(write(files, base / "spec"))), base / "out") / "python"
+    folder = (
+        write_tree(render(check(write(files, base / "spec")), TARGETS), base / "out") / "python"
+    )
     (folder / "tiny-1.dist-info").mkdir()
     (folder / "tiny-1.dist-info" / "METADATA").write_text("Name: tiny\nVersion: 1\n")
     (folder / "tiny-1.dist-info" / "entry_points.txt").write_text(DIST_INFO)
@@ -148,9 +150,9 @@ def test_a_hostile_output_folder_is_shown_harmlessly(
     out = tmp_path / "out"
     assert main(["generate", "--spec", str(spec), "--out", str(out)]) == 0
     (out / "x\x1b[31m\n\u202e.py").write_text("x")
-    (out / "registry" / "tiny.json").write_text("x\x1b[31m\u202e\x9b\r\n")
+    (out / "python" / "stagewire_tiny" / "registry.json").write_text("x\x1b[31m\u202e\x9b\r\n")
     capsys.readouterr()
     assert main(["generate", "--spec", str(spec), "--out", str(out), "--check"]) == 1
     captured = capsys.readouterr()
-    assert "registry/tiny.json" in captured.out
+    assert "stagewire_tiny/registry.json" in captured.out
     assert all(line.isprintable() for line in (captured.out + captured.err).split("\n"))

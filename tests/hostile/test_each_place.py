@@ -15,7 +15,7 @@ from outputs import blanked, faults, is_code, ruff, run_packages, write_tree
 from payloads import EVERYWHERE, FULL, WANTED
 from places import Files, Place, changed, write
 
-from stagewire_generator import check, render
+from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import CODES, SpecError
 
 A_PLACE = len(EVERYWHERE) if FULL else int(WANTED)
@@ -59,7 +59,7 @@ def outcome(
         write({place.file: changed(files, place, text)[place.file]}, spec, raw=raw)
         pair = f"{place} = {text[:60]!a}"
         try:
-            made = render(check(spec))
+            made = render(check(spec), TARGETS)
         except SpecError as error:
             found.refused += 1
             found.wrong += [f"{pair}: {fault}" for fault in bad_refusal(error, files)]

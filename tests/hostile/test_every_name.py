@@ -19,7 +19,7 @@ from outputs import faults, ruff, run_packages, write_tree
 from payloads import NAMES
 from places import Files, write
 
-from stagewire_generator import check, checks, render
+from stagewire_generator import TARGETS, check, checks, render
 from stagewire_generator.diagnostics import Diagnostic, SpecError
 from stagewire_generator.lint import check_errata
 from stagewire_generator.model import Protocol
@@ -449,7 +449,7 @@ def settle(
         fill(spec, names)
         at = spec.write(folder / str(number))
         try:
-            return render(check(at)), names
+            return render(check(at), TARGETS), names
         except SpecError as error:
             refused: set[str] = set()
             for diagnostic in error.diagnostics:

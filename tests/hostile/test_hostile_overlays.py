@@ -11,7 +11,7 @@ from payloads import EVERYWHERE, FULL, TEXTS
 from places import Files, Place, changed, write
 from places import places as all_places
 
-from stagewire_generator import check, render
+from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import SpecError
 
 OVERLAYS = ["tiny/later"]
@@ -22,7 +22,7 @@ STEP = 1 if FULL else 25
 def laid_over(files: Files, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """What is generated under the overlay as it stands."""
     spec = write(files, tmp_path_factory.mktemp("later") / "spec")
-    return render(check(spec, overlays=OVERLAYS))
+    return render(check(spec, overlays=OVERLAYS), TARGETS)
 
 
 def pairs(files: Files) -> Iterator[tuple[Place, str]]:
@@ -44,7 +44,7 @@ def test_one_payload_in_one_place(
         write({place.file: changed(files, place, text)[place.file]}, spec, raw=raw)
         pair = f"{place} = {text[:60]!a}"
         try:
-            made = render(check(spec, overlays=OVERLAYS))
+            made = render(check(spec, overlays=OVERLAYS), TARGETS)
         except SpecError as error:
             said = [line for d in error.diagnostics for line in str(d).split("\n")]
             assert said, pair
@@ -75,7 +75,9 @@ def test_all_texts_at_once(files: Files, laid_over: dict[str, str], tmp_path: Pa
             text = TEXTS[(step + index) % len(TEXTS)]
             hostile = changed(hostile, place, text[: place.longest])
         raw = "".join(filter(str.isprintable, "".join(TEXTS)))
-        made = render(check(write(hostile, tmp_path / f"spec{step}", raw=raw), overlays=OVERLAYS))
+        made = render(
+            check(write(hostile, tmp_path / f"spec{step}", raw=raw), overlays=OVERLAYS), TARGETS
+        )
         for path, whole in laid_over.items():
             if is_code(path) and made[path] != whole:
                 assert blanked(path, made[path]) == blanked(path, whole), (path, step)

@@ -10,7 +10,7 @@ from outputs import blanked, faults, is_code, ruff, run_packages, strings, write
 from payloads import FULL, HIDDEN, TEXTS
 from places import Files, KeyPath, Place, changed, places, write
 
-from stagewire_generator import check, render
+from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import SpecError
 
 STEPS = range(len(TEXTS)) if FULL else range(0, len(TEXTS), 8)
@@ -69,7 +69,7 @@ def trees(files: Files, free: list[Place], tmp_path_factory: pytest.TempPathFact
     for step in STEPS:
         spec = filled(files, free, at_step(free, step))
         raw = "".join(filter(str.isprintable, "".join(TEXTS)))
-        found[step] = render(check(write(spec, folder / str(step), raw=raw)))
+        found[step] = render(check(write(spec, folder / str(step), raw=raw)), TARGETS)
     return found
 
 
@@ -108,9 +108,9 @@ def test_texts_arrive_unchanged(
 ) -> None:
     """Wherever the JSON shows the text of a place, it shows every other text of this place, too."""
     marks = [f"=mark={index:03}" for index in range(len(free))]
-    marked = render(check(write(filled(files, free, marks), tmp_path)))
+    marked = render(check(write(filled(files, free, marks), tmp_path)), TARGETS)
     arrived = set()
-    for path in (path for path in marked if path.endswith(".json") and path != "manifest.json"):
+    for path in (path for path in marked if path.endswith(".json")):
         at = {
             where: int(text[6:])
             for where, text in strings(json.loads(marked[path]))

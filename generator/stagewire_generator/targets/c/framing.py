@@ -14,7 +14,6 @@ from stagewire_generator.targets.c.packet_table_view import packet_table_view
 from stagewire_generator.targets.c.packet_view import packet_message_view
 from stagewire_generator.targets.c.slots_table_view import slots_table_view
 from stagewire_generator.targets.c.slots_view import slots_message_view
-from stagewire_generator.targets.c.testee_view import testee_view
 
 __all__ = ["File", "Framing", "framing_of"]
 
@@ -41,12 +40,14 @@ class Framing:
 
     :param message: the template of the part of a chapter that is a message; it is given ``message``.
     :param message_view: makes the view for it.
+    :param testee: the template of the package's part of the testee.
     :param files: what there is beside enumerations, flags and chapters. ``{package}`` in a path is the
         name of the package.
     """
 
     message: str
     message_view: Callable[[Protocol, Message], Any]
+    testee: str
     files: tuple[File, ...]
 
 
@@ -60,35 +61,32 @@ _FRAMINGS = {
     "header": Framing(
         message="header_message.h.j2",
         message_view=header_message_view,
+        testee="header_testee.c.j2",
         files=(
             File("wire.h", "header_wire.h.j2", included=True),
             File("parser.h", "header_parser.h.j2", included=True),
             File("{package}.c", "header_parser.c.j2", header_parser_view),
-            File("testing/testee.c", "header_testee.c.j2", testee_view),
-            File("CMakeLists.txt", "cmakelists.txt.j2"),
         ),
     ),
     "slots": Framing(
         message="slots_message.h.j2",
         message_view=slots_message_view,
+        testee="slots_testee.c.j2",
         files=(
             File("wire.h", "slots_wire.h.j2", slots_table_view, included=True),
             File("parser.h", "slots_parser.h.j2", included=True),
             File("replies.h", "slots_replies.h.j2", included=True),
             File("{package}.c", "slots_parser.c.j2", slots_table_view),
-            File("testing/testee.c", "slots_testee.c.j2", testee_view),
-            File("CMakeLists.txt", "cmakelists.txt.j2"),
         ),
     ),
     "packet": Framing(
         message="packet_message.h.j2",
         message_view=packet_message_view,
+        testee="packet_testee.c.j2",
         files=(
             File("wire.h", "packet_wire.h.j2", packet_shape_view, included=True),
             File("parser.h", "packet_parser.h.j2", included=True),
             File("{package}.c", "packet_parser.c.j2", packet_table_view),
-            File("testing/testee.c", "packet_testee.c.j2", testee_view),
-            File("CMakeLists.txt", "cmakelists.txt.j2"),
         ),
     ),
 }

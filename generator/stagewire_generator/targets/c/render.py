@@ -1,4 +1,4 @@
-"""Render the C package of a protocol."""
+"""Render the C package of a protocol, and what tests it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.c.framing import File, framing_of
 from stagewire_generator.targets.c.quantities_view import quantities_view
+from stagewire_generator.targets.c.testee_view import testee_view
 from stagewire_generator.targets.c.testing.cases import cases_view
 from stagewire_generator.targets.c.testing.examples import examples_view
 from stagewire_generator.targets.c.testing.layouts import layouts_view
@@ -15,15 +16,16 @@ from stagewire_generator.targets.c.testing.round_trip import round_trip_view
 from stagewire_generator.targets.c.view import package_view
 from stagewire_generator.targets.templates import Templates
 
-__all__ = ["render"]
+__all__ = ["render", "render_tests"]
 
 # What there is whatever the framing: one line a file.
 _FILES = (
     File("enumerations.h", "enumerations.h.j2", included=True),
     File("flags.h", "flags.h.j2", included=True),
     File("quantities.h", "quantities.h.j2", quantities_view),
+    File("CMakeLists.txt", "cmakelists.txt.j2"),
 )
-# What tests a package, wherever there are messages to test.
+_UMBRELLA = "{package}.h"
 _TESTS = (
     File("testing/layouts.h", "testing_layouts.h.j2", layouts_view),
     File("testing/layouts.c", "testing_layouts.c.j2", layouts_view),
@@ -33,29 +35,48 @@ _TESTS = (
     File("testing/run_vectors.c", "testing_run_vectors.c.j2"),
     File("testing/round_trip.c", "testing_round_trip.c.j2", round_trip_view),
 )
-_UMBRELLA = "{package}.h"
-# What is the same for every package: plain files, copied next to the folders of the packages.
+_TESTEE = "testing/testee.c"
+# The tests that are the same for every package: plain files, copied next to the folders of the packages.
 _STATIC = Path(__file__).parent / "static"
 
 
 def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
     """Return path -> text of the package."""
-    package, framing = package_view(protocol), framing_of(protocol)
-    files: dict[str, str] = {}
-
-    def add(path: str, template: str, **values: object) -> None:
-        path = path.format(package=package.package)
-        guard = package.names.guard(path)
-        text = templates.render(template, package=package, path=path, guard=guard, **values)
-        files[f"c/{package.package}/{path}"] = text
-
-    listed = (*framing.files, *_FILES, *_TESTS)
+    package = _Package(protocol, templates)
+    framing = framing_of(protocol)
+    listed = (*framing.files, *_FILES)
     for file in listed:
-        add(file.path, file.template, view=file.view(protocol))
-    for chapter in package.chapters:
-        add(f"messages/{chapter.name}.h", "chapter.h.j2", chapter=chapter, message=framing.message)
-    add(_UMBRELLA, "package.h.j2", included=[file.path for file in listed if file.included])
-    return files | _static()
+        package.add(file.path, file.template, view=file.view(protocol))
+    for chapter in package.view.chapters:
+        path = f"messages/{chapter.name}.h"
+        package.add(path, "chapter.h.j2", chapter=chapter, message=framing.message)
+    included = [file.path for file in listed if file.included]
+    package.add(_UMBRELLA, "package.h.j2", included=included)
+    return package.files
+
+
+def render_tests(protocol: Protocol, templates: Templates) -> dict[str, str]:
+    """Return path -> text of what tests the package: of its own, and what all packages share."""
+    package = _Package(protocol, templates)
+    for file in (*_TESTS, File(_TESTEE, framing_of(protocol).testee, testee_view)):
+        package.add(file.path, file.template, view=file.view(protocol))
+    return package.files | _static()
+
+
+class _Package:
+    """The files of a package, as they are rendered."""
+
+    def __init__(self, protocol: Protocol, templates: Templates) -> None:
+        self.view = package_view(protocol)
+        self.files: dict[str, str] = {}
+        self._templates = templates
+
+    def add(self, path: str, template: str, **values: object) -> None:
+        """Render a file; ``{package}`` in its path is the name of the package."""
+        path = path.format(package=self.view.package)
+        given = {"package": self.view, "path": path, "guard": self.view.names.guard(path)}
+        text = self._templates.render(template, **given, **values)
+        self.files[f"c/{self.view.package}/{path}"] = text
 
 
 @cache
