@@ -8,6 +8,7 @@
 #               the conformance suite on every unit in real time
 #   make fuzz   thirty million executions of the codecs, everything that a user can feed to the command, and that a
 #               host can say to a virtual controller
+# For a release, make archives builds the sdist, the wheel and the archive for C in dist/.
 # Each has its own virtual environment below .venv/.
 
 PYTHON ?= python3
@@ -28,7 +29,7 @@ C_EXECUTIONS := 20000000
 SECONDS := 60
 SEED := 1
 
-.PHONY: demo test test-all checks units others matrix tools generate format c-sizes bench soak fuzz clean
+.PHONY: demo test test-all checks units others matrix tools generate format archives c-sizes bench soak fuzz clean
 
 demo: .venv/demo/ready
 	@echo "== the spec: schemas, layouts, witness, errata"
@@ -78,6 +79,9 @@ generate: .venv/test/ready
 format: .venv/test/ready
 	.venv/test/bin/ruff check --fix .
 	.venv/test/bin/ruff format .
+
+archives: .venv/test/ready
+	.venv/test/bin/python tools/archives.py --out dist
 
 # The committed table of code sizes; REASON says why they change, and stays in the table.
 c-sizes: .venv/test/ready tools
