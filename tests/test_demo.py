@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs make and a POSIX shell")
 
 ROOT = Path(__file__).parents[1]
 LINES = 60

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-import pty
 import select
 import shutil
 import signal
 import subprocess
 import time
-import tty
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -28,6 +26,8 @@ from stagewire_apt import stages
 from stagewire_ms2000 import PROTOCOL as MS2000
 from stagewire_ms2000 import enumerations
 from stagewire_ms2000 import messages as c
+
+pty, tty = (pytest.importorskip(name, exc_type=ImportError) for name in ("pty", "tty"))
 
 EXAMPLES = ROOT / "examples" / "c"
 HOST, DEVICE = 0x01, 0x21
