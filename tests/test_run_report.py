@@ -37,6 +37,7 @@ def test_exit_status(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     path = report(tmp_path, cases)
+    monkeypatch.delenv("STAGEWIRE_DOCUMENTS", raising=False)
     monkeypatch.setenv("CI", "true")
     assert main([path]) == in_ci
     monkeypatch.delenv("CI")
@@ -47,6 +48,18 @@ def test_exit_status(
     assert (
         f"{cases.count('<testcase')} tests in the report, {cases.count('<skipped')} skipped" in said
     )
+
+
+@pytest.mark.parametrize(("name", "status"), [("tests.document.test_a", 0), ("tests.documents", 1)])
+def test_a_public_ci_runs_without_the_documents(
+    name: str, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = report(tmp_path, SKIPPED.replace("tests.test_b", name))
+    monkeypatch.setenv("CI", "true")
+    monkeypatch.setenv("STAGEWIRE_DOCUMENTS", "none")
+    assert main([path]) == status
+    monkeypatch.delenv("STAGEWIRE_DOCUMENTS")
+    assert main([path]) == 1
 
 
 def test_seconds_are_added_up_by_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
