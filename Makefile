@@ -3,10 +3,11 @@
 #   make test      formatting, types, import rules, and the tests of every room: five minutes on two cores
 #   make test-all  make test, then the matrices: every compiler and machine, hostile input, walkthroughs, packages
 # The rest takes longer or needs a quiet machine:
-#   make bench  speed and memory against their bounds
-#   make soak   256 virtual controllers for a minute, and as many sessions; a day of ten axes; eight threads;
-#               the conformance suite on every unit in real time
-#   make fuzz   thirty million executions of the codecs, everything that a user can feed to the command, and that a
+#   make coverage  the coverage of the hand-written packages against its floor
+#   make bench     speed and memory against their bounds
+#   make soak      256 virtual controllers for a minute, and as many sessions; a day of ten axes; eight threads;
+#                  the conformance suite on every unit in real time
+#   make fuzz      thirty million executions of the codecs, everything that a user can feed to the command, and that a
 #               host can say to a virtual controller
 # For a release, make archives builds the sdist, the wheel and the archive for C in dist/.
 # Each has its own virtual environment below .venv/.
@@ -29,7 +30,10 @@ C_EXECUTIONS := 20000000
 SECONDS := 60
 SEED := 1
 
-.PHONY: demo test test-all checks units others matrix tools generate format archives c-sizes bench soak fuzz clean
+# The tests whose coverage has a floor: those of the hand-written packages, without processes and compilers.
+COVERED := tests/codec tests/runtime tests/session tests/generator tests/virtual tests/cli
+
+.PHONY: demo test test-all checks units others matrix coverage tools generate format archives c-sizes bench soak fuzz clean
 
 demo: .venv/demo/ready
 	@echo "== the spec: schemas, layouts, witness, errata"
@@ -68,6 +72,10 @@ others: .venv/test/ready tools
 
 matrix: .venv/test/ready tools
 	$(PYTEST) -m matrix --junitxml=build/junit-matrix.xml
+
+# Lines and branches of the hand-written packages that the tests reach; the floor is fail_under in pyproject.toml.
+coverage: .venv/test/ready
+	.venv/test/bin/python -m pytest -q -n $(WORKERS) -m "not matrix" --cov --cov-report=term $(COVERED)
 
 # Compilers, emulators and checkers of C, where they can be installed without a password; else it says what is missing.
 tools:
@@ -133,4 +141,4 @@ test -z "$$failed" || { echo "over a bound:$$failed"; exit 1; }
 endef
 
 clean:
-	rm -rf .venv build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv build dist .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
