@@ -5,10 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from systems import NEEDS
+from systems import NEEDS, pytest_collection_modifyitems
 
 HERE = Path(__file__).parent
 PACKAGES = (
@@ -91,3 +93,30 @@ def test_what_a_system_cannot_run_is_there(row: str) -> None:
     path = HERE / name
     assert path.is_dir() if name.endswith("/") else path.is_file()
     assert not test or f"\ndef {test}(" in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("system", "skipped"),
+    [("linux", []), ("darwin", ["c"]), ("win32", ["c", "names", "pipe"])],
+)
+def test_what_a_system_cannot_run_is_skipped(
+    system: str, skipped: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: list[str] = []
+    pipe = "test_a_pipe_in_the_place_of_a_file"
+    tests = {
+        "c": ("c/test_c_compile.py", "test_it", "test_it[gcc]"),
+        "names": ("hostile/test_files.py", "test_it", "test_it"),
+        "pipe": ("generator/test_output.py", pipe, f"{pipe}[a/one.py]"),
+        "other": ("generator/test_output.py", "test_it", "test_it"),
+    }
+    items: list[Any] = [
+        SimpleNamespace(
+            path=HERE / path, originalname=test, name=name, add_marker=lambda _, key=key: found.append(key)
+        )
+        for key, (path, test, name) in tests.items()
+    ]  # fmt: skip
+    monkeypatch.setattr(sys, "platform", system)
+    pytest_collection_modifyitems(items)
+    monkeypatch.undo()
+    assert found == skipped
