@@ -14,6 +14,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -137,6 +138,12 @@ class Proof:
         return "no table of fields and no example shows this layout"
 
 
+@cache
+def proof_of(name: str) -> Proof:
+    """Return the proof of a protocol, which is read once."""
+    return Proof(name)
+
+
 OTHER_SIGN = {"word": "short", "long": "dword", "u16": "s16", "u24": "s24"}
 OTHER_SIGN |= {other: name for name, other in OTHER_SIGN.items()}
 
@@ -220,7 +227,7 @@ def decoded(piece: bytes, format: Format) -> Any:
 def main() -> int:
     """Try all mutants and print the survivors."""
     for name in PROTOCOLS:
-        proof = Proof(name)
+        proof = proof_of(name)
         found: Counter[str] = Counter()
         for mutant in proof.mutants():
             by = proof.found_by(mutant)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import pytest
-from mutants import Proof
+from mutants import Proof, proof_of
 
 from stagewire_generator.lint.witness import compare_witness
-
-PROOF = Proof("thorlabs_apt")
+from stagewire_generator.strict_yaml import Document
 
 # Where it stands in the files of the witness (* is any key or row), and what else may be said there.
 CHANGED = {
@@ -75,16 +75,57 @@ def excused(printed: object, holder: Any) -> bool:
 
 
 LOST = ("addresses/*", "lists/*/rows/*", "usb_prefixes/*")
-AT_MOST = 1000  # of each kind; they are evenly spread
+A_PART = 50  # of each kind; they are evenly spread
+
+how_many = pytest.mark.parametrize(
+    "number", [A_PART, pytest.param(0, marks=pytest.mark.matrix)], ids=["a part", "all"]
+)
+
+Found = tuple[dict[str, tuple[str, str]], list[str]]
 
 
-def found() -> tuple[object, ...]:
-    comparison = compare_witness(PROOF.protocol, PROOF.witness)
+def proof() -> Proof:
+    return proof_of("thorlabs_apt")
+
+
+def found(documents: list[Document]) -> Found:
+    """Return the differences by place, and the unknown names."""
+    comparison = compare_witness(proof().protocol, documents)
     differences = {d.place: (d.printed, d.encoded) for d in comparison.differences.values()}
     return differences, [name for _, name in comparison.unknown]
 
 
-AS_IT_IS = found()
+class Unchanged:
+    """What is found while nothing is changed: in all documents, and in each alone."""
+
+    def __init__(self) -> None:
+        self.whole = found(proof().witness)
+        self.alone = [found([document]) for document in proof().witness]
+
+    def elsewhere(self, number: int) -> set[str]:
+        """Return the places where documents other than this one differ."""
+        others = (differences for at, (differences, _) in enumerate(self.alone) if at != number)
+        return set().union(*others)
+
+
+@cache
+def unchanged() -> Unchanged:
+    return Unchanged()
+
+
+def noticed(number: int) -> bool:
+    """Whether the change of a document is a difference.
+
+    Comparing one document is quick. A difference that only this document can make is one of the whole, too.
+    """
+    (before, names), (after, other_names) = (
+        unchanged().alone[number],
+        found([proof().witness[number]]),
+    )
+    changed = {place for place, _ in before.items() ^ after.items()}
+    if names != other_names or changed - unchanged().elsewhere(number):
+        return True
+    return found(proof().witness) != unchanged().whole
 
 
 def places(node: Any, pattern: list[str]) -> Iterator[tuple[Any, Any]]:
@@ -99,32 +140,40 @@ def places(node: Any, pattern: list[str]) -> Iterator[tuple[Any, Any]]:
                 yield node, key
 
 
-def every(pattern: str) -> list[tuple[Any, Any]]:
-    whole = [p for doc in PROOF.witness for p in places(doc.data, pattern.split("/"))]
-    return whole[:: max(1, len(whole) // AT_MOST)]
+def chosen(pattern: str, number: int) -> list[tuple[int, Any, Any]]:
+    """Return places of a pattern, each with the number of its document; all of them if the number is 0."""
+    whole = [
+        (at, holder, key)
+        for at, document in enumerate(proof().witness)
+        for holder, key in places(document.data, pattern.split("/"))
+    ]
+    assert whole
+    return whole[:: max(1, len(whole) // number)] if number else whole
 
 
+@how_many
 @pytest.mark.parametrize("pattern", CHANGED)
-def test_a_changed_place_is_a_difference(pattern: str) -> None:
-    chosen = every(pattern)
-    assert chosen
+def test_a_changed_place_is_a_difference(pattern: str, number: int) -> None:
+    unchanged()
     unnoticed = []
-    for holder, key in chosen:
+    for document, holder, key in chosen(pattern, number):
         printed = holder[key]
         holder[key] = CHANGED[pattern]
-        noticed = found() != AS_IT_IS
+        seen = noticed(document)
         holder[key] = printed
-        if not noticed and not excused(printed, holder):
+        if not seen and not excused(printed, holder):
             unnoticed.append((printed, holder))
     assert unnoticed == []
 
 
+@how_many
 @pytest.mark.parametrize("pattern", LOST)
-def test_a_lost_row_is_a_difference(pattern: str) -> None:
+def test_a_lost_row_is_a_difference(pattern: str, number: int) -> None:
+    unchanged()
     unnoticed = []
-    for holder, key in every(pattern):
+    for document, holder, key in chosen(pattern, number):
         row = holder.pop(key)
-        if found() == AS_IT_IS:
+        if not noticed(document):
             unnoticed.append(row)
         holder.insert(key, row)
     assert unnoticed == []
