@@ -8,7 +8,7 @@
 #   make soak      256 virtual controllers for a minute, and as many sessions; a day of ten axes; eight threads;
 #                  the conformance suite on every unit in real time
 #   make fuzz      thirty million executions of the codecs, everything that a user can feed to the command, and that a
-#               host can say to a virtual controller
+#                  host can say to a virtual controller
 # For a release, make archives builds the sdist, the wheel and the archive for C in dist/.
 # Each has its own virtual environment below .venv/.
 

@@ -1,3 +1,20 @@
 """Puts this folder on the import path: what several rooms of the tests share stands here."""
 
+from __future__ import annotations
+
+import gc
+from collections.abc import Generator
+
+import pytest
+
 pytest_plugins = ["stagewire_virtual.pytest_plugin", "systems"]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect tests without garbage collection: nearly all objects that it makes stay until the end."""
+    gc.disable()
+    result = yield
+    gc.freeze()
+    gc.enable()
+    return result

@@ -73,11 +73,14 @@ class Broken:
         return self._testee.answer(json.dumps(request).encode())
 
 
+_loaded = cache(load_protocol)
+
+
 class Layout:
     """The layout that is got wrong, as the registry has it."""
 
     def __init__(self, mistake: Mistake) -> None:
-        self.protocol = load_protocol(mistake.protocol)
+        self.protocol = _loaded(mistake.protocol)
         registry = registry_of(self.protocol)
         self.message, self.form, self.name = mistake.message, mistake.form, mistake.field
         self.layout = registry.layout(self.message, self.form) or {}
@@ -436,7 +439,7 @@ KINDS: dict[str, Make] = {
 def every_mistake() -> Iterator[Mistake]:
     """Yield each kind of mistake in each field or layout in which it can be made."""
     for name in NAMES:
-        protocol = load_protocol(name)
+        protocol = _loaded(name)
         for message in registry_of(protocol).data["messages"]:
             for layout in message["layouts"]:
                 form = layout["form"]

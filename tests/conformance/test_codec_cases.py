@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -33,22 +34,27 @@ from stagewire_conformance.testees.session import STARTS, Session
 
 Json = dict[str, Any]
 PROTOCOLS = [load_protocol(name) for name in NAMES]
-CASES = plan(PROTOCOLS, seed=1)
+
+
+@cache
+def cases() -> list[Case]:
+    """Every case, in the order in which they are asked."""
+    return plan(PROTOCOLS, seed=1)
 
 
 # What is asked
 
 
 def test_every_case_of_the_vectors_is_asked() -> None:
-    asked = {case.id for case in CASES}
-    assert len(asked) == len(CASES)
+    asked = {case.id for case in cases()}
+    assert len(asked) == len(cases())
     for protocol in PROTOCOLS:
         for case in protocol.vectors()["cases"]:
             assert f"{protocol.name}/{case['id']}" in asked
 
 
 def test_every_example_and_capture_with_bytes_is_asked() -> None:
-    asked = {case.id.rpartition("/")[0] for case in CASES}
+    asked = {case.id.rpartition("/")[0] for case in cases()}
     for protocol in PROTOCOLS:
         vectors = protocol.vectors()
         for kind in ("examples", "captures"):
@@ -59,7 +65,7 @@ def test_every_example_and_capture_with_bytes_is_asked() -> None:
 
 
 def test_every_stream_is_cut_at_every_place() -> None:
-    asked = {case.id: case for case in CASES}
+    asked = {case.id: case for case in cases()}
     for protocol in PROTOCOLS:
         seen = set()
         for case in protocol.vectors()["cases"]:
@@ -81,7 +87,7 @@ def test_every_stream_is_cut_at_every_place() -> None:
 
 
 def test_every_protocol_has_everything_that_is_large() -> None:
-    large = Counter(case.protocol for case in CASES if case.group.endswith("/large"))
+    large = Counter(case.protocol for case in cases() if case.group.endswith("/large"))
     assert large == dict.fromkeys(NAMES, 6)
 
 
@@ -98,7 +104,7 @@ def test_the_seed_decides() -> None:
 
 def test_hostile_lines_are_hostile() -> None:
     """What has to be refused as no request is none by the schema; what has to be granted is one."""
-    for case in CASES:
+    for case in cases():
         if case.group != "lines":
             continue
         step = case.steps[0]
@@ -114,12 +120,14 @@ def test_hostile_lines_are_hostile() -> None:
 
 
 def test_patterns() -> None:
-    assert chosen(CASES, ()) == CASES
-    assert {case.message for case in chosen(CASES, ["MOT_SET_VELPARAMS"])} == {"MOT_SET_VELPARAMS"}
-    assert {case.group for case in chosen(CASES, ["*/large", "order"])} == {
+    assert chosen(cases(), ()) == cases()
+    assert {case.message for case in chosen(cases(), ["MOT_SET_VELPARAMS"])} == {
+        "MOT_SET_VELPARAMS"
+    }
+    assert {case.group for case in chosen(cases(), ["*/large", "order"])} == {
         "asi_ms2000/large", "thorlabs_apt/large", "order",
     }  # fmt: skip
-    (one,) = chosen(CASES, ["thorlabs_apt/MOT_MOVE_HOME/header/encode/plain"])
+    (one,) = chosen(cases(), ["thorlabs_apt/MOT_MOVE_HOME/header/encode/plain"])
     assert one.steps[0].wanted == {"ok": True, "hex": "430401005001"}
 
 
@@ -198,7 +206,7 @@ def test_expected_failures(tmp_path: Path) -> None:
 def test_a_wrong_file_of_expected_failures(tmp_path: Path, text: str, said: str) -> None:
     path = written(tmp_path, text)
     with pytest.raises(ExpectedFileError) as caught:
-        read_expected(path).reasons(CASES)
+        read_expected(path).reasons(cases())
     assert said in str(caught.value)
     assert str(caught.value).startswith(str(path))
 

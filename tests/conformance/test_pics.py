@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from jsonschema import Draft202012Validator
 
+import plain_yaml
 from stagewire_conformance.device.declared import Declared, declare, known_units
 from stagewire_conformance.device.errors import PicsError
 from stagewire_conformance.device.pics.file import parse_pics, read_pics
@@ -205,9 +205,7 @@ def test_names_are_taken_in_any_case() -> None:
 
 # Mistakes
 
-MISTAKES: list[dict[str, str]] = yaml.safe_load(
-    (Path(__file__).parent / "pics_mistakes.yaml").read_text(encoding="utf-8")
-)
+MISTAKES: list[dict[str, str]] = plain_yaml.read(Path(__file__).parent / "pics_mistakes.yaml")
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake["said"][:60])

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import pytest
-import xmlschema
 from made_sheets import (
     CAME,
     DEVIATING,
@@ -31,7 +31,6 @@ HERE = Path(__file__).parent
 SCHEMA = json.loads(
     (HERE.parents[1] / "spec/schema/conformance-report.schema.json").read_text(encoding="utf-8")
 )
-JUNIT = xmlschema.XMLSchema(HERE / "junit.xsd")
 SHEETS = {
     "all": sheet(),
     "one": sheet(PASSED),
@@ -39,6 +38,13 @@ SHEETS = {
     "nothing": sheet(NOT_RUN, unfinished="nothing answers"),
     "hostile": replace(hostile(), digests={}),
 }
+
+
+@cache
+def junit_schema() -> Any:
+    import xmlschema  # slow to import
+
+    return xmlschema.XMLSchema(HERE / "junit.xsd")
 
 
 def data(made: Sheet) -> Any:
@@ -101,7 +107,7 @@ def test_json_has_everything() -> None:
 def test_junit_keeps_to_its_schema(made: Sheet) -> None:
     text = as_junit(made)
     assert text.isascii()
-    JUNIT.validate(text)
+    junit_schema().validate(text)
 
 
 def suites(made: Sheet) -> dict[str, ElementTree.Element]:
@@ -179,7 +185,7 @@ def test_verdicts(cases: tuple[Any, ...], unfinished: str, verdict: Verdict) -> 
 def test_a_figure_that_is_no_number_is_left_out_of_json() -> None:
     odd = replace(PASSED, figures={"p50_ms": 1.5, "p99_ms": float("nan"), "rate_hz": float("inf")})
     assert data(sheet(odd))["groups"][0]["cases"][0]["figures"] == {"p50_ms": 1.5}
-    JUNIT.validate(as_junit(sheet(odd)))
+    junit_schema().validate(as_junit(sheet(odd)))
 
 
 def test_texts_may_stand_for_bytes() -> None:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import yaml
 from proof_controller import answers_of, channel_of
 from proof_line import FarEnd, Side, settled
 
+import plain_yaml
 from stagewire import End
 from stagewire.header import DATA_FLAG
 from stagewire.protocol import load_protocol
@@ -20,9 +19,8 @@ EXAMPLES = Path(__file__).parents[2] / "conformance/examples"
 CALLS = Path(__file__).parent / "worked_calls"
 
 
-@cache
 def read(folder: Path, protocol: str) -> Any:
-    return yaml.safe_load((folder / f"{protocol}.yaml").read_text(encoding="utf-8"))
+    return plain_yaml.read(folder / f"{protocol}.yaml")
 
 
 def examples(protocol: str) -> dict[str, Any]:

@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 
 import jsonschema
 import pytest
-import yaml
 
+import plain_yaml
 from stagewire_generator import TARGETS, check, model, render
 from stagewire_generator.change import (
     KINDS,
@@ -53,10 +53,7 @@ class Edit:
             path.write_text(text.replace(edit["old"], edit["new"]), encoding="utf-8")
 
 
-EDITS = {
-    entry["name"]: Edit(**entry)
-    for entry in yaml.safe_load((HERE / "change_edits.yaml").read_text(encoding="utf-8"))
-}
+EDITS = {entry["name"]: Edit(**entry) for entry in plain_yaml.read(HERE / "change_edits.yaml")}
 
 INVERSE = {
     "added": "removed",

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 import yaml
 
+import plain_yaml
 from stagewire_generator import check
 from stagewire_generator.change import ChangeClass, Spec, compare, compare_specs, unvouched
 from stagewire_generator.checks import Checked
@@ -18,10 +19,7 @@ from stagewire_generator.diagnostics import Diagnostic
 
 HERE = Path(__file__).parent
 PROTOCOLS = {"good_spec": "tiny", "good_commands": "turtle", "good_packets": "carousel"}
-EDITS = {
-    entry["name"]: entry
-    for entry in yaml.safe_load((HERE / "change_edits.yaml").read_text(encoding="utf-8"))
-}
+EDITS = {entry["name"]: entry for entry in plain_yaml.read(HERE / "change_edits.yaml")}
 
 
 @dataclass(frozen=True)
@@ -55,8 +53,8 @@ class Case:
 
 
 CASES = [
-    Case(edits=entry.pop("with", []), **entry)
-    for entry in yaml.safe_load((HERE / "evidence_cases.yaml").read_text(encoding="utf-8"))
+    Case(**{"edits" if key == "with" else key: value for key, value in entry.items()})
+    for entry in plain_yaml.read(HERE / "evidence_cases.yaml")
 ]
 
 ERRATUM = {

@@ -9,8 +9,8 @@ from typing import Any
 
 import jsonschema
 import pytest
-import yaml
 
+import plain_yaml
 from stagewire_generator import check
 from stagewire_generator.change import Change, Spec, compare_specs, report, unvouched
 from stagewire_generator.checks import Checked
@@ -18,7 +18,7 @@ from stagewire_generator.checks import Checked
 HERE = Path(__file__).parent
 SCHEMA = json.loads((HERE.parents[1] / "spec/schema/changes.schema.json").read_text("utf-8"))
 
-CASES = yaml.safe_load((HERE / "overlay_changes.yaml").read_text(encoding="utf-8"))
+CASES = plain_yaml.read(HERE / "overlay_changes.yaml")
 CHANGES, BOTH, EVIDENCE = CASES["changes"], CASES["both"], CASES["evidence"]
 SECOND, THIRD = "tiny/overlays/second", "tiny/overlays/third"
 

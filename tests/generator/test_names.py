@@ -5,30 +5,38 @@ from __future__ import annotations
 import ast
 import keyword
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from stagewire_generator import check, render
+from stagewire_generator import check
 from stagewire_generator.diagnostics import SpecError
 
-HERE = Path(__file__).parent
-MODULES = {
-    path.removeprefix("python/"): ast.parse(text)
-    for spec in ("good_spec", "good_commands", "good_packets")
-    for path, text in render(check(HERE / spec)).items()
-    if path.endswith(".py")
-}
+Modules = Callable[[str], list[ast.Module]]
 
 
-def modules(name: str) -> list[ast.Module]:
-    """Return the modules of this name in all packages; ``messages/*`` are those of chapters."""
-    found = [path for path in MODULES if Path(path).match(f"stagewire_*/{name}")]
-    if name == "messages/*.py":
-        found = [path for path in found if not path.endswith("/__init__.py")]
-    assert found
-    return [MODULES[path] for path in found]
+@pytest.fixture(scope="module")
+def modules(
+    files: dict[str, str], command_files: dict[str, str], packet_files: dict[str, str]
+) -> Modules:
+    """The generated modules of a name in all packages; ``messages/*`` are those of chapters."""
+    parsed = {
+        path: ast.parse(text)
+        for generated in (files, command_files, packet_files)
+        for path, text in generated.items()
+        if path.endswith(".py")
+    }
+
+    def named(name: str) -> list[ast.Module]:
+        found = [path for path in parsed if Path(path).match(f"stagewire_*/{name}")]
+        if name == CHAPTERS:
+            found = [path for path in found if not path.endswith("/__init__.py")]
+        assert found
+        return [parsed[path] for path in found]
+
+    return named
 
 
 CHAPTERS = "messages/*.py"
@@ -62,7 +70,16 @@ def change(spec: Path, file: str, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def imported(*names: str) -> set[str]:
+@contextmanager
+def restored(spec: Path) -> Iterator[None]:
+    """Undo the changes of the block at its end."""
+    before = {path: path.read_bytes() for path in spec.rglob("*.yaml")}
+    yield
+    for path, content in before.items():
+        path.write_bytes(content)
+
+
+def imported(modules: Modules, *names: str) -> set[str]:
     """Return the names of classes that generated modules import, but not from each other."""
     return {
         alias.name
@@ -86,20 +103,18 @@ KEPT = {"False", "None", "True"}
 OTHER_CHECKS = {"Sum", "Xor"}  # which the packets of the good spec have not
 
 
-@pytest.mark.parametrize(
-    "name", sorted(KEPT | OTHER_CHECKS | imported(CHAPTERS, "messages/__init__.py"))
-)
-def test_no_message_takes_the_name_of_what_its_module_imports(spec: Path, name: str) -> None:
-    taken = "_".join(words(name)).upper()
-    change(spec, "messages/extra.yaml", "  LAMP:\n", f'  "{taken}":\n')
-    spelling = " ".join(words(name))
-    change(spec, "messages/extra.yaml", "spelling: lamp\n", f'spelling: "{spelling}"\n')
-    assert refused(spec) == [f"{taken}: the class {name} is reserved"]
+def test_no_message_takes_the_name_of_what_its_module_imports(spec: Path, modules: Modules) -> None:
+    for name in sorted(KEPT | OTHER_CHECKS | imported(modules, CHAPTERS, "messages/__init__.py")):
+        taken, spelling = "_".join(words(name)).upper(), " ".join(words(name))
+        with restored(spec):
+            change(spec, "messages/extra.yaml", "  LAMP:\n", f'  "{taken}":\n')
+            change(spec, "messages/extra.yaml", "spelling: lamp\n", f'spelling: "{spelling}"\n')
+            assert refused(spec) == [f"{taken}: the class {name} is reserved"]
 
 
-def test_what_is_imported_is_found() -> None:
+def test_what_is_imported_is_found(modules: Modules) -> None:
     """The base classes of all kinds of protocols, and what makes their protocol objects."""
-    assert imported(CHAPTERS, "messages/__init__.py") >= {
+    assert imported(modules, CHAPTERS, "messages/__init__.py") >= {
         "Command", "CommandProtocol", "Crc", "Direction", "FramedMessage", "FramedProtocol", "Layout",
         "Message", "PacketMessage", "PacketProtocol", "Reply", "Self", "SetupCommand", "Shape", "Struct",
     }  # fmt: skip
@@ -124,31 +139,37 @@ def test_no_message_takes_the_name_of_a_constant(spec: Path, name: str) -> None:
     assert refused(spec) == [f"{'_'.join(name)}: the class {name} is reserved"]
 
 
-@pytest.mark.parametrize("name", sorted(KEPT | imported("flags.py", CHAPTERS)))
-def test_no_flag_table_takes_the_name_of_what_its_users_import(spec: Path, name: str) -> None:
-    taken = "_".join(words(name))
-    quoted = f'"{taken}"'
-    change(spec, "messages/core.yaml", "  state_bits:\n", f"  {quoted}:\n")
-    change(spec, "messages/core.yaml", "flags: state_bits,", f"flags: {quoted},")
-    assert refused(spec) == [f"{taken}: the class {name} is reserved"]
+def test_no_flag_table_takes_the_name_of_what_its_users_import(
+    spec: Path, modules: Modules
+) -> None:
+    for name in sorted(KEPT | imported(modules, "flags.py", CHAPTERS)):
+        taken = "_".join(words(name))
+        with restored(spec):
+            change(spec, "messages/core.yaml", "  state_bits:\n", f'  "{taken}":\n')
+            change(spec, "messages/core.yaml", "flags: state_bits,", f'flags: "{taken}",')
+            assert refused(spec) == [f"{taken}: the class {name} is reserved"]
 
 
-@pytest.mark.parametrize("name", sorted(KEPT | imported("enumerations.py")))
-def test_no_enumeration_takes_the_name_of_what_its_module_imports(spec: Path, name: str) -> None:
-    taken = "_".join(words(name))
-    change(spec, "messages/core.yaml", "  channel:\n", f'  "{taken}":\n')
-    change(spec, "messages/core.yaml", "enum: channel", f'enum: "{taken}"')
-    assert refused(spec) == [f"{taken}: the class {name} is reserved"]
+def test_no_enumeration_takes_the_name_of_what_its_module_imports(
+    spec: Path, modules: Modules
+) -> None:
+    for name in sorted(KEPT | imported(modules, "enumerations.py")):
+        taken = "_".join(words(name))
+        with restored(spec):
+            change(spec, "messages/core.yaml", "  channel:\n", f'  "{taken}":\n')
+            change(spec, "messages/core.yaml", "enum: channel", f'enum: "{taken}"')
+            assert refused(spec) == [f"{taken}: the class {name} is reserved"]
 
 
-@pytest.mark.parametrize("name", sorted(KEPT | imported("stages.py")))
-def test_no_stage_takes_the_name_of_what_its_module_imports(spec: Path, name: str) -> None:
-    change(spec, "stages.yaml", "  Slide:\n", f'  "{name}":\n')
-    change(spec, "units.yaml", "stages: [Slide]", f'stages: ["{name}"]')
-    assert refused(spec) == [f"the stage {name} is reserved"]
+def test_no_stage_takes_the_name_of_what_its_module_imports(spec: Path, modules: Modules) -> None:
+    for name in sorted(KEPT | imported(modules, "stages.py")):
+        with restored(spec):
+            change(spec, "stages.yaml", "  Slide:\n", f'  "{name}":\n')
+            change(spec, "units.yaml", "stages: [Slide]", f'stages: ["{name}"]')
+            assert refused(spec) == [f"the stage {name} is reserved"]
 
 
-def used_by_methods() -> Iterator[str]:
+def used_by_methods(modules: Modules) -> Iterator[str]:
     """Yield what the methods that have fields for variables name beside them."""
     for module in modules(CHAPTERS):
         for kind in module.body:
@@ -179,8 +200,8 @@ def with_bits(spec: Path, names: list[str]) -> Path:
     return spec
 
 
-def test_no_field_takes_a_name_that_its_methods_use(spec: Path) -> None:
-    names = sorted(set(used_by_methods()) - {"str"})  # of `str` only the annotation is used
+def test_no_field_takes_a_name_that_its_methods_use(spec: Path, modules: Modules) -> None:
+    names = sorted(set(used_by_methods(modules)) - {"str"})  # of `str` only the annotation is used
     assert {"cls", "draft", "raw", "int", "check_integer", "check_text", "check_bytes"} <= set(
         names
     )
@@ -195,10 +216,12 @@ FORMATS = {"u8": 1, "u16": 2, "u24": 3, "s24": 3, "char[3]": 3, "u8[2]": 2}
 @pytest.mark.parametrize("form", ["request", "reply"])
 @pytest.mark.parametrize("format", FORMATS)
 def test_no_field_of_a_command_takes_a_name_that_its_methods_use(
-    commands_spec: Path, form: str, format: str
+    commands_spec: Path, modules: Modules, form: str, format: str
 ) -> None:
     """An integer of 24 bits and a text have a variable of their name before they are converted."""
-    kept = {*used_by_methods(), "int", "reply", "marks", "layout", "pack", "unpack"} - {"str"}
+    kept = {*used_by_methods(modules), "int", "reply", "marks", "layout", "pack", "unpack"} - {
+        "str"
+    }
     names = sorted(kept)
     fields = ", ".join(f'"{name}": {{format: "{format}"}}' for name in names)
     text = (

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
-import yaml
+
+import plain_yaml
 
 __all__ = [
     "Files",
@@ -83,7 +84,7 @@ def complete_spec() -> Files:
     for folder in (GOOD, COMMANDS, PACKETS, MORE):
         for path in sorted(folder.rglob("*.yaml")):
             name = path.relative_to(folder).as_posix()
-            files[name] = yaml.safe_load(path.read_text(encoding="utf-8"))
+            files[name] = plain_yaml.load(path.read_text(encoding="utf-8"))
     return files
 
 

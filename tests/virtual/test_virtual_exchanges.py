@@ -14,17 +14,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
+import plain_yaml
 import stagewire_apt
 import stagewire_virtual as virtual
 from stagewire_virtual.clock import SECOND
 from stagewire_virtual.units import find_unit
 
 FOLDER = Path(__file__).parent / "exchanges"
-FILES: dict[str, Any] = {
-    path.stem: yaml.safe_load(path.read_text("utf-8")) for path in sorted(FOLDER.glob("*.yaml"))
-}
+FILES: dict[str, Any] = {path.stem: plain_yaml.read(path) for path in sorted(FOLDER.glob("*.yaml"))}
 EXCHANGES = [
     pytest.param(name, exchange, id=f"{name}: {exchange['exchange']}")
     for name, file in FILES.items()
