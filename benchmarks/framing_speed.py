@@ -3,11 +3,16 @@
 The stream is 20 MB of mixed messages (``stream.py``). The limit is what Python needs to slice and unpack
 a stream that holds nothing but status updates, at a fixed stride and without looking at a header.
 
+Large chunks have two bounds. The framer itself is timed without Python's cyclic garbage collector. With it,
+a chunk of 2 MiB costs more: its hundred thousand events live at once, and the collector looks at each of them
+several times. Chunks of 4 KiB have too few events to start a collection.
+
     python benchmarks/framing_speed.py
 """
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 from functools import partial
@@ -72,6 +77,19 @@ def peer(frames: list[bytes]) -> Runner:
     return run
 
 
+def without_collector(run: Runner) -> Runner:
+    """Return a runner that runs without the cyclic garbage collector."""
+
+    def run_without() -> float:
+        gc.disable()
+        try:
+            return run()
+        finally:
+            gc.enable()
+
+    return run_without
+
+
 def main() -> int:
     """Measure; return 1 when a bound is not kept."""
     frames = list(make_frames(SIZE))
@@ -84,6 +102,7 @@ def main() -> int:
         "slice and unpack at a fixed stride": fixed_stride(count),
         "framing, chunks of 4 KiB": reading(framer, None, small, count),
         "framing, chunks of 2 MiB": reading(framer, None, large, count),
+        "2 MiB, without the collector": without_collector(reading(framer, None, large, count)),
         "framing and decoding": reading(framer, Received, small, count),
         "thorlabs-apt-protocol's Unpacker": unpacker,
     }
@@ -92,7 +111,8 @@ def main() -> int:
         Bound("framing, chunks of 4 KiB", limit, at_most=5),
         Bound("framing and decoding", limit, at_most=9),
         Bound("thorlabs-apt-protocol's Unpacker", "framing, chunks of 4 KiB", at_least=100),
-        Bound("framing, chunks of 2 MiB", "framing, chunks of 4 KiB", at_most=1.6),
+        Bound("2 MiB, without the collector", "framing, chunks of 4 KiB", at_most=1.3),
+        Bound("framing, chunks of 2 MiB", "framing, chunks of 4 KiB", at_most=2.3),
     ]
     costs = interleave(contenders, ROUNDS)
     title = f"Frame a stream of {count:,} messages, per message"

@@ -122,6 +122,7 @@ class Framer:
     def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
         """Take the next bytes of the stream and return what they complete.
 
+        The events of a chunk live together: large captures are framed fastest in chunks of a few KiB.
         Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
         """
         data = fed(data)
