@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Frames", "Gatherer", "Sorter", "gather"]
 
-_BLOCK: Final = 64 * 1024
-"""Bytes that are framed at once: the events of a block live together, so it has to be small."""
+_BLOCK: Final = 8 * 1024
+"""Bytes that are framed at once; so few events live together that no garbage collection starts."""
 
 
 class Frames:
