@@ -5,8 +5,9 @@
     python tests/run_report.py --measured build/test.json --budget 540 build/junit-*.xml
 
 The first form prints the seconds of each folder from JUnit reports. In CI a skipped test fails it; everywhere
-a run without tests does. ``STAGEWIRE_DOCUMENTS=none`` allows skips of the tests of the vendors' documents. The second runs a command and writes down the time that it and its children took.
-The third also fails when that processor time is over the budget.
+a run without tests does. ``STAGEWIRE_DOCUMENTS=none`` allows skips of the tests of the vendors' documents.
+The second form runs a command and writes the time that it and its children took. The third also fails when
+that processor time is over the budget.
 """
 
 from __future__ import annotations

@@ -112,10 +112,10 @@ class Parrot(Controller):
     def _target(self, dest: int, channel: int) -> int | None:
         """Where the last absolute move there went to."""
         for frame in reversed(self.heard):
-            message: Any = frame.message
-            here = (frame.dest, channel_of(message)) == (dest, channel)
-            if isinstance(message, m.MotMoveAbsolute) and here:
-                return int(message.absolute_distance)
+            if not isinstance(frame.message, m.MotMoveAbsolute):
+                continue
+            if (frame.dest, channel_of(frame.message)) == (dest, channel):
+                return frame.message.absolute_distance
         return None
 
     def reply(self, frame: Frame) -> Frame | None:

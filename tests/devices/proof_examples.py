@@ -19,6 +19,10 @@ EXAMPLES = Path(__file__).parents[2] / "conformance/examples"
 CALLS = Path(__file__).parent / "worked_calls"
 
 
+_protocol = cache(load_protocol)  # finding one reads the metadata of all installed packages
+
+
+@cache
 def read(folder: Path, protocol: str) -> Any:
     return plain_yaml.read(folder / f"{protocol}.yaml")
 
@@ -49,10 +53,9 @@ def made(protocol: str, what: Any, source: int | None, own: str) -> bytes:
 
 def frame_of(message: str, source: int, **given: Any) -> bytes:
     """A frame to the host; what is not given is 0."""
-    apt = load_protocol("thorlabs_apt")
     cls = next(
         cls
-        for cls in apt.messages
+        for cls in _protocol("thorlabs_apt").messages
         if cls.layout.message == message
         and not cls.layout.when
         and "undecided" not in cls.layout.form
@@ -64,7 +67,7 @@ def frame_of(message: str, source: int, **given: Any) -> bytes:
 
 def tables_of(protocol: str) -> dict[str, Any]:
     """What the texts of calls and values call e, f and m."""
-    package = load_protocol(protocol).package
+    package = _protocol(protocol).package
     rooms = ("enumerations", "flags", "messages")
     return {room[0]: import_module(f"{package}.{room}") for room in rooms}
 
@@ -77,12 +80,12 @@ class Recorder(FarEnd):
     """
 
     def __init__(self, protocol: str) -> None:
-        self._framer = load_protocol(protocol).framer(*[End.DEVICE] * (protocol == "thorlabs_apt"))
+        self._framer = _protocol(protocol).framer(*[End.DEVICE] * (protocol == "thorlabs_apt"))
         self.heard: list[Any] = []
         self.kept_alive: list[bytes] = []
         self.to_say: list[bytes] = []
         self.moves = False
-        self._package = load_protocol(protocol).package
+        self._package = _protocol(protocol).package
 
     def _reply(self, frame: Any) -> bytes:
         """The reply to a question, filled with zeros; nothing for any other message."""
@@ -112,7 +115,7 @@ class Recorder(FarEnd):
 
 def perform(side: Side, protocol: str, entry: Any, *answers: bytes, wait: float = 0.0) -> Any:
     """Open the unit of an entry, make its call, and return what it gives and who was at the other end."""
-    package = load_protocol(protocol).package
+    package = _protocol(protocol).package
     far = Recorder(protocol)
     options = dict(entry.get("open", {}))
     if "stage" in options:

@@ -70,9 +70,13 @@ def illegal(field: Any) -> Iterator[tuple[Any, type[StagewireError]]]:
     yield from ((value, OutOfRangeError) for value in (-1, field["maximum"] + 1, 2**80))
     if not field.get("open"):
         legal = legal_numbers(field)
-        outside = [number for number in range(field["maximum"] + 1) if number not in legal]
-        yield from ((value, OutOfRangeError) for value in (*outside[:3], *outside[-1:]))
-        yield from ((np.uint16(value), OutOfRangeError) for value in outside[:1])
+        numbers = range(field["maximum"] + 1)
+        outside = itertools.filterfalse(legal.__contains__, numbers)
+        downwards = itertools.filterfalse(legal.__contains__, reversed(numbers))
+        first = list(itertools.islice(outside, 3))
+        last = itertools.islice(downwards, 1)
+        yield from ((value, OutOfRangeError) for value in (*first, *last))
+        yield from ((np.uint16(value), OutOfRangeError) for value in first[:1])
     wrong = [
         "forwards",
         "",
