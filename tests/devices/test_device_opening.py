@@ -271,7 +271,7 @@ def test_reconnecting_asks_again_and_sends_nothing_again() -> None:
 def test_behind_a_lost_line_a_motion_may_go_on(tmp_path: Path) -> None:
     with virtual.TDC001(stage=stages.Z8, travel=12 * 34304).tcp() as served:
         log = tmp_path / "session.txt"
-        with TDC001.open(served.url, stage="Z8", log=log) as tdc:
+        with TDC001.open(served.url, stage="Z8", log=log, reconnect_pause=0) as tdc:
             motion = tdc.start_move_absolute(mm=5)
             served.unplug()
             with pytest.raises(TransportLost):

@@ -119,7 +119,7 @@ def test_without_a_question_the_first_call_says_so(use: Call) -> None:
 
 
 def test_opening_again_says_so() -> None:
-    with virtual.TDC001().tcp() as served, TDC001.open(served.url) as tdc:
+    with virtual.TDC001().tcp() as served, TDC001.open(served.url, reconnect_pause=0) as tdc:
         served.unplug()
         with pytest.raises(TransportLost) as lost:
             tdc.get_info()
