@@ -8,6 +8,7 @@ from hypothesis.stateful import run_state_machine_as_test
 from motion_guard import MACHINES, MotionGuard, limits
 
 
+@pytest.mark.parametrize("examples", [50, pytest.param(200, marks=pytest.mark.matrix)])
 @pytest.mark.parametrize("machine", MACHINES)
-def test_no_move_overtakes_another(machine: type[MotionGuard]) -> None:
-    run_state_machine_as_test(machine, settings=settings(limits(200), derandomize=True))
+def test_no_move_overtakes_another(machine: type[MotionGuard], examples: int) -> None:
+    run_state_machine_as_test(machine, settings=settings(limits(examples), derandomize=True))

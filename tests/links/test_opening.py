@@ -285,6 +285,7 @@ def test_tcp_sends_at_once_and_finds_out_that_nobody_is_there() -> None:
                     assert connection.getsockopt(socket.IPPROTO_TCP, option) == value
 
 
+@pytest.mark.matrix  # the system needs seconds to notice
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux can make a connection deaf")
 def test_a_cable_that_is_pulled() -> None:
     """The other end neither answers nor hangs up; whoever only listens learns it, and whoever writes."""

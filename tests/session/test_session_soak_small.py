@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.matrix
+
 ROOT = Path(__file__).parents[2]
 PROGRAMS = {
     "endurance": (["--hours", "0.05", "--quick"], "10 axes for 0.05 h: 18,000 updates"),

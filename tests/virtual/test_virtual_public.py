@@ -248,6 +248,7 @@ def test_the_import_brings_nothing_else() -> None:
     assert json.loads(done.stdout) == ["stagewire_virtual"]
 
 
+@pytest.mark.matrix
 def test_strict_type_checking_of_a_test_of_a_user(tmp_path: Path) -> None:
     source = tmp_path / "users.py"
     source.write_text(

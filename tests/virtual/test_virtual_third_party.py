@@ -27,6 +27,8 @@ from thorlabs_apt_device.devices.tdc001 import TDC001
 import stagewire_virtual as virtual
 from stagewire_virtual.served import ServedController
 
+pytestmark = pytest.mark.matrix
+
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
 HOST, USB, BAYS = 0x01, 0x50, (0x21, 0x22, 0x23)
 # Without a stage a virtual motor takes what is on the wire for counts, counts/s and counts/s².
