@@ -127,7 +127,7 @@ define environment
 @echo "== setting up .venv/$(1) (once; a minute or two)"
 @rm -rf .venv/$(1)
 @$(PYTHON) -m venv .venv/$(1)
-@.venv/$(1)/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[$(2)]'
+@.venv/$(1)/bin/python -m pip install -qq --disable-pip-version-check --editable '.[$(2)]'
 @touch $@
 endef
 
