@@ -62,6 +62,7 @@ def names(sdist: Path) -> set[PurePosixPath]:
     return {PurePosixPath(*path.parts[1:]) for path in paths}
 
 
+@pytest.mark.matrix
 def test_the_sdist_has_all_rooms_and_nothing_that_was_built(sdist: Path) -> None:
     found = names(sdist)
     rooms = {path.parts[0] for path in found if len(path.parts) > 1}
@@ -80,6 +81,7 @@ def test_the_sdist_has_all_rooms_and_nothing_that_was_built(sdist: Path) -> None
     assert {PurePosixPath(p) for p in ("CHANGELOG.md", "LICENSE", "README.md", "Makefile")} <= found
 
 
+@pytest.mark.matrix
 def test_pip_alone_makes_the_same_wheel_of_the_sdist(wheels: dict[str, Path]) -> None:
     contents = []
     for wheel in wheels.values():
@@ -89,6 +91,7 @@ def test_pip_alone_makes_the_same_wheel_of_the_sdist(wheels: dict[str, Path]) ->
     assert len(contents[0]) > 100
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize(
     ("extra", "wanted"), [("", set()), ("[generator]", GENERATOR)], ids=["plain", "generator"]
 )
@@ -103,6 +106,7 @@ def test_what_pip_would_install(wheels: dict[str, Path], extra: str, wanted: set
     assert installed & GENERATOR == wanted
 
 
+@pytest.mark.matrix
 def test_it_installs_and_runs_without_an_extra(wheels: dict[str, Path], tmp_path: Path) -> None:
     """In an environment of its own, with pip and nothing else."""
     venv.create(tmp_path / "env", with_pip=True)
@@ -118,11 +122,15 @@ def test_it_installs_and_runs_without_an_extra(wheels: dict[str, Path], tmp_path
     assert run(python, "-c", code, *modules) == "[]\n"
 
 
-def test_the_three_places_of_the_version_agree(sdist: Path) -> None:
+def test_changelog_project_and_library_have_one_version() -> None:
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     newest = re.search(r"^## (\S+)", changelog, re.M)
     assert newest is not None
     assert newest[1] == PROJECT["version"] == stagewire.__version__
+
+
+@pytest.mark.matrix
+def test_the_sdist_has_the_version_of_the_project(sdist: Path) -> None:
     with tarfile.open(sdist) as archive:
         info = archive.extractfile(f"stagewire-{PROJECT['version']}/PKG-INFO")
         assert info is not None

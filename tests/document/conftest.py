@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-import yaml
+
+import plain_yaml
 
 from . import extract, text
 
@@ -32,7 +33,7 @@ def document(protocol: str) -> text.Document:
 def witness(protocol: str) -> dict[str, Any]:
     """Return the files of the witness of a protocol by their names."""
     return {
-        path.stem: yaml.safe_load(path.read_text(encoding="utf-8"))
+        path.stem: plain_yaml.load(path.read_text(encoding="utf-8"))
         for path in sorted((SPEC / protocol / "printed").glob("*.yaml"))
     }
 
@@ -68,14 +69,14 @@ def messages(printed: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.fixture(scope="session")
 def examples() -> dict[str, Any]:
-    content: dict[str, Any] = yaml.safe_load(EXAMPLES.read_text(encoding="utf-8"))
+    content: dict[str, Any] = plain_yaml.load(EXAMPLES.read_text(encoding="utf-8"))
     found: dict[str, Any] = content["examples"]
     return found
 
 
 @pytest.fixture(scope="session")
 def listed() -> list[dict[str, Any]]:
-    content: dict[str, list[dict[str, Any]]] = yaml.safe_load(
+    content: dict[str, list[dict[str, Any]]] = plain_yaml.load(
         UNREADABLE.read_text(encoding="utf-8")
     )
     return content["places"]

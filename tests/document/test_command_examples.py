@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-import yaml
+
+import plain_yaml
 
 from . import text
 from .text import Document
@@ -36,7 +37,7 @@ SPELLED = re.compile(r"lsb: ?(\d+), the mb: ?(\d+), and the msb: ?(\d+)")
 
 @pytest.fixture(scope="module")
 def entries() -> list[Json]:
-    content: dict[str, dict[str, Json]] = yaml.safe_load(EXAMPLES.read_text(encoding="utf-8"))
+    content: dict[str, dict[str, Json]] = plain_yaml.load(EXAMPLES.read_text(encoding="utf-8"))
     return [{"id": slug, **entry} for slug, entry in content["examples"].items()]
 
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-import yaml
+
+import plain_yaml
 
 from . import flow, text
 from .conftest import SPEC
@@ -23,7 +24,7 @@ Entry = dict[str, Any]
 
 
 def load(path: Any) -> Any:
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
+    return plain_yaml.load(path.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module", params=PROTOCOLS)

@@ -44,6 +44,7 @@ def walk(tmp_path: Path) -> Walk:
     return reader
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("section", WALKS)
 def test_a_section_does_as_it_says(section: str, walk: Walk) -> None:
     followed = [block for block in BLOCKS if block.section == section]

@@ -58,6 +58,7 @@ def walk(tmp_path: Path) -> Walk:
     return Walk(folder, environment(tmp_path / "environment"))
 
 
+@pytest.mark.matrix
 def test_the_page_does_as_it_says(walk: Walk) -> None:
     assert BLOCKS[-1].section == LAST
     assert {block.language for block in BLOCKS if block.path is None} == {"console", "python"}
