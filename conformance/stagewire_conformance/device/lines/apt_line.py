@@ -55,6 +55,7 @@ class AptLine(Line):
         self._matching = Matching(protocol)
         self._moved = Moved(declared, self._matching)
         self._framer = protocol.framer(End.HOST)
+        self._answers: dict[str, tuple[type[FramedMessage], ...]] = {}
         self._last = 0.0  # when something came
         self._silent = 0
         self._next_sign = 0.0
@@ -238,10 +239,7 @@ class AptLine(Line):
             self._moved.hears(heard.message, heard.raw)
 
     def _answers_to(self, request: FramedMessage, dest: int) -> Callable[[Heard], bool]:
-        entry = self.declared.registry.messages[request.layout.message]
-        names = entry["exchange"].get("answered_by", ())
-        classes = tuple(cls for cls in self._protocol.messages if cls.layout.message in names)
-        assert classes  # what is asked has an answer in the registry
+        classes = self._classes_of_answers(request.layout.message)
         ids = self._matching.ids_of(classes)
         said = self._matching.selected(request, classes)
 
@@ -255,6 +253,14 @@ class AptLine(Line):
             return all(getattr(heard.message, name, value) == value for name, value in said)
 
         return answers
+
+    def _classes_of_answers(self, message: str) -> tuple[type[FramedMessage], ...]:
+        if message not in self._answers:
+            names = self.declared.registry.messages[message]["exchange"].get("answered_by", ())
+            classes = tuple(cls for cls in self._protocol.messages if cls.layout.message in names)
+            assert classes  # the registry names an answer to each request
+            self._answers[message] = classes
+        return self._answers[message]
 
     # What a run does with it
 
