@@ -19,6 +19,8 @@ from language_server import LanguageServer
 from stagewire_generator.formatting import find
 from stagewire_generator.schemas import KINDS
 
+pytestmark = pytest.mark.matrix
+
 ROOT = Path(__file__).parents[2]
 SCHEMAS = ROOT / "spec" / "schema"
 MESSAGES = ROOT / "spec" / "thorlabs_apt" / "messages" / "motor.yaml"

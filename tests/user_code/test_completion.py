@@ -11,6 +11,8 @@ import pytest
 import npm
 from language_server import LanguageServer
 
+pytestmark = pytest.mark.matrix
+
 HERE = Path(__file__).parent
 SETTINGS = {"python": {"pythonPath": sys.executable}}
 

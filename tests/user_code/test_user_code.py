@@ -79,11 +79,13 @@ def pyright(project: Path) -> Found:
     return found
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("name", NAMES)
 def test_mypy_finds_the_mistakes_and_nothing_else(name: str, mypy: Found) -> None:
     assert mypy.get(name, set()) == expected(name, 0)
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("name", NAMES)
 def test_pyright_finds_the_mistakes_and_nothing_else(name: str, pyright: Found) -> None:
     found = pyright.get(name, set())

@@ -1,0 +1,30 @@
+"""Cases of which `make test` runs a part, and `make test-all` every one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import count
+from typing import Any
+
+import pytest
+
+__all__ = ["chosen", "every_nth"]
+
+
+def chosen(cases: Iterable[Any], by: Callable[[Any], bool]) -> list[Any]:
+    """Return cases as parameters; those for which ``by`` does not hold belong to the matrix.
+
+    A case that is a tuple has a value for each parameter.
+    """
+    return [case if by(case) else _in_the_matrix(case) for case in cases]
+
+
+def every_nth(cases: Iterable[Any], nth: int) -> list[Any]:
+    """Return cases as parameters; all but the first of ``nth`` belong to the matrix."""
+    number = count()
+    return chosen(cases, lambda case: next(number) % nth == 0)
+
+
+def _in_the_matrix(case: Any) -> Any:
+    values = case if isinstance(case, tuple) else (case,)
+    return pytest.param(*values, marks=pytest.mark.matrix)
