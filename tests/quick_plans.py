@@ -1,0 +1,35 @@
+"""For tests that ask many codecs the same cases: the cases are planned once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from functools import cache
+
+import pytest
+
+from stagewire.protocol import Protocol
+from stagewire_cli.conformance import codec_session
+from stagewire_conformance.testees import Case, running
+from stagewire_conformance.testees.hello import Hello
+from stagewire_conformance.testees.plan import plan
+
+__all__ = ["quick_plans"]
+
+
+@contextmanager
+def quick_plans() -> Iterator[None]:
+    """Plan the cases of the same protocols, seed and testee once, until the block ends."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(running, "plan", _planned)
+        patch.setattr(codec_session, "plan", _planned)
+        yield
+
+
+def _planned(protocols: Iterable[Protocol], seed: int, hello: Hello | None = None) -> list[Case]:
+    return list(_once(tuple(protocols), seed, hello))
+
+
+@cache
+def _once(protocols: tuple[Protocol, ...], seed: int, hello: Hello | None) -> list[Case]:
+    return plan(protocols, seed, hello)
