@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fenced import ROOT, Block, blocks
 
-__all__ = ["BY_MACHINE", "ELSEWHERE", "NOT_RUN", "READ_ONLY", "documents", "here"]
+__all__ = ["BY_MACHINE", "ELSEWHERE", "LONG", "NOT_RUN", "READ_ONLY", "documents", "here"]
 
 ELSEWHERE = {
     "docs/build-systems.md": "tests/building/test_page.py",
@@ -41,6 +41,13 @@ NOT_RUN = {
     "python tests/teeth/mutants.py": "minutes; tests/teeth/test_teeth.py runs a part",
 }
 """Lines of shell blocks that no test can run, each with the reason."""
+
+LONG = {
+    "stagewire format": "8 s",
+    "stagewire format --check spec": "8 s",
+    "stagewire format spec": "8 s",
+}
+"""Lines that only `make test-all` runs, each with the seconds of a processor that it takes."""
 
 BY_MACHINE = {
     "stagewire doctor": "finds fault with a machine into which no controller is plugged",

@@ -1,5 +1,6 @@
 """Runs the blocks of ``sh``, line by line, where nothing of the reader's own can be hurt.
 
+- A shell runs each line. In a quick test the lines that call ``stagewire`` run in this process instead.
 - A line ends with 0 unless its comment says ``exit status N``. Programs have no input, and no terminal.
 - A line that serves (a virtual controller) goes on while those below it run; then it gets Ctrl-C, and must
   end with 0; with 1 the recording of a session that nobody repeated.
@@ -8,19 +9,27 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
+import shlex
 import signal
 import socket
 import subprocess
+import sys
 import sysconfig
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
+from quick_command import quick_command
+from stagewire_cli.main import main
+
 __all__ = ["Shell", "lines"]
 
-PATIENCE = 60.0
+PATIENCE = 600.0
 MOST_SHOWN = 2000  # characters of what a program said last
 
 _SERVES = re.compile(r"stagewire virtual (?!--list)")
@@ -44,11 +53,13 @@ class Shell:
 
     :param folder: where he is.
     :param output: a folder for what the programs print.
+    :param quick: whether the command runs in this process.
     """
 
-    def __init__(self, folder: Path, output: Path) -> None:
+    def __init__(self, folder: Path, output: Path, *, quick: bool = False) -> None:
         self.folder = folder
         self.output = output
+        self.quick = quick
         self.served: list[tuple[str, subprocess.Popen[bytes]]] = []
         self.ports: dict[str, str] = {}
         path = os.pathsep.join([sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)])
@@ -60,9 +71,12 @@ class Shell:
         if _SERVES.match(command):
             self._serve(command)
             return
-        process, printed = self._start(command)
-        code = process.wait(PATIENCE)
-        text = printed.read_text()[-MOST_SHOWN:]
+        if self.quick and command.startswith("stagewire "):
+            code, text = self._call(shlex.split(command)[1:])
+        else:
+            process, printed = self._start(command)
+            code, text = process.wait(PATIENCE), printed.read_text()
+        text = text[-MOST_SHOWN:]
         assert code in statuses, f"{command}\nends with {code}\n{text}"
         assert "Traceback" not in text, text
 
@@ -78,6 +92,18 @@ class Shell:
             status = process.wait(PATIENCE)
             wanted = 1 if "--replay" in command else 0
             assert kind or status == wanted, f"{command}\nends with {status}, not {wanted}"
+
+    def _call(self, arguments: list[str]) -> tuple[int, str]:
+        """Run the command in this process; return its exit status and what it printed."""
+        printed = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
+        with quick_command(), pytest.MonkeyPatch.context() as patch:
+            patch.chdir(self.folder)
+            patch.setenv("PATH", self.environment["PATH"])
+            patch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(), encoding="utf-8"))
+            patch.setattr(sys, "stdout", printed)
+            patch.setattr(sys, "stderr", printed)
+            code = main(arguments)
+        return code, printed.buffer.getvalue().decode()
 
     def _start(self, command: str) -> tuple[subprocess.Popen[bytes], Path]:
         printed = self.output / f"{len(list(self.output.iterdir()))}.txt"

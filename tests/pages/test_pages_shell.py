@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ledger import BY_MACHINE, NOT_RUN, here
+from ledger import BY_MACHINE, LONG, NOT_RUN, here
 from shell import Shell, lines
 from test_pages_data import block_of
 
-from fenced import ROOT, Block
+from fenced import ROOT
 
 PARTS = (
     "spec",
@@ -52,16 +52,22 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def typed() -> Iterator[Any]:
-    """Give every block of which something can be run."""
+    """Give the lines of every block: quickly and without the long ones, and all of them in a shell."""
     for document, block in here("sh"):
-        if any(command not in NOT_RUN for command, _ in lines(block.text)):
-            yield pytest.param(block, id=f"{document}:{block.line}")
+        run = [line for line in lines(block.text) if line[0] not in NOT_RUN]
+        quick = [line for line in run if line[0] not in LONG]
+        name = f"{document}:{block.line}"
+        if quick:
+            yield pytest.param(quick, True, id=name)
+        if run:
+            yield pytest.param(run, False, id=f"{name}-in-a-shell", marks=pytest.mark.matrix)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell is needed")
-@pytest.mark.parametrize("block", list(typed()))
-def test_the_lines_of_a_block(block: Block, checkout: Path, tmp_path: Path) -> None:
-    with Shell(checkout, tmp_path) as shell:
-        for command, status in lines(block.text):
-            if command not in NOT_RUN:
-                shell.type(command, status, *([1] if command in BY_MACHINE else []))
+@pytest.mark.parametrize(("block", "quick"), list(typed()))
+def test_the_lines_of_a_block(
+    block: list[tuple[str, int]], quick: bool, checkout: Path, tmp_path: Path
+) -> None:
+    with Shell(checkout, tmp_path, quick=quick) as shell:
+        for command, status in block:
+            shell.type(command, status, *([1] if command in BY_MACHINE else []))
