@@ -7,8 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from jsonschema import Draft202012Validator
+from jsonschema_rs import Draft202012Validator
 
+from quick_command import entry_points_once
 from stagewire.protocol import Protocol
 from stagewire_conformance import Verdict
 from stagewire_conformance.examples import run_example
@@ -29,7 +30,8 @@ REQUEST = validator("request")
 
 def ask(*lines: bytes) -> list[dict[str, Any]]:
     written: list[str] = []
-    serve(lines, written.append)
+    with entry_points_once():
+        serve(lines, written.append)
     assert all(text.endswith("\n") and text.count("\n") == 1 for text in written)
     answers = [json.loads(text) for text in written]
     for answer in answers:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from invented_packets import PROTOCOL as OTHER
+from quick_plans import quick_plans
 from stagewire.protocol import load_protocol
 from stagewire_conformance.testees import (
     NotATesteeError,
@@ -28,6 +30,12 @@ STUMBLES = "asi_ms2000/WRITE_TARGET_POSITION/request/encode/plain"
 RIGHT = "asi_ms2000/WRITE_TARGET_POSITION/request/decode/[!r]*"
 PATIENT = 30.0
 """Seconds that an answer may take where the testee gives one: more than any machine needs."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _quick() -> Iterator[None]:
+    with quick_plans():
+        yield
 
 
 def report_of(how: str, *only: str, timeout: float = PATIENT, **options: Any) -> Report:

@@ -19,6 +19,7 @@ from changing_apt import (
 from spoiled_apt import Change, Spoil, frame, of
 from suite_lines import WatchedLink
 
+from parts import every_nth
 from stagewire.errors import TransportLost
 from stagewire.links import Link
 from stagewire_apt import PROTOCOL
@@ -57,20 +58,29 @@ def watched(on: Bench, line: Link | None = None) -> tuple[WatchedLink, list[int]
     return link, seen
 
 
+RANGES = [
+    ("TDC001", "Z8", 0, 100_000),
+    ("TDC001", "Z8", -3_000, 3_000),
+    ("TDC001", None, -20_000, 500),
+    ("BBD103", "MLS203", -100_000, 0),
+    ("BBD102", "MLS203", -200, 200_000),
+    ("BSC002", "APT_STEPPER", 0, 1_500),
+    ("MST601", None, -70_000, 40_000),
+]
+
+
 @pytest.mark.parametrize(
-    ("unit", "stage", "low", "high"),
-    [
-        ("TDC001", "Z8", 0, 100_000),
-        ("TDC001", "Z8", -3_000, 3_000),
-        ("TDC001", None, -20_000, 500),
-        ("BBD103", "MLS203", -100_000, 0),
-        ("BBD102", "MLS203", -200, 200_000),
-        ("BSC002", "APT_STEPPER", 0, 1_500),
-        ("MST601", None, -70_000, 40_000),
-    ],
+    ("unit", "stage", "low", "high", "backlash", "quirks"),
+    every_nth(
+        [
+            (*each, backlash, quirks)
+            for quirks in ((), ("clockwise_is_negative",))
+            for backlash in (0, 300, -300)
+            for each in RANGES
+        ],
+        4,
+    ),
 )
-@pytest.mark.parametrize("backlash", [0, 300, -300])
-@pytest.mark.parametrize("quirks", [(), ("clockwise_is_negative",)])
 def test_no_motor_leaves_the_range(
     unit: str, stage: str | None, low: int, high: int, backlash: int, quirks: tuple[str, ...]
 ) -> None:

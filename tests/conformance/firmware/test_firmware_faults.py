@@ -1,13 +1,15 @@
 """Every defect of firmware is found, and named, by the check that is there for it.
 
-Each defect is drawn by seed over units and messages. A run has the kinds of checks that have to find it, and
-of some defects the whole suite; STAGEWIRE_FIRMWARE=9 draws each nine times, and runs all of it.
+Each defect is drawn by seed over units and messages. `make test` runs the kinds of checks that have to find
+it; `make test-all` also runs the whole suite on some of them. STAGEWIRE_FIRMWARE=9 draws each defect nine
+times, and always runs the whole suite.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import pytest
 from faulty_commands import COMMANDS
@@ -29,23 +31,32 @@ from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result
 
 SEEDS = int(os.environ.get("STAGEWIRE_FIRMWARE", "0"))
-WHOLE = 4  # of so many defects one has the whole suite run
+WHOLE = 4  # the whole suite runs on one of so many defects
 DEFECTS = (
     *REPLIES, *SETTINGS, *STORAGE, *STATUS, *UPDATES, *IDENTITY, *RECEPTION, *MOVES, *OUTPUTS
 )  # fmt: skip
-APT = [(defect, seed) for seed in range(SEEDS or 1) for defect in DEFECTS]
-MS2000 = [(defect, seed) for seed in range(SEEDS or 1) for defect in COMMANDS]
 
 
-def named(case: tuple[Defect | CommandDefect, int]) -> str:
-    return f"{case[0].name}, {case[1]}".replace(" ", "-")
+def runs(defects: Sequence[Defect | CommandDefect]) -> Iterator[Any]:
+    """Give each run: the defect, its seed, and whether the whole suite runs."""
+    for seed in range(SEEDS or 1):
+        for number, defect in enumerate(defects):
+            name = f"{defect.name}, {seed}".replace(" ", "-")
+            if not SEEDS:
+                yield pytest.param(defect, seed, False, id=name)
+            if SEEDS or number % WHOLE == 0:
+                whole = f"{name}-whole-suite"
+                yield pytest.param(defect, seed, True, id=whole, marks=pytest.mark.matrix)
 
 
-def kinds_of(defect: Defect | CommandDefect) -> frozenset[str]:
-    """Return the kinds of checks that are run; none for all of them."""
-    if SEEDS or [*DEFECTS, *COMMANDS].index(defect) % WHOLE == 0:
+def kinds_of(defect: Defect | CommandDefect, whole: bool) -> frozenset[str]:
+    """Return the kinds of checks that run; empty for all of them."""
+    if whole:
         return frozenset()
-    return defect.found_by | {"home"}  # by which a motor knows where it is
+    before = {"home"}  # a motor learns where it is
+    if "move-stored" in defect.found_by:
+        before |= {"move-absolute", "move-relative"}  # it could go to a target of these
+    return defect.found_by | before
 
 
 def findings(report: Report, *results: Result) -> Iterator[Outcome]:
@@ -81,19 +92,17 @@ def test_there_are_enough_defects() -> None:
     assert len({defect.name for defect in COMMANDS}) == len(COMMANDS)
 
 
-@pytest.mark.parametrize("case", APT, ids=named)
-def test_defect_is_found(case: tuple[Defect, int]) -> None:
-    defect, seed = case
+@pytest.mark.parametrize(("defect", "seed", "whole"), list(runs(DEFECTS)))
+def test_defect_is_found(defect: Defect, seed: int, whole: bool) -> None:
     drawn = defect.draw(seed)
     unit = bench(drawn.unit)
     link = FaultyLink(unit.line(seed), drawn.firmware, unit.status)
-    judge(defect, drawn.about, unit.run(link, kinds_of(defect), seed))
+    judge(defect, drawn.about, unit.run(link, kinds_of(defect, whole), seed))
 
 
-@pytest.mark.parametrize("case", MS2000, ids=named)
-def test_defect_of_an_ms2000_is_found(case: tuple[CommandDefect, int]) -> None:
-    defect, seed = case
+@pytest.mark.parametrize(("defect", "seed", "whole"), list(runs(COMMANDS)))
+def test_defect_of_an_ms2000_is_found(defect: CommandDefect, seed: int, whole: bool) -> None:
     name, firmware, about = defect.draw(seed)
     unit = bench(name)
     link = FaultyCommandLink(unit.line(seed), firmware)
-    judge(defect, about, unit.run(link, kinds_of(defect), seed))
+    judge(defect, about, unit.run(link, kinds_of(defect, whole), seed))
