@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import importlib
 import io
 import os
 import sys
@@ -17,27 +18,10 @@ import typer
 
 import stagewire
 from stagewire.errors import StagewireError
-from stagewire_cli import (
-    check,
-    conformance,
-    decode,
-    diff,
-    doctor,
-    encode,
-    format,
-    generate,
-    monitor,
-    motion,
-    ports,
-    schemas,
-    show,
-    testee,
-    virtual,
-)
 from stagewire_cli.errors import CALLED_WRONGLY, INTERRUPTED, OK, WRONG, CalledWronglyError
 from stagewire_cli.terminal import printable
 
-__all__ = ["app", "main", "run"]
+__all__ = ["command", "main", "run"]
 
 EXAMPLE = """\b
 Examples:
@@ -45,33 +29,53 @@ Examples:
   stagewire show MOT_MOVE_ABSOLUTE
 """
 
-app = typer.Typer(
-    name="stagewire",
-    help="Protocols of motion controllers: check and generate bindings, encode, decode, test.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    add_completion=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-app.command("check", epilog=check.EXAMPLE)(check.check)
-app.command("generate", epilog=generate.EXAMPLE)(generate.generate)
-app.command("format", epilog=format.EXAMPLE)(format.format_files)
-app.command("schemas", epilog=schemas.EXAMPLE)(schemas.schemas)
-app.command("diff", epilog=diff.EXAMPLE)(diff.diff)
-app.command("show", epilog=show.EXAMPLE)(show.show)
-app.command("decode", epilog=decode.EXAMPLE)(decode.decode)
-app.command("encode", epilog=encode.EXAMPLE)(encode.encode)
-app.command("testee", epilog=testee.EXAMPLE)(testee.testee)
-app.command("virtual", epilog=virtual.EXAMPLE)(virtual.virtual)
-app.command("list", epilog=ports.EXAMPLE)(ports.list_ports)
-app.command("doctor", epilog=doctor.EXAMPLE)(doctor.doctor)
-app.command("monitor", epilog=monitor.EXAMPLE)(monitor.monitor)
-app.command("move", epilog=motion.MOVE_EXAMPLE)(motion.move)
-app.command("home", epilog=motion.HOME_EXAMPLE)(motion.home)
-app.command("jog", epilog=motion.JOG_EXAMPLE)(motion.jog)
-app.command("stop", epilog=motion.STOP_EXAMPLE)(motion.stop)
-app.add_typer(conformance.app, name="conformance")
+# Each sub-command with its module, and the names of its function and of its examples there.
+_COMMANDS = {
+    "check": ("check", "check", "EXAMPLE"),
+    "generate": ("generate", "generate", "EXAMPLE"),
+    "format": ("format", "format_files", "EXAMPLE"),
+    "schemas": ("schemas", "schemas", "EXAMPLE"),
+    "diff": ("diff", "diff", "EXAMPLE"),
+    "show": ("show", "show", "EXAMPLE"),
+    "decode": ("decode", "decode", "EXAMPLE"),
+    "encode": ("encode", "encode", "EXAMPLE"),
+    "testee": ("testee", "testee", "EXAMPLE"),
+    "virtual": ("virtual", "virtual", "EXAMPLE"),
+    "list": ("ports", "list_ports", "EXAMPLE"),
+    "doctor": ("doctor", "doctor", "EXAMPLE"),
+    "monitor": ("monitor", "monitor", "EXAMPLE"),
+    "move": ("motion", "move", "MOVE_EXAMPLE"),
+    "home": ("motion", "home", "HOME_EXAMPLE"),
+    "jog": ("motion", "jog", "JOG_EXAMPLE"),
+    "stop": ("motion", "stop", "STOP_EXAMPLE"),
+    "conformance": ("conformance", "app", "EXAMPLE"),
+}
+
+
+def command(arguments: Sequence[str] = ()) -> typer.Typer:
+    """Return the command with the sub-command that the arguments begin with, or with all of them.
+
+    To import and describe all sub-commands takes longer than most of them run.
+    """
+    app = typer.Typer(
+        name="stagewire",
+        help="Protocols of motion controllers: check and generate bindings, encode, decode, test.",
+        no_args_is_help=True,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        add_completion=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback(epilog=EXAMPLE)(_options)
+    for name in set(arguments[:1]) & _COMMANDS.keys() or _COMMANDS:
+        place, function, example = _COMMANDS[name]
+        module = importlib.import_module(f"stagewire_cli.{place}")
+        called = getattr(module, function)
+        if isinstance(called, typer.Typer):
+            app.add_typer(called, name=name)
+        else:
+            app.command(name, epilog=getattr(module, example))(called)
+    return app
 
 
 def _version(wanted: bool) -> None:
@@ -80,7 +84,6 @@ def _version(wanted: bool) -> None:
         raise typer.Exit(OK)
 
 
-@app.callback(epilog=EXAMPLE)
 def _options(
     version: bool = typer.Option(
         False, "--version", callback=_version, is_eager=True, help="Print the version and exit."
@@ -109,7 +112,7 @@ def main(arguments: Sequence[str]) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        app(list(arguments), prog_name="stagewire")
+        command(arguments)(list(arguments), prog_name="stagewire")
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else OK if end.code is None else WRONG
     except CalledWronglyError as error:

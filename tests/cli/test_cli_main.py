@@ -114,6 +114,17 @@ def test_without_the_extra_of_the_generator(
         assert "pip install 'stagewire[generator]'" in result.err
 
 
+def test_only_the_module_of_the_command_is_imported() -> None:
+    code = (
+        "import sys; from stagewire_cli.main import command; command(sys.argv[1:]); "
+        "print(*(name for name in sys.modules if name.startswith('stagewire')))"
+    )
+    run = [sys.executable, "-c", code, "generate", "--spec", "show"]
+    loaded = subprocess.run(run, capture_output=True, text=True, check=True).stdout.split()
+    assert "stagewire_cli.generate" in loaded
+    assert not {"stagewire_cli.show", "stagewire_conformance", "stagewire_apt"} & set(loaded)
+
+
 def test_testee_in_a_process() -> None:
     lines = b'{"id":1,"op":"hello"}\nnonsense\n{"id":"end","op":"hello"}'
     done = process(["testee"], input=lines)

@@ -245,7 +245,7 @@ def test_a_bench_that_is_wrong_says_everything_at_once(
 
 
 def test_other_commands_do_not_wait_for_it() -> None:
-    code = "import sys, stagewire_cli.main; print(*sys.modules)"
+    code = "import sys, stagewire_cli.main as main; main.command(); print(*sys.modules)"
     loaded = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )

@@ -188,12 +188,13 @@ class Sandbox:
             io.TextIOWrapper(out, encoding="utf-8", write_through=True),
             io.TextIOWrapper(err, encoding="utf-8", write_through=True),
         )
+        made = _command()
         with contextlib.ExitStack() as stack:
             stack.enter_context(_replaced(sys, dict(zip(_STREAMS, streams, strict=True))))
             stack.enter_context(_replaced(sys, {"dont_write_bytecode": True}))
             stack.enter_context(_replaced(tempfile, {"tempdir": str(self.root / "tmp")}))
             # Both would be made anew for every case, and take longer than most cases do.
-            stack.enter_context(_replaced(stagewire_cli.main, {"app": _command()}))
+            stack.enter_context(_replaced(stagewire_cli.main, {"command": lambda _: made}))
             stack.enter_context(_replaced(metadata, {"entry_points": _entry_points}))
             stack.enter_context(_environment(self._environment))
             stack.enter_context(contextlib.chdir(self.work))
@@ -221,7 +222,7 @@ _entry_points = cache(metadata.entry_points)
 
 @cache
 def _command() -> Any:
-    return typer.main.get_command(stagewire_cli.main.app)
+    return typer.main.get_command(stagewire_cli.main.command())
 
 
 _STEERING = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters that no terminal shows as one
