@@ -77,7 +77,8 @@ def test_the_sdist_has_all_rooms_and_nothing_that_was_built(sdist: Path) -> None
         "docs",
     }
     assert not rooms & {".venv", "build", "dist", ".git", ".ci"}
-    assert not [path for path in found if "__pycache__" in path.parts or path.suffix == ".pyc"]
+    assert not [path for path in found if {"__pycache__", "compiled"} & {*path.parts}]
+    assert not [path for path in found if path.suffix == ".pyc"]
     assert {PurePosixPath(p) for p in ("CHANGELOG.md", "LICENSE", "README.md", "Makefile")} <= found
 
 

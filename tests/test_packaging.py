@@ -13,10 +13,12 @@ import zipfile
 from email.message import Message
 from pathlib import Path, PurePosixPath
 
+import jinja2
 import pytest
 
 from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
+from stagewire_generator.targets.environment import compiled_templates, our_templates
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = {
@@ -28,6 +30,7 @@ PACKAGES = {
     "stagewire_generator": ROOT / "generator",
     "stagewire_virtual": ROOT / "virtual",
 }
+COMPILED = "stagewire_generator/targets/compiled/"
 EXTRA = ("yaml", "jinja2", "jsonschema", "jsonschema_rs", "junitparser", "ruamel")
 MOVE = "53 04 06 00 D0 01 01 00 40 0D 03 00"
 
@@ -102,12 +105,33 @@ def test_every_file_of_the_packages_is_in_the_wheel_and_nothing_else(names: list
         path.relative_to(folder).as_posix()
         for package, folder in PACKAGES.items()
         for path in (folder / package).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
+        if path.is_file() and not {"__pycache__", "compiled"} & {*path.parts}
     }
     schemas = {f"stagewire_generator/schema/{p.name}" for p in (ROOT / "spec/schema").iterdir()}
     assert schemas
-    found = {name for name in names if ".dist-info/" not in name}
+    found = {name for name in names if ".dist-info/" not in name and COMPILED not in name}
     assert found == wanted | schemas
+
+
+def test_every_template_is_compiled(unpacked: Path, names: list[str]) -> None:
+    templates = [name for name in names if "/targets/" in name and name.endswith(".j2")]
+    assert templates
+    modules = {
+        f"{COMPILED}{compiled_templates(our_templates()).name}/"
+        + jinja2.ModuleLoader.get_module_filename(PurePosixPath(name).name)
+        for name in templates
+    }
+    assert {name for name in names if name.startswith(COMPILED)} == modules
+    code = """
+from stagewire_generator.targets.templates import Templates, our_templates
+for path in our_templates():
+    print(Templates()._environment.get_template(path.name).filename)
+"""
+    done = python(unpacked, PRELUDE + code, hidden=())
+    assert done.stderr == ""
+    assert {
+        Path(line).relative_to(unpacked).as_posix() for line in done.stdout.split("\n")[:-1]
+    } == modules
 
 
 def test_no_yaml_and_nothing_compiled(names: list[str]) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from stagewire_generator.reader import files_of, protocol_folders
 from stagewire_generator.schemas import schema_folder
+from stagewire_generator.targets.environment import COMPILED
 from stagewire_generator.targets.templates import templates_in
 
 __all__ = ["inputs"]
@@ -27,6 +28,6 @@ def inputs(specs: Sequence[Path], templates: Path | None = None) -> list[Path]:
         found.update(templates_in(templates))
     here = Path(__file__).parent
     for pattern in _OF_THE_GENERATOR:
-        found.update(here.rglob(pattern))
+        found.update(path for path in here.rglob(pattern) if COMPILED not in path.parents)
     found.update(schema_folder().glob("*.schema.json"))
     return sorted(path for path in found if path.is_file())

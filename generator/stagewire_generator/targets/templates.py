@@ -9,12 +9,16 @@ from __future__ import annotations
 import traceback
 from collections.abc import Iterator
 from difflib import get_close_matches
-from functools import cache
 from pathlib import Path
 
 import jinja2
 
 from stagewire_generator.files import NotReadError, content, leads_out
+from stagewire_generator.targets.environment import (
+    compiled_templates,
+    environment,
+    our_templates,
+)
 
 __all__ = ["Templates", "TemplatesError", "our_templates", "templates_in"]
 
@@ -38,25 +42,23 @@ class Templates:
 
     def __init__(self, folder: Path | None = None) -> None:
         self._texts: dict[str, tuple[str, Path]] = {}
-        ours = jinja2.FileSystemLoader(sorted({path.parent for path in our_templates()}))
-        self._environment = jinja2.Environment(
-            loader=jinja2.ChoiceLoader(
+        ours = our_templates()
+        from_text = jinja2.FileSystemLoader(sorted({path.parent for path in ours}))
+        if folder is None:
+            from_modules = jinja2.ModuleLoader(compiled_templates(ours))
+            self._environment = environment(jinja2.ChoiceLoader([from_modules, from_text]))
+            return
+        self._environment = environment(
+            jinja2.ChoiceLoader(
                 [
                     jinja2.FunctionLoader(self._own),
-                    jinja2.PrefixLoader({_OURS: ours}),
-                    ours,
+                    jinja2.PrefixLoader({_OURS: from_text}),
+                    from_text,
                 ]
-            ),
-            undefined=jinja2.StrictUndefined,
-            trim_blocks=True,
-            lstrip_blocks=True,
-            keep_trailing_newline=True,
-            autoescape=False,  # what is written is source: the views have escaped every text
+            )
         )
-        if folder is not None:
-            problems = list(self._read(folder))
-            if problems:
-                raise TemplatesError("\n".join(problems))
+        if problems := list(self._read(folder)):
+            raise TemplatesError("\n".join(problems))
 
     @property
     def of_a_user(self) -> bool:
@@ -119,12 +121,6 @@ class Templates:
             if template := shown.get(frame.f_code.co_filename):
                 where = f"{template}:{line}"  # the innermost is the last
         return f"{where}: {message}"
-
-
-@cache
-def our_templates() -> tuple[Path, ...]:
-    """Return our own templates, of all targets, sorted by target and name."""
-    return tuple(sorted(Path(__file__).parent.glob("*/templates/*.j2")))
 
 
 def templates_in(folder: Path) -> list[Path]:

@@ -1,0 +1,59 @@
+"""The environment of our templates, and our templates as Python modules.
+
+To compile all templates takes longer than to render a protocol, so the wheel has them compiled. The directory
+of the modules is named after a digest of all that decides on them: once a template is edited, or another
+version of Jinja is installed, it is not found, and the templates are compiled from their texts.
+
+The build runs this module by itself (``hatch_build.py``), so it imports nothing of ours.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+__all__ = ["COMPILED", "compile_templates", "compiled_templates", "environment", "our_templates"]
+
+COMPILED = Path(__file__).parent / "compiled"
+_SETTINGS: dict[str, Any] = {
+    "trim_blocks": True,
+    "lstrip_blocks": True,
+    "keep_trailing_newline": True,
+    "autoescape": False,  # what is written is source: the views have escaped every text
+}
+
+
+def environment(loader: jinja2.BaseLoader) -> jinja2.Environment:
+    """Return an environment with the settings of our templates."""
+    return jinja2.Environment(loader=loader, undefined=jinja2.StrictUndefined, **_SETTINGS)
+
+
+@cache
+def our_templates() -> tuple[Path, ...]:
+    """Return our own templates, of all targets, sorted by target and name."""
+    return tuple(sorted(Path(__file__).parent.glob("*/templates/*.j2")))
+
+
+def compiled_templates(templates: tuple[Path, ...]) -> Path:
+    """Return the directory where the modules of the templates are, if they are compiled."""
+    made_of = hashlib.sha256(f"{jinja2.__version__} {_SETTINGS}".encode())
+    for path in templates:
+        text = path.read_bytes()
+        made_of.update(f"\n{path.name} {len(text)}\n".encode())
+        made_of.update(text)
+    return COMPILED / made_of.hexdigest()[:32]
+
+
+def compile_templates(folder: Path) -> None:
+    """Compile our templates into a directory, in place of all that is in it."""
+    templates = our_templates()
+    loader = jinja2.FileSystemLoader(sorted({path.parent for path in templates}))
+    unfinished = folder / "unfinished"
+    shutil.rmtree(folder, ignore_errors=True)
+    environment(loader).compile_templates(unfinished, zip=None)
+    unfinished.rename(folder / compiled_templates(templates).name)
