@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Collection
 from typing import Any
 
@@ -11,7 +10,7 @@ __all__ = ["canonical"]
 
 
 # What JSON allows as it stands, and could steer a terminal: an example may hold any byte as text.
-_HIDDEN = re.compile("[\x7f-\x9f\xad]")
+_HIDDEN = "".join(map(chr, (*range(0x7F, 0xA0), 0xAD)))
 _INDENTED = json.JSONEncoder(ensure_ascii=False, indent=2, sort_keys=True)
 _ON_ONE_LINE = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), sort_keys=True)
 
@@ -27,4 +26,7 @@ def canonical(data: dict[str, Any], lines: Collection[str] = ()) -> str:
             items = ",\n    ".join(map(_ON_ONE_LINE.encode, data[key]))
             # No text of the data has a line feed in it, so that nothing else looks like this.
             text = text.replace(f'\n  "{key}": []', f'\n  "{key}": [\n    {items}\n  ]')
-    return _HIDDEN.sub(lambda char: f"\\u{ord(char[0]):04x}", text) + "\n"
+    for char in _HIDDEN:  # one after the other: most are in no text, and a search is quick
+        if char in text:
+            text = text.replace(char, f"\\u{ord(char):04x}")
+    return text + "\n"

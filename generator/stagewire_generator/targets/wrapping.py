@@ -10,10 +10,14 @@ def wrapped(text: str, width: int, hanging: int = 0) -> list[str]:
 
     :param hanging: blanks before every line but the first; they count as part of its width.
     """
+    words = text.split()
+    whole = " ".join(words)
+    if len(whole) <= width:
+        return [whole] if whole else []
     pad = " " * hanging
     lines = []
     line = ""
-    for word in text.split():
+    for word in words:
         if not line:
             line = word
         elif len(line) + 1 + len(word) <= width:

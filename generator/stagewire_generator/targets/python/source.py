@@ -36,6 +36,8 @@ WIDTH = 100
 def literal(text: str) -> str:
     """Return a string literal, in the quotes that a formatter would choose."""
     quote = "'" if text.count('"') > text.count("'") else '"'
+    if quote not in text and "\\" not in text and text.isprintable():
+        return f"{quote}{text}{quote}"  # nearly all of them
     escaped = []
     for char in text:
         if char in ("\\", quote):
@@ -107,6 +109,8 @@ def paragraph(text: str, indent: int, hanging: int = 0) -> str:
 def docstring(text: str) -> str:
     """Escape a text for the inside of a triple-quoted docstring."""
     escaped = text.replace("\\", "\\\\")
+    if '"' not in escaped:
+        return escaped
     return re.sub(r'\A"+|"{3,}|"+\Z', lambda quotes: '\\"' * len(quotes[0]), escaped)
 
 

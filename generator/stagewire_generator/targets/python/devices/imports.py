@@ -25,45 +25,46 @@ def values_imports(package: str, views: Sequence[ValuesView]) -> tuple[str, ...]
     kinds = {kind for view in views for kind in view.kinds}
     return (
         imported("stagewire.devices.values", ["Values", *kinds]),
-        *_aliased(package, text + "".join(view.message for view in views)),
+        *_aliased(package, _names(text + "".join(view.message for view in views))),
     )
 
 
 def tables_imports(package: str, statements: Sequence[str]) -> tuple[str, ...]:
     """Return the imports of the module of tables."""
-    text = "\n".join(statements)
+    used = _names("\n".join(statements))
     return (
-        *_imported("stagewire.devices.tables", _TABLES, text),
-        *_aliased(package, text),
-        *([f"from {package}.devices import values as v"] if _uses("v", text) else []),
+        *_imported("stagewire.devices.tables", _TABLES, used),
+        *_aliased(package, used),
+        *([f"from {package}.devices import values as v"] if "v." in used else []),
     )
 
 
 def facts_imports(package: str, text: str) -> tuple[str, ...]:
     """Return the imports of the module of facts."""
+    used = _names(text)
     return (
         *(["from fractions import Fraction\n"] if " Fraction(" in text else []),
-        *_imported("stagewire.devices.scales", _SCALES, text),
-        *_imported("stagewire.devices.tables", ("Poll",), text),
-        *_imported("stagewire.devices.unit", _UNIT, text),
-        *_imported("stagewire.quantities", ("Scale", "UnknownScale"), text),
-        *_aliased(package, text),
+        *_imported("stagewire.devices.scales", _SCALES, used),
+        *_imported("stagewire.devices.tables", ("Poll",), used),
+        *_imported("stagewire.devices.unit", _UNIT, used),
+        *_imported("stagewire.quantities", ("Scale", "UnknownScale"), used),
+        *_aliased(package, used),
         *([f"from {package} import quantities"] if "quantities." in text else []),
-        *([f"from {package}.devices import tables as t"] if _uses("t", text) else []),
+        *([f"from {package}.devices import tables as t"] if "t." in used else []),
         f"from {package}.messages import PROTOCOL",
     )
 
 
 def parts_imports(package: str, methods: Iterable[MethodView], aio: bool) -> tuple[str, ...]:
     """Return the imports of a module of parts."""
-    text = "\n".join(f"{method.signature}\n{method.body}" for method in methods)
+    used = _names("\n".join(f"{method.signature}\n{method.body}" for method in methods))
     return (
-        *_imported(_bases(aio), ("Motion",), text, "Part"),
-        *_imported("stagewire.devices.tables", ("MotionEnd",), text),
-        *_imported("stagewire.quantities", ("Number",), text),
-        *_aliased(package, text),
+        *_imported(_bases(aio), ("Motion",), used, "Part"),
+        *_imported("stagewire.devices.tables", ("MotionEnd",), used),
+        *_imported("stagewire.quantities", ("Number",), used),
+        *_aliased(package, used),
         f"from {package}.devices import tables as t",
-        *([f"from {package}.devices import values as v"] if _uses("v", text) else []),
+        *([f"from {package}.devices import values as v"] if "v." in used else []),
     )
 
 
@@ -81,18 +82,25 @@ def _bases(aio: bool) -> str:
     return f"stagewire.devices.{'asynchronous' if aio else 'synchronous'}"
 
 
-def _imported(module: str, names: Iterable[str], text: str, *always: str) -> list[str]:
-    found = [*always, *(name for name in names if re.search(rf"\b{name}\b", text))]
+def _imported(module: str, names: Iterable[str], used: Collection[str], *always: str) -> list[str]:
+    found = [*always, *(name for name in names if name in used)]
     return [imported(module, found)] if found else []
 
 
-def _aliased(package: str, text: str) -> list[str]:
+def _aliased(package: str, used: Collection[str]) -> list[str]:
     return [
         f"from {package} import {module} as {alias}"
         for alias, module in _ALIASES.items()
-        if _uses(alias, text)
+        if f"{alias}." in used
     ]
 
 
-def _uses(alias: str, text: str) -> bool:
-    return re.search(rf"(?<![\w.]){alias}\.\w", text) is not None
+def _names(text: str) -> set[str]:
+    """Return the names in a text; one that a dotted name begins with also with its dot."""
+    names: set[str] = set()
+    for dotted in set(re.findall(r"[\w.]+", text)):
+        first, *rest = dotted.split(".")
+        names.update((first, *rest))
+        if rest and rest[0]:
+            names.add(f"{first}.")
+    return names
