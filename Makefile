@@ -33,6 +33,9 @@ SEED := 1
 # The tests whose coverage has a floor: those of the hand-written packages, without processes and compilers.
 COVERED := tests/codec tests/runtime tests/session tests/generator tests/virtual tests/cli
 
+# The tests start hundreds of short processes; without bytecode each of them would compile the packages again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo test test-all checks units others matrix coverage tools generate format archives c-sizes bench soak fuzz clean
 
 demo: .venv/demo/ready
