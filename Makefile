@@ -3,7 +3,7 @@
 #   make test      formatting, types, import rules, and the tests of every room: five minutes on two cores
 #   make test-all  make test, then the matrices: every compiler and machine, hostile input, walkthroughs, packages
 # The rest takes longer or needs a quiet machine:
-#   make coverage  the coverage of the hand-written packages against its floor
+#   make coverage  the coverage of the library and the virtual controllers against its floor
 #   make bench     speed and memory against their bounds
 #   make soak      256 virtual controllers for a minute, and as many sessions; a day of ten axes; eight threads;
 #                  the conformance suite on every unit in real time
@@ -30,8 +30,8 @@ C_EXECUTIONS := 20000000
 SECONDS := 60
 SEED := 1
 
-# The tests whose coverage has a floor: those of the hand-written packages, without processes and compilers.
-COVERED := tests/codec tests/runtime tests/session tests/generator tests/virtual tests/cli
+# The tests whose coverage has a floor: what runs on every message and every motion, in three minutes of processor time.
+COVERED := tests/codec tests/runtime tests/session tests/discovery tests/links tests/virtual
 
 # The tests start hundreds of short processes; without bytecode each of them would compile the packages again.
 unexport PYTHONDONTWRITEBYTECODE
@@ -76,7 +76,7 @@ others: .venv/test/ready tools
 matrix: .venv/test/ready tools
 	$(PYTEST) -m matrix --junitxml=build/junit-matrix.xml
 
-# Lines and branches of the hand-written packages that the tests reach; the floor is fail_under in pyproject.toml.
+# Lines and branches of the library and the virtual controllers that these tests reach; the floor is fail_under in pyproject.toml.
 coverage: .venv/test/ready
 	.venv/test/bin/python -m pytest -q -n $(WORKERS) -m "not matrix" --cov --cov-report=term $(COVERED)
 
