@@ -56,7 +56,7 @@ def generate(
         list[str] | None,
         typer.Option(
             "--target",
-            help="c, python, c-tests, registry or vectors; may be repeated.  [default: c and python]",
+            help="c, c-tests, python, registry or vectors; may be repeated.  [default: c and python]",
         ),
     ] = None,
     package: Annotated[

@@ -20,6 +20,7 @@ def project(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.matrix
 def test_make_generates_when_a_file_changes_or_is_added(project: Path, run: Run) -> None:
     [rule] = blocks("make")
     (project / "Makefile").write_text(rule, encoding="utf-8")

@@ -83,12 +83,14 @@ def verdicts(said: str) -> dict[str, str]:
     return dict(re.findall(r"^(stagewire [a-z -]*?)\.+(?:\(.*\))?(\w+)$", said, re.M))
 
 
+@pytest.mark.matrix
 def test_a_clean_commit_passes(commit: Run) -> None:
     done = commit()
     assert done.returncode == 0, done.stdout
     assert verdicts(done.stdout) == {hook["name"]: "Passed" for hook in HOOKS}
 
 
+@pytest.mark.matrix
 def test_a_wrong_spec_is_not_committed(project: Path, commit: Run, git: Run) -> None:
     assert commit().returncode == 0
     path = project / "spec" / "tiny" / "messages" / "extra.yaml"
@@ -101,6 +103,7 @@ def test_a_wrong_spec_is_not_committed(project: Path, commit: Run, git: Run) -> 
     assert len(git("log", "--oneline").stdout.splitlines()) == 1
 
 
+@pytest.mark.matrix
 def test_what_drifted_is_not_committed(project: Path, commit: Run) -> None:
     assert commit().returncode == 0
     path = project / "spec" / "tiny" / "messages" / "core.yaml"
@@ -114,6 +117,7 @@ def test_what_drifted_is_not_committed(project: Path, commit: Run) -> None:
     assert "changed: python/stagewire_tiny/registry.json" in drifted.stdout
 
 
+@pytest.mark.matrix
 def test_what_is_not_in_canonical_form_is_put_into_it(project: Path, commit: Run) -> None:
     assert commit().returncode == 0
     path = project / "spec" / "tiny" / "messages" / "core.yaml"
@@ -125,6 +129,7 @@ def test_what_is_not_in_canonical_form_is_put_into_it(project: Path, commit: Run
     assert path.read_text(encoding="utf-8") == right
 
 
+@pytest.mark.matrix
 def test_what_does_not_concern_the_spec_runs_no_hook(project: Path, commit: Run) -> None:
     assert commit().returncode == 0
     (project / "README.md").write_text("A positioner.\n", encoding="utf-8")
@@ -133,6 +138,7 @@ def test_what_does_not_concern_the_spec_runs_no_hook(project: Path, commit: Run)
     assert verdicts(done.stdout) == {hook["name"]: "Skipped" for hook in HOOKS}
 
 
+@pytest.mark.matrix
 def test_folders_of_other_names(project: Path, commit: Run, git: Run) -> None:
     use(project, blocks("yaml")[1])
     shutil.move(project / "spec", project / "protocols")
@@ -157,6 +163,7 @@ def test_every_hook_brings_the_generator() -> None:
         assert hook["additional_dependencies"] == [".[generator]"]
 
 
+@pytest.mark.matrix
 def test_the_hooks_install_from_a_repository(
     project: Path, tmp_path: Path, git: Run, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:

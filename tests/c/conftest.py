@@ -2,24 +2,48 @@
 
 from __future__ import annotations
 
+import fcntl
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from command_library import CommandLibrary, make_library, make_turtle
 from testees import Testees
-from toolchain import need
+from toolchain import first_of, need
 
 # The tests of the testee in Python are run again, with the one in C beside it.
 sys.path.append(str(Path(__file__).parents[1] / "conformance"))
 
 
+Once = Callable[[str, Callable[[Path], object]], Path]
+
+
 @pytest.fixture(scope="session")
-def testees(tmp_path_factory: pytest.TempPathFactory) -> Testees:
+def once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Once:
+    """Fill a folder once, and return it; all processes of a run share it."""
+    base = tmp_path_factory.getbasetemp()
+    root = base if worker_id == "master" else base.parent
+
+    def once(name: str, fill: Callable[[Path], object]) -> Path:
+        folder = root / name
+        with open(root / f"{name}.lock", "a+", encoding="ascii") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            lock.seek(0)
+            if not lock.read():
+                folder.mkdir(exist_ok=True)
+                fill(folder)
+                lock.write("filled")
+        return folder
+
+    return once
+
+
+@pytest.fixture(scope="session")
+def testees(once: Once) -> Testees:
     """The testees in C and in Python."""
     need("gcc")
-    return Testees(tmp_path_factory.mktemp("testees"))
+    return Testees(once("testees", Testees.build))
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +56,7 @@ def asks_both(testees: Testees) -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="session", params=["ms2000", "turtle"])
+@pytest.fixture(scope="session", params=first_of(["ms2000", "turtle"]))
 def library(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> CommandLibrary:

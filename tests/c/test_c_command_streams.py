@@ -150,6 +150,7 @@ def test_an_event_takes_no_more_bytes_than_its_own(library: CommandLibrary) -> N
     assert (event, rest) == (Event("message", setup), b"text")
 
 
+@pytest.mark.matrix
 def test_parser_and_reader_are_small_on_a_cortex_m0(tmp_path: Path) -> None:
     need("arm-none-eabi-gcc")
     text = '#include "stagewire_ms2000/stagewire_ms2000.h"\n'

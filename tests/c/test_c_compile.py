@@ -17,6 +17,7 @@ from toolchain import (
     C,
     Package,
     compiles,
+    first_of,
     need,
     of_each_package,
     packages,
@@ -34,7 +35,8 @@ OPTIMISATIONS = ("-O0", "-O2", "-Os")
 MACROS = ("NO_RANGE_CHECKS", "NO_TABLE", "NO_NAMES", "HOST_INDEX")
 STANDARD_HEADERS = {"stdint.h", "stddef.h", "stdbool.h"}
 
-of_each_language = pytest.mark.parametrize(("compiler", "standard"), LANGUAGES)
+of_each_language = pytest.mark.parametrize(("compiler", "standard"), first_of(LANGUAGES))
+of_each_compiler = pytest.mark.parametrize("compiler", first_of(["gcc", "clang"]))
 
 
 def command(compiler: str, standard: str, *more: str) -> list[str]:
@@ -71,13 +73,13 @@ def test_every_header_stands_alone(compiler: str, standard: str, tmp_path: Path)
 
 @pytest.mark.parametrize(
     ("compiler", "standard", "optimisation"),
-    [
+    first_of(
         (compiler, standard, optimisation)
         for compiler, standard in LANGUAGES
         for optimisation in OPTIMISATIONS
         # C11 and C17 differ from C99 in what is read, not in what is made of it: once is enough.
         if standard in ("c99", "c++17") or optimisation == "-Os"
-    ],
+    ),
 )
 def test_everything_compiles(
     compiler: str, standard: str, optimisation: str, tmp_path: Path
@@ -92,7 +94,7 @@ def test_everything_compiles(
             )
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@of_each_compiler
 def test_the_test_programs_compile(compiler: str) -> None:
     need(compiler)
     sources = sorted(C.rglob("testing/**/*.c"))
@@ -109,6 +111,7 @@ OTHER_MACHINES = {  # where other types stand behind uint32_t and size_t
 }
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("machine", OTHER_MACHINES)
 def test_everything_compiles_for_other_machines(machine: str, tmp_path: Path) -> None:
     need(machine)
@@ -180,7 +183,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("warning", BAD)
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@of_each_compiler
 def test_the_warnings_bite(compiler: str, warning: str, tmp_path: Path) -> None:
     need(compiler)
     bad = tmp_path / "bad.c"

@@ -8,6 +8,8 @@ from testees import PROTOCOLS, Testees
 from stagewire.protocol import load_protocol
 from stagewire_conformance.testees import run
 
+pytestmark = pytest.mark.matrix
+
 PATIENT = 60.0
 """Seconds that an answer may take: more than any machine needs."""
 

@@ -32,6 +32,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("objects")
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("name", libfuzzer.TARGETS)
 def test_the_targets_hold(name: str, objects: Path, tmp_path: Path) -> None:
     need("clang", "clang -fsanitize")
@@ -58,6 +59,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("what", BROKEN)
 def test_broken_code_is_found(what: str, tmp_path: Path) -> None:
     need("clang", "clang -fsanitize")

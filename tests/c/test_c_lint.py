@@ -52,17 +52,20 @@ def tidy(*paths: Path) -> str:
     return done.stdout
 
 
+@pytest.mark.matrix
 @of_each_package
 def test_clang_tidy_finds_nothing(package: Package, tmp_path: Path) -> None:
     need("clang-tidy")
     tidy(*user(package, tmp_path), *programs(package.folder))
 
 
+@pytest.mark.matrix
 def test_clang_tidy_finds_nothing_in_what_is_shared() -> None:
     need("clang-tidy")
     tidy(*programs(C / "testing"))
 
 
+@pytest.mark.matrix
 def test_clang_tidy_sees_headers(tmp_path: Path) -> None:
     need("clang-tidy")
     (tmp_path / "bad.h").write_text("#define TWICE(a) a * 2\n", encoding="ascii")
@@ -73,6 +76,7 @@ def test_clang_tidy_sees_headers(tmp_path: Path) -> None:
     assert "bugprone-macro-parentheses" in done.stdout
 
 
+@pytest.mark.matrix
 def test_every_check_that_is_left_out_has_a_reason() -> None:
     text = TIDY.read_text(encoding="utf-8")
     left_out = [name for name in re.findall(r"^  -([\w*-]+)", text, re.MULTILINE) if name != "*"]
@@ -83,6 +87,7 @@ def test_every_check_that_is_left_out_has_a_reason() -> None:
     assert set(left_out) <= set(known)
 
 
+@pytest.mark.matrix
 @of_each_package
 def test_cppcheck_finds_nothing(package: Package, tmp_path: Path) -> None:
     need("cppcheck")
@@ -90,6 +95,7 @@ def test_cppcheck_finds_nothing(package: Package, tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (0, "")
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("folder", sorted(C.iterdir()), ids=lambda it: it.name)
 def test_cppcheck_finds_nothing_in_test_programs(folder: Path) -> None:
     need("cppcheck")
@@ -102,6 +108,7 @@ def test_cppcheck_finds_nothing_in_test_programs(folder: Path) -> None:
     assert (done.returncode, done.stdout) == (0, "")
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
 def test_cppcheck_finds_nothing_in_a_small_package(spec: str, tmp_path: Path) -> None:
     """What takes minutes where there are many layouts: the same templates make it where there are few."""
@@ -115,6 +122,7 @@ def test_cppcheck_finds_nothing_in_a_small_package(spec: str, tmp_path: Path) ->
     assert (done.returncode, done.stdout) == (0, "")
 
 
+@pytest.mark.matrix
 def test_cppcheck_bites(tmp_path: Path) -> None:
     need("cppcheck")
     bad = tmp_path / "bad.c"
@@ -156,12 +164,14 @@ def doxygen(folder: Path, source: Path) -> str:
     return run("doxygen", "Doxyfile", cwd=folder).stdout
 
 
+@pytest.mark.matrix
 def test_doxygen_warns_of_nothing(tmp_path: Path) -> None:
     need("doxygen")
     assert doxygen(tmp_path, C) == ""
     assert any((tmp_path / "made" / "xml").glob("motor_8h.xml"))
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize(
     ("text", "word"),
     [

@@ -9,6 +9,8 @@ import pytest
 from machines import MACHINES, MICROBIT, Program, round_trip, vectors
 from toolchain import C, Package, need, of_each_package, packages
 
+pytestmark = pytest.mark.matrix
+
 FIRST = "x86-64"
 PROTOCOLS = {"apt": "thorlabs_apt", "ms2000": "asi_ms2000"}
 

@@ -13,7 +13,7 @@ from everything import everything
 from packet_parser import Parser, PythonParser, Seen, joined
 from packet_shapes import CAROUSEL, FRAMINGS, Made, make
 from testees import Json, lines
-from toolchain import C_WARNINGS, CORTEX_M0, WARNINGS, compiles, need, run, symbols
+from toolchain import C_WARNINGS, CORTEX_M0, WARNINGS, compiles, first_of, need, run, symbols
 from vector_programs import build_round_trip, build_vectors, findings_of
 
 from stagewire_conformance.codec import codec_of
@@ -21,7 +21,7 @@ from stagewire_conformance.testee import Testee
 
 STREAMS = 60  # of each shape
 DAMAGED = 40  # requests of each shape
-LANGUAGES = [("gcc", "c99"), ("clang", "c17"), ("g++", "c++17")]
+LANGUAGES = first_of([("gcc", "c99"), ("clang", "c17"), ("g++", "c++17")])
 SMALL = ["clang", "--target=msp430", "-std=c99"]  # where int and size_t have 16 bits
 
 
@@ -31,7 +31,7 @@ def shapes(tmp_path_factory: pytest.TempPathFactory) -> object:
     return cache(lambda name: make(name, tmp_path_factory.mktemp("shape")))
 
 
-@pytest.fixture(params=[*FRAMINGS, CAROUSEL])
+@pytest.fixture(params=first_of([CAROUSEL, *FRAMINGS]))
 def made(request: pytest.FixtureRequest, shapes: object) -> Made:
     """One protocol."""
     need("gcc")
@@ -63,6 +63,7 @@ def test_headers_and_sources_compile(
         compiles(*SMALL, *words[words.index(f"-std={standard}") + 1 :], user, made.package.source)
 
 
+@pytest.mark.matrix
 def test_nothing_is_called_and_nothing_is_writable_on_a_chip(made: Made, tmp_path: Path) -> None:
     need("arm-none-eabi-gcc")
     user = tmp_path / "user.c"

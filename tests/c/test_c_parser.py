@@ -6,7 +6,7 @@ import importlib.util
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache, partial
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 from random import Random
 from types import ModuleType
@@ -14,7 +14,7 @@ from types import ModuleType
 import pytest
 from invented_frames import INVENTED, invent, table_of
 from stream_program import Program, Step, cut, in_python, joined, steps_of
-from toolchain import ROOT, C, compiles, need, run
+from toolchain import ROOT, C, compiles, first_of, need, run
 
 from stagewire.framing import Direction, End, FramingTable
 from stagewire_apt import PROTOCOL
@@ -78,7 +78,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("parser")
 
 
-@pytest.fixture(params=BUILDS)
+@pytest.fixture(params=first_of(BUILDS, 2))
 def program(request: pytest.FixtureRequest, folder: Path) -> Program:
     """The parser of APT, compiled in different ways."""
     return made(request.param, folder)
@@ -244,8 +244,9 @@ def test_files_with_and_without_the_index_are_not_linked(folder: Path) -> None:
 # Other tables
 
 
-@pytest.mark.parametrize("number", range(INVENTED))
-@pytest.mark.parametrize("index", ["", "-DTINY_HOST_INDEX"])
+@pytest.mark.parametrize(
+    ("index", "number"), first_of(product(("", "-DTINY_HOST_INDEX"), range(INVENTED)))
+)
 def test_protocols_that_nobody_has(number: int, index: str, tmp_path: Path) -> None:
     """Several lengths of an id, undocumented ids, other addresses: what APT has not, or not together."""
     need("gcc")
@@ -367,7 +368,7 @@ def floods() -> Iterator[tuple[str, bytes]]:
     yield "damage everywhere", b"".join([damaged(Random(number)) for number in range(60)])
 
 
-@pytest.mark.parametrize("block", [1, 2, 7, 300, 4096])
+@pytest.mark.parametrize("block", first_of([1, 2, 7, 300, 4096]))
 def test_the_work_for_a_byte_is_bounded(block: int, folder: Path) -> None:
     """Straight pieces of code that are run, however long the stream is."""
     program = made("small", folder)

@@ -40,6 +40,7 @@ def objects(folder: Path) -> Iterator[Path]:
     yield from (path for path in folder.glob("*.o") if not path.stem.endswith("_types"))
 
 
+@pytest.mark.matrix
 @of_each_package
 def test_nothing_else_is_linked(package: Package, measured: Measured) -> None:
     folder, _ = measured[package.prefix]
@@ -48,6 +49,7 @@ def test_nothing_else_is_linked(package: Package, measured: Measured) -> None:
         assert undefined == "", f"{path.name} calls {undefined}"
 
 
+@pytest.mark.matrix
 @of_each_package
 def test_nothing_is_in_ram(package: Package, measured: Measured) -> None:
     folder, _ = measured[package.prefix]
@@ -62,6 +64,7 @@ def test_nothing_is_in_ram(package: Package, measured: Measured) -> None:
         assert not any(name.startswith((".data.", ".bss.")) for name in sizes_by_name)
 
 
+@pytest.mark.matrix
 def test_the_parser_is_small(measured: Measured) -> None:
     for prefix, (_, figures) in measured.items():
         assert figures[f"{prefix}/parser"] <= PARSER
@@ -90,6 +93,7 @@ def of_14_bytes() -> list[str]:
     return found
 
 
+@pytest.mark.matrix
 def test_a_payload_of_14_bytes_is_cheap(measured: Measured) -> None:
     _, figures = measured["apt"]
     names = [name.replace("_", "/", 1) for name in of_14_bytes()]
@@ -98,6 +102,7 @@ def test_a_payload_of_14_bytes_is_cheap(measured: Measured) -> None:
     assert {name: size for name, size in pairs.items() if size > PAIR_OF_14_BYTES} == {}
 
 
+@pytest.mark.matrix
 def test_what_they_share_is_small(measured: Measured) -> None:
     folder, _ = measured["apt"]
     made = folder / "apt_accessors.o"
@@ -109,6 +114,7 @@ def test_what_they_share_is_small(measured: Measured) -> None:
     assert sum(helpers.values()) <= HELPERS, helpers
 
 
+@pytest.mark.matrix
 def test_the_table_is_small(measured: Measured) -> None:
     _, figures = measured["apt"]
     assert 0 < figures["apt/table"] <= TABLE_OF_A_MESSAGE * len(messages("thorlabs_apt"))
@@ -116,6 +122,7 @@ def test_the_table_is_small(measured: Measured) -> None:
     assert 0 < figures["ms2000/table"] <= TABLE_OF_A_MESSAGE * len(messages("asi_ms2000"))
 
 
+@pytest.mark.matrix
 def test_the_receive_buffer_is_small(measured: Measured) -> None:
     for prefix, (_, figures) in measured.items():
         owned = {name: size for name, size in figures.items() if "/sizeof_" in name}
@@ -123,6 +130,7 @@ def test_the_receive_buffer_is_small(measured: Measured) -> None:
         assert {name: size for name, size in owned.items() if size > RECEIVE_BUFFER} == {}
 
 
+@pytest.mark.matrix
 def test_the_stack_is_small(measured: Measured) -> None:
     for folder, figures in measured.values():
         for path in objects(folder):
@@ -135,6 +143,7 @@ def test_the_stack_is_small(measured: Measured) -> None:
         assert {name: size for name, size in stacks.items() if size > STACK} == {}
 
 
+@pytest.mark.matrix
 def test_nothing_grew(measured: Measured) -> None:
     now = {name: size for _, figures in measured.values() for name, size in figures.items()}
     made_by, table = size_table.read()
@@ -158,6 +167,7 @@ def test_growth_is_reported_by_name() -> None:
     ]
 
 
+@pytest.mark.matrix
 def test_a_table_that_was_smaller_is_found(measured: Measured) -> None:
     _, table = size_table.read()
     _, figures = measured["apt"]

@@ -29,7 +29,17 @@ from testees import (
     lines,
     sources,
 )
-from toolchain import C_WARNINGS, ROOT, C, Package, compiles, need, of_each_package, packages
+from toolchain import (
+    C_WARNINGS,
+    ROOT,
+    C,
+    Package,
+    compiles,
+    first_of,
+    need,
+    of_each_package,
+    packages,
+)
 
 from stagewire.commands import FORMS
 from stagewire.protocol import load_protocol
@@ -101,6 +111,7 @@ def test_every_case_of_the_vectors(name: str, testees: Testees) -> None:
         assert said == case["answer"], case["id"]
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
 def test_every_case_of_protocols_that_nobody_has(spec: str, tmp_path: Path) -> None:
     [protocol] = check(ROOT / "tests" / "generator" / spec)
@@ -351,8 +362,9 @@ def batch(name: str) -> bytes:
     return lines(some) + lines(cut) + b"\n".join([*broken_lines(rng, some, 250), *deep])
 
 
-@pytest.mark.parametrize("standard", ["c99", "c17"])
-@pytest.mark.parametrize("name", ["gcc", "clang"])
+@pytest.mark.parametrize(
+    ("name", "standard"), first_of(itertools.product(("gcc", "clang"), ("c99", "c17")))
+)
 def test_compilers_have_nothing_to_say(name: str, standard: str) -> None:
     need(name)
     for package in packages():
@@ -360,6 +372,7 @@ def test_compilers_have_nothing_to_say(name: str, standard: str) -> None:
         assert compiles(name, *words, *sources(package)) == ""
 
 
+@pytest.mark.matrix
 @of_each_package
 def test_sanitizers_find_nothing(package: Package, testees: Testees, tmp_path: Path) -> None:
     need("clang -fsanitize")
@@ -369,6 +382,7 @@ def test_sanitizers_find_nothing(package: Package, testees: Testees, tmp_path: P
     assert Program(program.protocol, [built]).output(text) == program.output(text)
 
 
+@pytest.mark.matrix
 @of_each_package
 def test_the_index_of_hosts_changes_nothing(
     package: Package, testees: Testees, tmp_path: Path
@@ -380,6 +394,7 @@ def test_the_index_of_hosts_changes_nothing(
     assert Program(program.protocol, [built]).output(text) == program.output(text)
 
 
+@pytest.mark.matrix
 @of_each_package
 def test_valgrind_finds_nothing(package: Package, testees: Testees) -> None:
     need("valgrind")

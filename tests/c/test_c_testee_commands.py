@@ -5,4 +5,4 @@ from __future__ import annotations
 import pytest
 from test_testee_commands import *  # noqa: F403
 
-pytestmark = pytest.mark.usefixtures("asks_both")
+pytestmark = [pytest.mark.usefixtures("asks_both"), pytest.mark.matrix]

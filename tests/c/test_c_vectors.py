@@ -6,13 +6,13 @@ import json
 import re
 from collections import Counter
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from toolchain import ROOT, C, Package, need, of_each_package, packages
-from vector_programs import Finding, build_vectors, changed, findings_of
+from vector_programs import Finding, build_vectors, changed, findings_of, vectors_of
 
 from stagewire.protocol import Protocol, load_protocol
 from stagewire_conformance.examples import run as run_in_python
@@ -20,6 +20,9 @@ from stagewire_conformance.registry import registry_of
 from stagewire_generator import pipeline
 from stagewire_generator.model import Protocol as Model
 from stagewire_generator.targets.templates import Templates
+
+if TYPE_CHECKING:
+    from conftest import Once
 
 Json = dict[str, Any]
 
@@ -41,13 +44,13 @@ DECODED = {"truncated", "trailing", "bad_length", "unknown_message"}
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Finding]]:
+def found(once: Once) -> dict[str, dict[str, Finding]]:
     """What the programs say, by package and id."""
     need("gcc")
     said = {}
     for package in packages():
-        program = build_vectors(package, tmp_path_factory.mktemp(package.prefix))
-        said[package.name], in_all, status = findings_of(program)
+        made = once(f"{package.prefix}-vectors", partial(build_vectors, package))
+        said[package.name], in_all, status = findings_of(made / vectors_of(package))
         assert status == 0, in_all
         assert len(in_all) == 2
     return said

@@ -14,7 +14,7 @@ from toolchain import Package, compiles, packages
 from stagewire_conformance.testee import Testee, lines_of
 
 __all__ = [
-    "PROTOCOLS", "SANITIZERS", "VERSION", "Json", "Program", "Testees", "build", "lines", "program_of",
+    "PROTOCOLS", "SANITIZERS", "VERSION", "Json", "Program", "Testees", "build", "lines", "name_of",
     "sources",
 ]  # fmt: skip
 
@@ -49,17 +49,17 @@ def sources(package: Package) -> list[Path]:
     return [*shared, testing / "layouts.c", testing / "testee.c", package.source]
 
 
+def name_of(package: Package) -> str:
+    """Return the name of the testee of a package."""
+    return f"{package.prefix}_testee"
+
+
 def build(package: Package, folder: Path, *flags: str, compiler: str = "gcc") -> Path:
     """Compile the testee of a package."""
-    program = folder / f"{package.prefix}_testee"
+    program = folder / name_of(package)
     include = f"-I{package.folder.parent}"
     compiles(compiler, "-std=c99", *flags, include, "-o", program, *sources(package))
     return program
-
-
-def program_of(package: Package, folder: Path) -> Program:
-    """Return the testee of a package as most tests run it."""
-    return Program(PROTOCOLS[package.name], [build(package, folder, "-O1", VERSION)])
 
 
 def lines(requests: Iterable[Json]) -> bytes:
@@ -73,8 +73,17 @@ class Testees:
     __test__ = False  # its name is no invitation to pytest
 
     def __init__(self, folder: Path) -> None:
-        self.programs = [program_of(package, folder) for package in packages()]
+        """Run what was built in a folder."""
+        self.programs = [
+            Program(PROTOCOLS[package.name], [folder / name_of(package)]) for package in packages()
+        ]
         self.python = Testee()
+
+    @staticmethod
+    def build(folder: Path) -> None:
+        """Compile the testees of all packages."""
+        for package in packages():
+            build(package, folder, "-O0", VERSION)
 
     def program(self, protocol: str) -> Program:
         """Return the program that speaks a protocol."""

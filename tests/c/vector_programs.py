@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from toolchain import C_WARNINGS, Package, compiles, run
 
-__all__ = ["Finding", "build_round_trip", "build_vectors", "changed", "findings_of"]
+__all__ = ["Finding", "build_round_trip", "build_vectors", "changed", "findings_of", "vectors_of"]
 
 _LINE = re.compile(r"(?P<id>\S+) (?P<outcome>passed|failed|noted)(?:: (?P<detail>.*))?")
 _BOTH = "/encode+decode/"
@@ -22,13 +22,18 @@ class Finding(NamedTuple):
     detail: str
 
 
+def vectors_of(package: Package) -> str:
+    """Return the name of the program that runs the examples and the cases of a package."""
+    return f"{package.prefix}_vectors"
+
+
 def build_vectors(package: Package, folder: Path, alone: str = "") -> Path:
     """Compile what runs the examples and the cases of a package, or one of these suites alone."""
     here, shared = package.folder / "testing", package.folder.parent / "testing"
     sources = [here / "layouts.c", package.source, shared / "vectors.c", shared / "report.c"]
     if not alone:
         sources += [here / "examples.c", here / "cases.c", here / "run_vectors.c"]
-        return _built(package, folder / f"{package.prefix}_vectors", sources)
+        return _built(package, folder / vectors_of(package), sources)
     sources += [here / f"{alone}.c", Path(__file__).with_name("suite_main.c")]
     suite = f"-DSUITE={package.prefix}_{alone}"
     header = f'-DSUITE_H="{package.name}/testing/vectors.h"'
