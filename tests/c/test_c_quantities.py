@@ -12,7 +12,7 @@ from math import gcd
 from pathlib import Path
 
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from toolchain import C_WARNINGS, CORTEX_M0, C, compiles, first_of, need, symbols
 
@@ -92,6 +92,7 @@ def expected(question: Question) -> int | None:
 # The arithmetic
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 5), _ANY, _POSITIVE, _POSITIVE, _POSITIVE), min_size=1))
 @example([(TO_COUNTS, LEAST, 1, 1, 1), (TO_COUNTS, LEAST, 1, GREATEST, GREATEST)])
 @example([(FROM_COUNTS, LEAST, 1, 1, 1), (FROM_COUNTS, LEAST, GREATEST, GREATEST, GREATEST)])
@@ -101,6 +102,7 @@ def test_it_converts_as_the_runtime_does(converter: Converter, questions: list[Q
     assert converter(questions) == [expected(question) for question in questions]
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 5), _ANY, _ANY, _ANY, _ANY), min_size=1))
 def test_it_refuses_what_is_not_positive(converter: Converter, questions: list[Question]) -> None:
     assert converter(questions) == [expected(question) for question in questions]
@@ -143,6 +145,7 @@ def test_it_converts_random_numbers_as_the_runtime_does(converter: Converter, ro
     assert [expected(question) for question in questions[:5000]] == answers[:5000]
 
 
+@settings(deadline=None)
 @given(_ANY, _ANY, st.integers(1, 2**32 - 1))
 @example(GREATEST, GREATEST, 2**32 - 1)
 @example(3, GREATEST, 32767)
