@@ -1,4 +1,4 @@
-"""Puts this folder on the import path: what several rooms of the tests share stands here."""
+"""Puts this folder on the import path for modules that several rooms of the tests share."""
 
 from __future__ import annotations
 
@@ -6,6 +6,11 @@ import gc
 from collections.abc import Generator
 
 import pytest
+from hypothesis import settings
+
+# Machines are busy; a property that takes long is no failure.
+settings.register_profile("stagewire", deadline=None)
+settings.load_profile("stagewire")
 
 pytest_plugins = ["stagewire_virtual.pytest_plugin", "systems"]
 
