@@ -12,11 +12,11 @@ import typer
 
 import plain_yaml
 from fenced import Block, blocks
-from stagewire_cli.main import app
+from stagewire_cli.main import command
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = ("contributing.md", "your-own-protocol.md")
-COMMANDS = {command.name for command in typer.main.get_command(app).commands.values()}
+COMMANDS = set(typer.main.get_command(command()).commands)
 
 
 def read(block: Block) -> None:
