@@ -27,7 +27,8 @@ _find = metadata.entry_points
 def quick_command() -> Iterator[None]:
     """Make parsers once, and look for entry points once, until the block ends."""
     with entry_points_once(), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stagewire_cli.main, "app", _parsers())
+        parsers = _parsers()
+        patch.setattr(stagewire_cli.main, "command", lambda arguments=(): parsers)
         yield
 
 
@@ -41,7 +42,7 @@ def entry_points_once() -> Iterator[None]:
 
 @cache
 def _parsers() -> Any:
-    return typer.main.get_command(stagewire_cli.main.app)
+    return typer.main.get_command(stagewire_cli.main.command())
 
 
 def _entry_points(**wanted: str) -> Any:
