@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from quick_specs import quick_specs
 from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
 
@@ -110,6 +111,13 @@ def protocol(good_spec: Path) -> Protocol:
 def files(protocol: Protocol) -> dict[str, str]:
     """What is generated from the small good spec."""
     return render([protocol])
+
+
+@pytest.fixture(scope="module")
+def quick_checking() -> Iterator[None]:
+    """Read and check again only what is not as it was."""
+    with quick_specs():
+        yield
 
 
 @pytest.fixture

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
+import plain_yaml
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import SpecError
+
+pytestmark = pytest.mark.usefixtures("quick_checking")
 
 # Among the keys of a file, those that it does well without.
 OPTIONAL = {
@@ -67,7 +69,7 @@ def made(spec: Path) -> bool:
 def missed(spec: Path, name: str) -> set[str]:
     """Return the keys of a file that it does well without."""
     path = spec / f"{name}.yaml"
-    data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    data = plain_yaml.load(path.read_text(encoding="utf-8"))
     fine = set()
     for key in sorted(set(keys(data))):
         path.write_text(json.dumps(without(data, key)), encoding="utf-8")

@@ -7,23 +7,40 @@ from __future__ import annotations
 
 import builtins
 import keyword
-import os
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+from _pytest.mark import ParameterSet
 
 __all__ = [
     "CODE",
     "EVERYWHERE",
-    "FULL",
     "HIDDEN",
     "NAMES",
     "SENTINEL",
     "TEXTS",
     "VISIBLE",
-    "WANTED",
+    "one_in",
+    "part_or_all",
 ]
 
-# How many payloads are tried in each place: a number, or "full" for all, which takes ten minutes
-WANTED = os.environ.get("STAGEWIRE_HOSTILE", "2")
-FULL = WANTED == "full"
+
+def part_or_all(part: Any, whole: Any) -> list[ParameterSet]:
+    """Return the parameters of a test: a part of the payloads in every run, all of them in the matrix."""
+    return [
+        pytest.param(part, id="a part"),
+        pytest.param(whole, id="all", marks=pytest.mark.matrix),
+    ]
+
+
+def one_in(number: int, cases: Iterable[Any]) -> list[ParameterSet]:
+    """Return the parameters of a test: one in so many cases in every run, the others in the matrix."""
+    return [
+        pytest.param(case, marks=pytest.mark.matrix if at % number else ())
+        for at, case in enumerate(cases)
+    ]
+
 
 SENTINEL = "pwned"
 CODE = f'__import__("pathlib").Path("{SENTINEL}").touch()'

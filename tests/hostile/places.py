@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -24,6 +24,7 @@ __all__ = [
     "Files",
     "KeyPath",
     "Place",
+    "all_changed",
     "changed",
     "complete_spec",
     "kind_of",
@@ -115,18 +116,26 @@ def write(files: Files, folder: Path, *, raw: str = "") -> Path:
 
 def changed(files: Files, place: Place, text: str) -> Files:
     """Return the files with another text in a place."""
-    data = copy.deepcopy(files[place.file])
-    *way, last = place.path
-    holder = data
-    for part in way:
-        holder = holder[part]
-    if place.is_key:
-        entries = [(text if key == last else key, value) for key, value in holder.items()]
-        holder.clear()
-        holder.update(entries)
-    else:
-        holder[last] = text
-    return {**files, place.file: data}
+    return all_changed(files, [(place, text)])
+
+
+def all_changed(files: Files, texts: Iterable[tuple[Place, str]]) -> Files:
+    """Return the files with other texts in several places."""
+    copies: Files = {}
+    for place, text in texts:
+        if place.file not in copies:
+            copies[place.file] = copy.deepcopy(files[place.file])
+        *way, last = place.path
+        holder = copies[place.file]
+        for part in way:
+            holder = holder[part]
+        if place.is_key:
+            entries = [(text if key == last else key, value) for key, value in holder.items()]
+            holder.clear()
+            holder.update(entries)
+        else:
+            holder[last] = text
+    return {**files, **copies}
 
 
 # The schemas

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from outputs import write_tree
 from payloads import HIDDEN
-from places import Files, Place, changed, places, write
+from places import Files, Place, all_changed, changed, places, write
 
 from stagewire_cli.main import main
 from stagewire_generator import TARGETS, check, render
@@ -27,14 +27,15 @@ turtle = stagewire_turtle:PROTOCOL
 def installed(files: Files, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with packages that have markup in all of their texts, as if they were installed."""
     base = tmp_path_factory.mktemp("installed")
+    texts = []
     for place in places(files):
         if place.unread:
             # titles of sections have to differ
             number = f" {place.path[-1]}" if "sections" in place.path else ""
-            files = changed(files, place, MARKUP[: place.longest - len(number)] + number)
-    folder = (
-        write_tree(render(check(write(files, base / "spec")), TARGETS), base / "out") / "python"
-    )
+            texts.append((place, MARKUP[: place.longest - len(number)] + number))
+    files = all_changed(files, texts)
+    out = write_tree(render(check(write(files, base / "spec")), TARGETS), base / "out")
+    folder = out / "python"
     (folder / "tiny-1.dist-info").mkdir()
     (folder / "tiny-1.dist-info" / "METADATA").write_text("Name: tiny\nVersion: 1\n")
     (folder / "tiny-1.dist-info" / "entry_points.txt").write_text(DIST_INFO)

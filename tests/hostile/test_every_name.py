@@ -10,13 +10,14 @@ import copy
 import keyword
 import re
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import places
 import pytest
 from outputs import faults, ruff, run_packages, write_tree
-from payloads import NAMES
+from payloads import NAMES, part_or_all
 from places import Files, write
 
 from stagewire_generator import TARGETS, check, checks, render
@@ -461,20 +462,29 @@ def settle(
     raise AssertionError("there is no end of refusing")
 
 
-Settled = dict[str, tuple[dict[str, str], list[str]]]
+EVERY_RUN = ("fields", "bits", "stages", "commands", "packets")
+every_kind = pytest.mark.parametrize(
+    "kind",
+    [pytest.param(kind, marks=() if kind in EVERY_RUN else pytest.mark.matrix) for kind in KINDS],
+)
+some_kinds = pytest.mark.parametrize("kinds", part_or_all(EVERY_RUN, tuple(KINDS)))
+Settled = Callable[[str], tuple[dict[str, str], list[str]]]
 
 
 @pytest.fixture(scope="module")
 def settled(
     quick_checking: None, files: Files, tmp_path_factory: pytest.TempPathFactory
 ) -> Settled:
-    base = tmp_path_factory.mktemp("names")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(checks, "check_errata", witness_of_messages_only)
-        return {
-            kind: settle(fill, names, files, base / str(number))
-            for number, (kind, (fill, names, _)) in enumerate(KINDS.items())
-        }
+    """What is rendered with the names of a kind, and the names that are left of it."""
+
+    @cache
+    def of_kind(kind: str) -> tuple[dict[str, str], list[str]]:
+        fill, names, _ = KINDS[kind]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(checks, "check_errata", witness_of_messages_only)
+            return settle(fill, names, files, tmp_path_factory.mktemp("names"))
+
+    return of_kind
 
 
 def witness_of_messages_only(protocol: Protocol, *rest: Any) -> Any:
@@ -487,23 +497,25 @@ def test_there_are_enough() -> None:
     assert min(len(SNAKE), len(CAPITALS), len(MIXED)) > 200
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@every_kind
 def test_kept_names_are_refused(settled: Settled, kind: str) -> None:
     _, names, kept = KINDS[kind]
     assert kept <= set(names)
-    left = set(settled[kind][1])
+    left = set(settled(kind)[1])
     assert kept & left == set()
     assert left, "no name is left"
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@every_kind
 def test_nothing_harmful_is_rendered(settled: Settled, rendered: dict[str, str], kind: str) -> None:
-    assert list(faults(settled[kind][0], rendered)) == []
+    assert list(faults(settled(kind)[0], rendered)) == []
 
 
-def test_what_is_left_works(settled: Settled, tmp_path: Path) -> None:
+@some_kinds
+def test_what_is_left_works(settled: Settled, tmp_path: Path, kinds: tuple[str, ...]) -> None:
     folders = {}
-    for number, (kind, (tree, _)) in enumerate(settled.items()):
+    for number, kind in enumerate(kinds):
+        tree, _ = settled(kind)
         folders[str(write_tree(tree, tmp_path / str(number)) / "python")] = kind
     wrong = run_packages([Path(folder).parent for folder in folders], tmp_path / "workplace")
     assert {folders[folder]: fault for folder, fault in wrong.items()} == {}
@@ -511,9 +523,11 @@ def test_what_is_left_works(settled: Settled, tmp_path: Path) -> None:
     assert ruff("format", "--diff", str(tmp_path)) == ""
 
 
-def test_names_arrive(settled: Settled) -> None:
+@some_kinds
+def test_names_arrive(settled: Settled, kinds: tuple[str, ...]) -> None:
     """A name that is allowed is not changed."""
-    for kind, (tree, names) in settled.items():
+    for kind in kinds:
+        tree, names = settled(kind)
         texts = "".join(tree[f"registry/{name}.json"] for name in ("tiny", "turtle", "carousel"))
         for name in names:
             shown = f"data:{name}" if kind == "forms" else name

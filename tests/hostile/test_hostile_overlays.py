@@ -7,15 +7,14 @@ from pathlib import Path
 
 import pytest
 from outputs import blanked, faults, is_code, ruff, run_packages, write_tree
-from payloads import EVERYWHERE, FULL, TEXTS
-from places import Files, Place, changed, write
+from payloads import EVERYWHERE, TEXTS, part_or_all
+from places import Files, Place, all_changed, changed, write
 from places import places as all_places
 
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import SpecError
 
 OVERLAYS = ["tiny/later"]
-STEP = 1 if FULL else 25
 
 
 @pytest.fixture(scope="module")
@@ -25,21 +24,22 @@ def laid_over(files: Files, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     return render(check(spec, overlays=OVERLAYS), TARGETS)
 
 
-def pairs(files: Files) -> Iterator[tuple[Place, str]]:
+def pairs(files: Files, every: int) -> Iterator[tuple[Place, str]]:
     found = [place for place in all_places(files) if "/overlays/" in place.file]
     assert {place.file.rpartition("/")[2] for place in found} == {"overlay.yaml", "extra.yaml"}
     for index, place in enumerate(found):
-        for text in EVERYWHERE[index % STEP :: STEP]:
+        for text in EVERYWHERE[index % every :: every]:
             yield place, text
 
 
+@pytest.mark.parametrize("every", part_or_all(25, 1))
 def test_one_payload_in_one_place(
-    quick_checking: None, files: Files, laid_over: dict[str, str], tmp_path: Path
+    quick_checking: None, files: Files, laid_over: dict[str, str], tmp_path: Path, every: int
 ) -> None:
     plain = {path: blanked(path, text) for path, text in laid_over.items() if is_code(path)}
     spec = write(files, tmp_path / "spec")
     same, other = 0, {}
-    for place, text in pairs(files):
+    for place, text in pairs(files, every):
         raw = text if text.isprintable() else ""
         write({place.file: changed(files, place, text)[place.file]}, spec, raw=raw)
         pair = f"{place} = {text[:60]!a}"
@@ -64,16 +64,19 @@ def test_one_payload_in_one_place(
     assert run_packages(folders, tmp_path / "workplace") == {}
 
 
-def test_all_texts_at_once(files: Files, laid_over: dict[str, str], tmp_path: Path) -> None:
+@pytest.mark.parametrize("every", part_or_all(14, 1))
+def test_all_texts_at_once(
+    files: Files, laid_over: dict[str, str], tmp_path: Path, every: int
+) -> None:
     """The code is the same but for its strings, formatting is final, and nothing comes to life."""
     free = [place for place in all_places(files) if "/overlays/" in place.file and place.unread]
     assert len(free) > 10
     folders = []
-    for step in range(0, len(TEXTS), 1 if FULL else 8):
-        hostile = files
-        for index, place in enumerate(free):
-            text = TEXTS[(step + index) % len(TEXTS)]
-            hostile = changed(hostile, place, text[: place.longest])
+    for step in range(0, len(TEXTS), every):
+        texts = [TEXTS[(step + index) % len(TEXTS)] for index in range(len(free))]
+        hostile = all_changed(
+            files, [(p, text[: p.longest]) for p, text in zip(free, texts, strict=True)]
+        )
         raw = "".join(filter(str.isprintable, "".join(TEXTS)))
         made = render(
             check(write(hostile, tmp_path / f"spec{step}", raw=raw), overlays=OVERLAYS), TARGETS

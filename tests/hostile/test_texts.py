@@ -7,13 +7,12 @@ from pathlib import Path
 
 import pytest
 from outputs import blanked, faults, is_code, ruff, run_packages, strings, write_tree
-from payloads import FULL, HIDDEN, TEXTS
-from places import Files, KeyPath, Place, changed, places, write
+from payloads import HIDDEN, TEXTS, one_in, part_or_all
+from places import Files, KeyPath, Place, all_changed, places, write
 
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import SpecError
 
-STEPS = range(len(TEXTS)) if FULL else range(0, len(TEXTS), 8)
 Trees = dict[int, dict[str, str]]
 
 
@@ -48,12 +47,13 @@ def free(files: Files) -> list[Place]:
 
 def filled(files: Files, free: list[Place], texts: list[str]) -> Files:
     """Return the files with a text in every free place, as long as it may be."""
+    found = []
     for place, text in zip(free, texts, strict=True):
-        files = changed(files, place, text[: place.longest])
+        found.append((place, text[: place.longest]))
         for file, path in TOGETHER.get((place.file, place.path), ()):
             other = Place(file, path, False, frozenset(), True, place.longest)
-            files = changed(files, other, text[: place.longest])
-    return files
+            found.append((other, text[: place.longest]))
+    return all_changed(files, found)
 
 
 def at_step(free: list[Place], step: int) -> list[str]:
@@ -61,12 +61,17 @@ def at_step(free: list[Place], step: int) -> list[str]:
     return [TEXTS[(step + index) % len(TEXTS)] for index in range(len(free))]
 
 
-@pytest.fixture(scope="module")
-def trees(files: Files, free: list[Place], tmp_path_factory: pytest.TempPathFactory) -> Trees:
+@pytest.fixture(scope="module", params=part_or_all(32, 1))
+def trees(
+    request: pytest.FixtureRequest,
+    files: Files,
+    free: list[Place],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Trees:
     """What is rendered at each step."""
     folder = tmp_path_factory.mktemp("texts")
     found = {}
-    for step in STEPS:
+    for step in range(0, len(TEXTS), request.param):
         spec = filled(files, free, at_step(free, step))
         raw = "".join(filter(str.isprintable, "".join(TEXTS)))
         found[step] = render(check(write(spec, folder / str(step), raw=raw)), TARGETS)
@@ -173,7 +178,7 @@ def test_texts_arrive_in_docstrings(trees: Trees, free: list[Place]) -> None:
 
 
 @pytest.mark.parametrize("escaped", [False, True], ids=["raw", "escaped"])
-@pytest.mark.parametrize("name", HIDDEN)
+@pytest.mark.parametrize("name", one_in(4, HIDDEN))
 def test_what_cannot_be_seen_is_refused(
     files: Files, free: list[Place], tmp_path: Path, name: str, escaped: bool
 ) -> None:
