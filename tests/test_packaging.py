@@ -20,6 +20,8 @@ from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.environment import compiled_templates, our_templates
 
+pytestmark = pytest.mark.matrix
+
 ROOT = Path(__file__).parents[1]
 PACKAGES = {
     "stagewire": ROOT / "runtime",

@@ -11,15 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
+import plain_yaml
 from stagewire_generator import check, checks, render
 
 ROOT = Path(__file__).parents[2]
 
 
 def load(path: Path) -> Any:
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
+    return plain_yaml.load(path.read_text(encoding="utf-8"))
 
 
 def save(path: Path, data: Any) -> None:
@@ -282,22 +282,29 @@ def many_commands(spec: Path, words: str) -> None:
     save(turtle / "protocol.yaml", head)
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "word ",
+        *(pytest.param(w, marks=pytest.mark.matrix) for w in ("x", 'say "it" ', "字", "\\ ")),
+    ],
+)
 def test_formatting_of_commands(
     good_commands: Path,
     tmp_path: Path,
     imported: Callable[[Path], Any],
     monkeypatch: pytest.MonkeyPatch,
+    words: str,
 ) -> None:
     monkeypatch.setattr(checks, "check_errata", lambda *_: None)  # nothing of this is printed
-    for number, words in enumerate(["word ", "x", 'say "it" ', "字", "\\ "]):
-        spec = Path(shutil.copytree(good_commands, tmp_path / "spec" / str(number)))
-        many_commands(spec, words)
-        write(render(check(spec)), tmp_path / "out" / str(number))
+    spec = Path(shutil.copytree(good_commands, tmp_path / "spec"))
+    many_commands(spec, words)
+    write(render(check(spec)), tmp_path / "out")
     result = ruff_format(tmp_path / "out")
     assert result.stdout == ""
     assert result.returncode == 0, result.stderr
     assert ruff_check(tmp_path / "out").stdout == "All checks passed!\n"
-    package = imported(tmp_path / "out" / "0")
+    package = imported(tmp_path / "out")
     kinds = [kind for kind in package.messages.MESSAGES if kind.layout.length]
     assert len(kinds) > 100
     for kind in kinds:

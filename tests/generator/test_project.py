@@ -16,11 +16,14 @@ from stagewire_cli.main import main
 from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
 from stagewire_generator.naming import why_no_project
+from stagewire_generator.targets import project as target
 from stagewire_generator.targets.project.escaping import markdown, toml
 from stagewire_generator.targets.project.requirement import requirement
+from stagewire_generator.targets.templates import Templates
 
 PROJECT = {"python/README.md", "python/pyproject.toml"}
 NAME = "acme_carousel"
+TEMPLATES = Templates()
 SPEC = Path(__file__).parents[2] / "spec"
 
 
@@ -98,8 +101,8 @@ def test_no_text_gets_out_of_toml(text: str) -> None:
 @settings(deadline=None)
 @given(ANYTHING)
 def test_no_text_becomes_a_project(packets: Protocol, text: str) -> None:
-    hostile = replace(packets, title=text, summary=text)
-    data = tomllib.loads(render([hostile], ["python"], package=NAME)["python/pyproject.toml"])
+    hostile = replace(packets, title=text, summary=text, package=NAME)
+    data = tomllib.loads(target.render(hostile, TEMPLATES)["python/pyproject.toml"])
     assert data.keys() == {"build-system", "project", "tool"}
     assert data["project"]["description"].startswith(" ".join(text.split()))
 
