@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import json
@@ -299,3 +300,13 @@ def test_which_lists_of_names_may_be_incomplete(
         for name, table in enumerations.items()
     }
     assert {name: values for name, values in found.items() if values} == modifiers
+
+
+def test_a_unit_that_is_a_keyword_is_joined_to_its_field(spec: Path) -> None:
+    path = spec / "tiny" / "quantities.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("DISTANCE: {unit: mm,", "DISTANCE: {unit: in,"), encoding="utf-8")
+    files = render(check(spec), ["python"])
+    module = files["python/stagewire_tiny/devices/values/core.py"]
+    ast.parse(module)
+    assert '_in = InUnits("encoder_count", "reading", "in")' in module

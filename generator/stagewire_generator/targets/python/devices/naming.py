@@ -26,7 +26,7 @@ METHODS = frozenset(keyword.kwlist) | frozenset({
     "serial_number", "session", "subscribe", "t", "text", "unit", "url", "v", "values"
 })  # fmt: skip
 # What an argument of a method, or an attribute of the values that it returns, cannot be called.
-ARGUMENTS = frozenset({
+ARGUMENTS = frozenset(keyword.kwlist) | frozenset({
     "counts", "e", "exact", "f", "known", "m", "message", "mro", "names", "scales", "self", "t", "told",
     "timeout", "v"
 })  # fmt: skip
