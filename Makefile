@@ -18,7 +18,8 @@ OUT := generated
 # make test runs the unit tests first, so that most failures show within two minutes.
 UNITS := codec runtime session links discovery generator devices
 PYTEST = .venv/test/bin/python -m pytest -q -n $(WORKERS)
-WORKERS := auto
+# One worker more than there are cores: some tests only wait.
+WORKERS := $(shell $(PYTHON) -c "import os; print((os.cpu_count() or 1) + 1)")
 # Processor seconds that make test may take on two cores; make test-all fails above it.
 BUDGET := 540
 
