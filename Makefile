@@ -21,7 +21,7 @@ PYTEST = .venv/test/bin/python -m pytest -q -n $(WORKERS)
 # One worker more than there are cores: some tests only wait.
 WORKERS := $(shell $(PYTHON) -c "import os; print((os.cpu_count() or 1) + 1)")
 # Processor seconds that make test may take on two cores; make test-all fails above it.
-BUDGET := 540
+BUDGET ?= 540
 
 BENCHMARKS := codec_speed framing_speed commands columns start_up round_trip opening stop_latency silent framing_time \
 	capture_memory framing_experiment c_speed
@@ -36,6 +36,9 @@ COVERED := tests/codec tests/runtime tests/session tests/discovery tests/links t
 
 # The tests start hundreds of short processes; without bytecode each of them would compile the packages again.
 unexport PYTHONDONTWRITEBYTECODE
+
+# The steps of a command run one after the other; pytest uses all cores.
+.NOTPARALLEL:
 
 .PHONY: demo test test-all checks units others matrix coverage tools generate format archives c-sizes bench soak fuzz clean
 
@@ -71,10 +74,10 @@ checks: .venv/test/ready
 units: .venv/test/ready
 	$(PYTEST) -m "not matrix" --junitxml=build/junit-units.xml $(UNITS:%=tests/%)
 
-others: .venv/test/ready tools
+others: .venv/test/ready
 	$(PYTEST) -m "not matrix" --junitxml=build/junit-others.xml $(UNITS:%=--ignore=tests/%)
 
-matrix: .venv/test/ready tools
+matrix: .venv/test/ready
 	$(PYTEST) -m matrix --junitxml=build/junit-matrix.xml
 
 # Lines and branches of the library and the virtual controllers that these tests reach; the floor is fail_under in pyproject.toml.
@@ -145,4 +148,4 @@ test -z "$$failed" || { echo "over a bound:$$failed"; exit 1; }
 endef
 
 clean:
-	rm -rf .venv build dist .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv build dist .coverage* generator/stagewire_generator/targets/compiled .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

@@ -28,6 +28,6 @@ class CompiledTemplates(BuildHookInterface[Any]):
         build_data["force_include"][str(compiled)] = IN_THE_WHEEL
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
-        """Remove what is in the wheel by now."""
+        """Remove the temporary modules."""
         if version != "editable":
             self.folder.cleanup()

@@ -8,7 +8,7 @@ from collections.abc import Generator
 import pytest
 from hypothesis import settings
 
-# Machines are busy; a property that takes long is no failure.
+# A slow example on a busy machine is not a failure.
 settings.register_profile("stagewire", deadline=None)
 settings.load_profile("stagewire")
 

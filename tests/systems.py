@@ -7,6 +7,7 @@ its own. Linux runs every row.
 from __future__ import annotations
 
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,18 @@ NEEDS = {
     "walkthrough/": (POSIX, "needs bash and Perl"),
 }
 """Folder, file or test below ``tests/``: the systems that run it, and the reason to skip it on others."""
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Leave out the tests of C on Windows: processes share what they build by ``fcntl``."""
+    return True if collection_path == HERE / "c" and not _installed("fcntl") else None
+
+
+def _installed(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ValueError:  # a test has hidden it
+        return False
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -3,8 +3,8 @@
     python tools/archives.py --out dist
 
 The archive for C holds the packages with their tests, the JSON of registries and vectors, the licence and the
-page about the C. The same commit gives the same bytes: files are sorted, and all have the time of
-``SOURCE_DATE_EPOCH`` or else of the commit.
+page about the C. The same commit gives the same bytes, with the same versions of hatchling and Jinja: files
+are sorted, and all have the time of ``SOURCE_DATE_EPOCH`` or else of the commit.
 """
 
 from __future__ import annotations
@@ -55,7 +55,10 @@ def epoch() -> int:
     if given := os.environ.get("SOURCE_DATE_EPOCH"):
         return int(given)
     words = ["git", "log", "-1", "--format=%ct"]
-    return int(subprocess.run(words, cwd=ROOT, check=True, capture_output=True).stdout)
+    try:
+        return int(subprocess.run(words, cwd=ROOT, check=True, capture_output=True).stdout)
+    except (OSError, subprocess.CalledProcessError):
+        sys.exit(f"{ROOT} is not a git checkout: set SOURCE_DATE_EPOCH to the time of the release")
 
 
 def main() -> None:

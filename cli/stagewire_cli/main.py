@@ -55,7 +55,7 @@ _COMMANDS = {
 def command(arguments: Sequence[str] = ()) -> typer.Typer:
     """Return the command with the sub-command that the arguments begin with, or with all of them.
 
-    To import and describe all sub-commands takes longer than most of them run.
+    Importing and describing all sub-commands takes longer than running most of them.
     """
     app = typer.Typer(
         name="stagewire",

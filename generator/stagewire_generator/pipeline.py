@@ -26,7 +26,7 @@ TARGETS: dict[str, Callable[[Protocol, Templates], dict[str, str]]] = {
     "vectors": lambda protocol, _: vectors.render(protocol),
 }
 DEFAULT_TARGETS = ("c", "python")
-"""The JSON is in the Python packages; what tests the C is made when it is wanted."""
+"""The Python packages contain the JSON. The C tests are generated on request."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,8 @@ import os
 import shutil
 from pathlib import Path
 
+import jinja2
+
 from stagewire_generator import check, render
 from stagewire_generator.inputs import inputs
 
@@ -29,7 +31,7 @@ def generated() -> Path:
     _BUILD.mkdir(exist_ok=True)
     with open(_BUILD / "generated.lock", "w", encoding="ascii") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        now = _digest(inputs([ROOT / "spec"]))
+        now = _digest(inputs([ROOT / "spec"]), f"{TARGETS} {jinja2.__version__}")
         if not key.exists() or key.read_text(encoding="ascii") != now:
             key.unlink(missing_ok=True)
             shutil.rmtree(out, ignore_errors=True)
@@ -40,9 +42,9 @@ def generated() -> Path:
     return out / "c"
 
 
-def _digest(paths: list[Path]) -> str:
-    """Return a digest of files: of their paths and what is in them."""
-    digest = hashlib.sha256()
+def _digest(paths: list[Path], settings: str) -> str:
+    """Return a digest of settings, and of the paths and contents of files."""
+    digest = hashlib.sha256(settings.encode())
     for path in paths:
         digest.update(f"{path}\0".encode() + path.read_bytes() + b"\0")
     return digest.hexdigest()

@@ -170,6 +170,7 @@ def test_the_controller_finds_its_frames_in_what_comes(controller: Port) -> None
     assert controller.next(0.05) is None
 
 
+@pytest.mark.matrix
 def test_the_controller_needs_nothing_but_its_two_functions(built: Path, tmp_path: Path) -> None:
     need("arm-none-eabi-gcc")
     made = tmp_path / "firmware.o"
@@ -182,6 +183,7 @@ def test_the_controller_needs_nothing_but_its_two_functions(built: Path, tmp_pat
     assert undefined == {"firmware_read", "firmware_write"}
 
 
+@pytest.mark.matrix
 def test_the_examples_are_as_clean_as_what_they_use(folder: Path) -> None:
     need("clang-tidy", "clang-format")
     sources, headers = sorted(folder.glob("*.c")), sorted(folder.glob("*.h"))

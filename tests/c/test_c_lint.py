@@ -138,6 +138,7 @@ def written_in_c() -> list[Path]:
     return sorted(p for folder in folders for p in folder.rglob("*.[ch]"))
 
 
+@pytest.mark.matrix
 def test_clang_format_changes_nothing() -> None:
     need("clang-format")
     paths = written_in_c()
@@ -148,6 +149,7 @@ def test_clang_format_changes_nothing() -> None:
     assert (done.returncode, done.stdout) == (0, "")
 
 
+@pytest.mark.matrix
 def test_clang_format_bites(tmp_path: Path) -> None:
     need("clang-format")
     bad = tmp_path / "bad.c"

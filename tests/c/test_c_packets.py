@@ -77,6 +77,7 @@ def test_nothing_is_called_and_nothing_is_writable_on_a_chip(made: Made, tmp_pat
         assert [name for name, kind, _ in rows if kind in "UdDbBC"] == []
 
 
+@pytest.mark.matrix
 def test_clang_format_changes_nothing(made: Made) -> None:
     need("clang-format")
     style = Path(__file__).parents[2] / ".clang-format"

@@ -55,6 +55,7 @@ def test_a_program_prints_what_it_says(tmp_path: Path) -> None:
     assert compiles(program).strip() == said
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("package", first_of(packages()[::-1]), ids=lambda it: it.prefix)
 def test_the_commands_make_the_tests_and_run_them(package: Package, tmp_path: Path) -> None:
     """As a reader does, in a checkout; and with the name of the other package."""

@@ -292,6 +292,7 @@ def test_lines_at_the_edge_of_json(line: bytes, testees: Testees) -> None:
     assert [answer["id"] for answer in testees.compare(line + b"\n" + hello)][-1] == 2
 
 
+@pytest.mark.matrix
 def test_lines_of_any_length(testees: Testees) -> None:
     hello = b'{"id":1,"op":"hello"}'
     longest = hello + b" " * (MAXIMUM_LINE - len(hello) - 1) + b"\n"
@@ -419,6 +420,7 @@ def test_the_command_that_its_header_gives(tmp_path: Path) -> None:
     assert answer["version"] == "unversioned"
 
 
+@pytest.mark.matrix
 def test_cmake_builds_the_library_alone_where_the_tests_are_not_generated(tmp_path: Path) -> None:
     cmake = Path(sysconfig.get_path("scripts")) / "cmake"
     compiles(cmake, "-S", ROOT / "generated" / "c" / SMALLEST.name, "-B", tmp_path)
@@ -427,6 +429,7 @@ def test_cmake_builds_the_library_alone_where_the_tests_are_not_generated(tmp_pa
     assert not (tmp_path / f"{SMALLEST.name}_testee").exists()
 
 
+@pytest.mark.matrix
 def test_cmake_builds_it(tmp_path: Path) -> None:
     cmake = Path(sysconfig.get_path("scripts")) / "cmake"
     compiles(cmake, "-S", SMALLEST.folder, "-B", tmp_path)

@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 C = generated()
-"""The folder of the packages, and of what tests them."""
+"""The folder of the packages and their tests."""
 
 WARNINGS = [
     *("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"),

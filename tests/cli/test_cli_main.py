@@ -11,6 +11,7 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 import pytest
+import typer
 
 import stagewire as library
 from parts import every_nth
@@ -190,3 +191,15 @@ def test_what_was_typed_cannot_steer_the_terminal(stagewire: Stagewire, words: l
     assert result.code == 2
     assert "\x1b" not in result.err
     assert "\\x1b[2" in result.err
+
+
+@pytest.mark.parametrize("name", command._COMMANDS)
+def test_a_sub_command_alone_is_the_one_of_the_whole_command(name: str) -> None:
+    """The command that is called is imported alone; its help must not depend on that."""
+
+    def said(arguments: Sequence[str]) -> str:
+        group = typer.main.get_command(command.command(arguments))
+        part = group.commands[name]
+        return str(part.get_help(part.context_class(part, info_name=name)))
+
+    assert said([name]) == said([])

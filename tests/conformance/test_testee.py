@@ -305,6 +305,7 @@ OBJECTS = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.matrix
 @seed(20120601)
 @settings(max_examples=300, deadline=None, database=None)
 @given(st.lists(OBJECTS | VALUES, max_size=3), st.binary(max_size=40))

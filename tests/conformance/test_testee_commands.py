@@ -393,6 +393,7 @@ OBJECTS = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.matrix
 @seed(20250317)
 @settings(max_examples=300, deadline=None, database=None)
 @given(st.lists(OBJECTS, min_size=1, max_size=3))

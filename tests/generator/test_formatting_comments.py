@@ -10,6 +10,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
@@ -173,6 +174,7 @@ def name_of(line: str) -> str:
     return found[0] if found else ""
 
 
+@pytest.mark.matrix
 @settings(max_examples=150, deadline=None, phases=[Phase.generate])
 @given(tree=trees(), data=st.data())
 def test_all_that_was_said_is_said(tree: dict[str, Any], data: st.DataObject) -> None:

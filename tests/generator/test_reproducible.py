@@ -47,7 +47,7 @@ def in_process(name: str) -> dict[str, bytes]:
     return {path: text.encode() for path, text in render(protocols, list(TARGETS)).items()}
 
 
-@pytest.fixture(scope="module", params=["good", "registry"])
+@pytest.fixture(scope="module", params=["good", pytest.param("registry", marks=pytest.mark.matrix)])
 def plain(request: pytest.FixtureRequest) -> dict[str, bytes]:
     """What a run is expected to write."""
     return in_process(request.param)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import builtins
 import keyword
-from collections.abc import Iterable
 from typing import Any
 
 import pytest
@@ -21,7 +20,6 @@ __all__ = [
     "SENTINEL",
     "TEXTS",
     "VISIBLE",
-    "one_in",
     "part_or_all",
 ]
 
@@ -31,14 +29,6 @@ def part_or_all(part: Any, whole: Any) -> list[ParameterSet]:
     return [
         pytest.param(part, id="a part"),
         pytest.param(whole, id="all", marks=pytest.mark.matrix),
-    ]
-
-
-def one_in(number: int, cases: Iterable[Any]) -> list[ParameterSet]:
-    """Return the parameters of a test: one in so many cases in every run, the others in the matrix."""
-    return [
-        pytest.param(case, marks=pytest.mark.matrix if at % number else ())
-        for at, case in enumerate(cases)
     ]
 
 

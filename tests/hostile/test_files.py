@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 from outputs import faults
-from payloads import CODE, one_in
+from payloads import CODE
 from places import Files, write
 
+from parts import every_nth
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import MOST_OF_A_FILE, SpecError
 
@@ -38,7 +39,7 @@ NAMES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", one_in(3, NAMES), ids=ascii)
+@pytest.mark.parametrize("name", every_nth(NAMES, 3), ids=ascii)
 def test_names_of_files_and_folders_mean_nothing(
     files: Files, rendered: dict[str, str], tmp_path: Path, name: str
 ) -> None:
@@ -57,7 +58,7 @@ def test_names_of_files_and_folders_mean_nothing(
     assert render(check(write(renamed, tmp_path / "spec")), TARGETS) == rendered
 
 
-@pytest.mark.parametrize("name", one_in(3, NAMES), ids=ascii)
+@pytest.mark.parametrize("name", every_nth(NAMES, 3), ids=ascii)
 def test_names_of_files_cannot_steer_a_terminal(spec: Path, name: str) -> None:
     (spec / "tiny" / "messages" / f"{name}.yaml").write_text("chapter: 010\n", encoding="utf-8")
     assert {code for _, code in refused(spec)} == {"SW004", "SW010"}

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 from outputs import blanked, faults, is_code, ruff, run_packages, strings, write_tree
-from payloads import HIDDEN, TEXTS, one_in, part_or_all
+from payloads import HIDDEN, TEXTS, part_or_all
 from places import Files, KeyPath, Place, all_changed, places, write
 
+from parts import every_nth
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import SpecError
 
@@ -178,7 +179,7 @@ def test_texts_arrive_in_docstrings(trees: Trees, free: list[Place]) -> None:
 
 
 @pytest.mark.parametrize("escaped", [False, True], ids=["raw", "escaped"])
-@pytest.mark.parametrize("name", one_in(4, HIDDEN))
+@pytest.mark.parametrize("name", every_nth(HIDDEN, 4))
 def test_what_cannot_be_seen_is_refused(
     files: Files, free: list[Place], tmp_path: Path, name: str, escaped: bool
 ) -> None:

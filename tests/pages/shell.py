@@ -29,7 +29,7 @@ from stagewire_cli.main import main
 
 __all__ = ["Shell", "lines"]
 
-PATIENCE = 600.0
+PATIENCE = 180.0
 MOST_SHOWN = 2000  # characters of what a program said last
 
 _SERVES = re.compile(r"stagewire virtual (?!--list)")

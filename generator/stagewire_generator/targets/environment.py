@@ -1,10 +1,10 @@
 """The environment of our templates, and our templates as Python modules.
 
-To compile all templates takes longer than to render a protocol, so the wheel has them compiled. The directory
-of the modules is named after a digest of all that decides on them: once a template is edited, or another
-version of Jinja is installed, it is not found, and the templates are compiled from their texts.
+Compiling all templates takes longer than rendering a protocol, so the wheel contains them compiled. The
+directory of the modules is named after a digest of the templates, the settings and the version of Jinja.
+Once one of these changes, the directory is not found, and the templates are compiled from their texts.
 
-The build runs this module by itself (``hatch_build.py``), so it imports nothing of ours.
+The build runs this module by itself (``hatch_build.py``), so it must not import other modules of this project.
 """
 
 from __future__ import annotations

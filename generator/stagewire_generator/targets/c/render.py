@@ -1,4 +1,4 @@
-"""Render the C package of a protocol, and what tests it."""
+"""Render the C package of a protocol, and its tests."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
 
 
 def render_tests(protocol: Protocol, templates: Templates) -> dict[str, str]:
-    """Return path -> text of what tests the package: of its own, and what all packages share."""
+    """Return path -> text of the tests: those of the package, and those that all packages share."""
     package = _Package(protocol, templates)
     for file in (*_TESTS, File(_TESTEE, framing_of(protocol).testee, testee_view)):
         package.add(file.path, file.template, view=file.view(protocol))
