@@ -4,7 +4,7 @@ Compiling all templates takes longer than rendering a protocol, so the wheel con
 directory of the modules is named after a digest of the templates, the settings and the version of Jinja.
 Once one of these changes, the directory is not found, and the templates are compiled from their texts.
 
-The build runs this module by itself (``hatch_build.py``), so it must not import other modules of this project.
+The build runs this module by itself (``hatch_build.py``), so it must not import other modules of ours.
 """
 
 from __future__ import annotations
