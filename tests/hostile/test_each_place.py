@@ -1,7 +1,7 @@
 """One payload in one place: it is refused with plain diagnostics, or what is generated is harmless.
 
 Every run tries one payload in each place with a pattern, and in each eighth of those that accept any
-text: those have tests with all texts at once. The matrix tries all pairs.
+text: those have tests with all texts at once. The matrix tries all pairs, in parts.
 """
 
 from __future__ import annotations
@@ -12,13 +12,18 @@ from pathlib import Path
 
 import pytest
 from outputs import blanked, faults, is_code, ruff, run_packages, write_tree
-from payloads import EVERYWHERE, part_or_all
+from payloads import EVERYWHERE
 from places import Files, Place, changed, write
 
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import CODES, SpecError
 
 STEP = 31  # has no divisor in common with the number of payloads
+PARTS = 9
+RUNS = [
+    pytest.param(None, id="one payload"),
+    *(pytest.param(n, id=f"part {n}", marks=pytest.mark.matrix) for n in range(PARTS)),
+]
 
 
 @dataclass
@@ -26,7 +31,7 @@ class Outcome:
     """What became of the pairs that were tried."""
 
     pairs: list[tuple[Place, str]]
-    whole: bool  # whether every payload is tried in every place
+    part: int | None  # its number; without one, places with a payload each
     refused: int = 0
     same: int = 0  # the code is the same but for its strings
     other: dict[str, dict[str, str]] = field(default_factory=dict)  # files by pair
@@ -37,15 +42,15 @@ class Outcome:
         return self.refused + self.same + len(self.other)
 
 
-def pairs(places: list[Place], free: int) -> list[tuple[Place, str]]:
-    """Return places with a payload each, one in so many of the free ones; of 1 every pair."""
-    if free == 1:
-        return [(place, text) for place in places for text in EVERYWHERE]
-    chosen = [place for at, place in enumerate(places) if not place.free or at % free == 0]
+def pairs(places: list[Place], part: int | None) -> list[tuple[Place, str]]:
+    """Return a part of all pairs; without a number places with one payload each."""
+    if part is not None:
+        return [(place, text) for place in places for text in EVERYWHERE[part::PARTS]]
+    chosen = [place for at, place in enumerate(places) if not place.free or at % 8 == 0]
     return [(p, EVERYWHERE[at * STEP % len(EVERYWHERE)]) for at, p in enumerate(chosen)]
 
 
-@pytest.fixture(scope="module", params=part_or_all(8, 1))
+@pytest.fixture(scope="module", params=RUNS)
 def outcome(
     request: pytest.FixtureRequest,
     quick_checking: None,
@@ -57,7 +62,7 @@ def outcome(
     """Try all pairs."""
     plain = {path: blanked(path, text) for path, text in rendered.items() if is_code(path)}
     spec = write(files, tmp_path_factory.mktemp("each") / "spec")
-    found = Outcome(pairs(places, request.param), whole=request.param == 1)
+    found = Outcome(pairs(places, request.param), request.param)
     for place, text in found.pairs:
         raw = text if text.isprintable() else ""
         write({place.file: changed(files, place, text)[place.file]}, spec, raw=raw)
@@ -98,9 +103,20 @@ def test_every_place_was_tried(outcome: Outcome, places: list[Place]) -> None:
         f"{len(places)} places, {len(EVERYWHERE)} payloads, {outcome.tried} pairs: {outcome.refused} "
         f"refused, {outcome.same} the same code, {len(outcome.other)} other code"
     )
-    wanted = len(places) * len(EVERYWHERE) if outcome.whole else len(places) // 2
-    assert outcome.tried == len(outcome.pairs) >= wanted
+    assert outcome.tried == len(outcome.pairs)
+    if outcome.part is None:
+        assert outcome.tried >= len(places) // 2
+    else:
+        assert outcome.tried == len(places) * len(EVERYWHERE[outcome.part :: PARTS])
     assert min(outcome.refused, outcome.same) > 0
+
+
+def test_the_parts_are_the_whole(places: list[Place]) -> None:
+    parts = [pair for part in range(PARTS) for pair in pairs(places, part)]
+    assert len(parts) == len(places) * len(EVERYWHERE)
+    assert {(str(place), text) for place, text in parts} >= {
+        (str(place), text) for place in places[::50] for text in EVERYWHERE
+    }
 
 
 def test_refused_plainly_or_harmless(outcome: Outcome) -> None:
