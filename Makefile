@@ -17,7 +17,7 @@ SPEC := spec
 OUT := generated
 # make test runs the unit tests first, so that most failures show within two minutes.
 UNITS := codec runtime session links discovery generator devices
-PYTEST = .venv/test/bin/python -m pytest -q -n $(WORKERS)
+PYTEST = .venv/test/bin/python -m pytest -q -n $(WORKERS) --dist worksteal
 # One worker more than there are cores: some tests only wait.
 WORKERS := $(shell $(PYTHON) -c "import os; print((os.cpu_count() or 1) + 1)")
 # Processor seconds that make test may take on two cores; make test-all fails above it.

@@ -30,16 +30,10 @@ RUNS = [
 class Outcome:
     """What became of the pairs that were tried."""
 
-    pairs: list[tuple[Place, str]]
-    part: int | None  # its number; without one, places with a payload each
     refused: int = 0
     same: int = 0  # the code is the same but for its strings
     other: dict[str, dict[str, str]] = field(default_factory=dict)  # files by pair
     wrong: list[str] = field(default_factory=list)
-
-    @property
-    def tried(self) -> int:
-        return self.refused + self.same + len(self.other)
 
 
 def pairs(places: list[Place], part: int | None) -> list[tuple[Place, str]]:
@@ -50,20 +44,14 @@ def pairs(places: list[Place], part: int | None) -> list[tuple[Place, str]]:
     return [(p, EVERYWHERE[at * STEP % len(EVERYWHERE)]) for at, p in enumerate(chosen)]
 
 
-@pytest.fixture(scope="module", params=RUNS)
 def outcome(
-    request: pytest.FixtureRequest,
-    quick_checking: None,
-    files: Files,
-    places: list[Place],
-    rendered: dict[str, str],
-    tmp_path_factory: pytest.TempPathFactory,
+    tried: list[tuple[Place, str]], files: Files, rendered: dict[str, str], spec: Path
 ) -> Outcome:
-    """Try all pairs."""
+    """Try pairs in a copy of the spec."""
     plain = {path: blanked(path, text) for path, text in rendered.items() if is_code(path)}
-    spec = write(files, tmp_path_factory.mktemp("each") / "spec")
-    found = Outcome(pairs(places, request.param), request.param)
-    for place, text in found.pairs:
+    write(files, spec)
+    found = Outcome()
+    for place, text in tried:
         raw = text if text.isprintable() else ""
         write({place.file: changed(files, place, text)[place.file]}, spec, raw=raw)
         pair = f"{place} = {text[:60]!a}"
@@ -98,19 +86,6 @@ def bad_refusal(error: SpecError, files: Files) -> Iterator[str]:
             yield f"a diagnostic that could steer a terminal: {said!a}"
 
 
-def test_every_place_was_tried(outcome: Outcome, places: list[Place]) -> None:
-    print(
-        f"{len(places)} places, {len(EVERYWHERE)} payloads, {outcome.tried} pairs: {outcome.refused} "
-        f"refused, {outcome.same} the same code, {len(outcome.other)} other code"
-    )
-    assert outcome.tried == len(outcome.pairs)
-    if outcome.part is None:
-        assert outcome.tried >= len(places) // 2
-    else:
-        assert outcome.tried == len(places) * len(EVERYWHERE[outcome.part :: PARTS])
-    assert min(outcome.refused, outcome.same) > 0
-
-
 def test_the_parts_are_the_whole(places: list[Place]) -> None:
     parts = [pair for part in range(PARTS) for pair in pairs(places, part)]
     assert len(parts) == len(places) * len(EVERYWHERE)
@@ -119,20 +94,31 @@ def test_the_parts_are_the_whole(places: list[Place]) -> None:
     }
 
 
-def test_refused_plainly_or_harmless(outcome: Outcome) -> None:
-    assert outcome.wrong == []
+@pytest.mark.parametrize("part", RUNS)
+def test_refused_plainly_or_harmless(
+    part: int | None,
+    quick_checking: None,
+    files: Files,
+    places: list[Place],
+    rendered: dict[str, str],
+    tmp_path: Path,
+) -> None:
+    tried = pairs(places, part)
+    assert len(tried) >= len(places) // 2
+    found = outcome(tried, files, rendered, tmp_path / "spec")
+    assert found.wrong == []
+    assert found.refused + found.same + len(found.other) == len(tried)
+    assert min(found.refused, found.same) > 0
+    trees = {
+        write_tree(made, tmp_path / "made" / str(number)): pair
+        for number, (pair, made) in enumerate(found.other.items())
+    }
+    if trees:
+        _formatting_is_final(tmp_path / "made")
+    wrong = run_packages(list(trees), tmp_path / "workplace")
+    assert {trees[Path(folder).parent]: fault for folder, fault in wrong.items()} == {}
 
 
-def test_formatting_is_final(outcome: Outcome, tmp_path: Path) -> None:
-    for number, files in enumerate(outcome.other.values()):
-        write_tree(files, tmp_path / str(number))
-    assert ruff("format", "--diff", str(tmp_path)) == ""
-    assert ruff("check", "--select", "F,E9", str(tmp_path)) == ""
-
-
-def test_packages_work(outcome: Outcome, tmp_path: Path) -> None:
-    folders = {}
-    for number, (pair, files) in enumerate(outcome.other.items()):
-        folders[str(write_tree(files, tmp_path / str(number)) / "python")] = pair
-    wrong = run_packages([Path(folder).parent for folder in folders], tmp_path / "workplace")
-    assert {folders[folder]: fault for folder, fault in wrong.items()} == {}
+def _formatting_is_final(made: Path) -> None:
+    assert ruff("format", "--diff", str(made)) == ""
+    assert ruff("check", "--select", "F,E9", str(made)) == ""

@@ -32,7 +32,7 @@ def pairs(files: Files, every: int) -> Iterator[tuple[Place, str]]:
             yield place, text
 
 
-@pytest.mark.parametrize("every", part_or_all(50, 1))
+@pytest.mark.parametrize("every", part_or_all(25, 1))
 def test_one_payload_in_one_place(
     quick_checking: None, files: Files, laid_over: dict[str, str], tmp_path: Path, every: int
 ) -> None:
