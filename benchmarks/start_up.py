@@ -105,7 +105,7 @@ def generating() -> bool:
             "one second": lambda: 1.0,
             "stagewire generate": processes.runner("generate", [*command, "--out", folder]),
         }
-        bound = Bound("stagewire generate", "one second", at_most=1)
+        bound = Bound("stagewire generate", "one second", at_most=1.2)
         kept = report("Generate every binding", interleave(contenders, 9), [bound], milliseconds)
     print(f"  on the wall{milliseconds(sorted(processes.wall['generate'])[5]):>49}")
     return kept
