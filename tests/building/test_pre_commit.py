@@ -176,7 +176,13 @@ def test_the_hooks_install_from_a_repository(
     for name in PACKAGED:
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / name, ours / name, ignore=ignored)
-    for name in ("pyproject.toml", "README.md", "LICENSE", ".pre-commit-hooks.yaml"):
+    for name in (
+        "pyproject.toml",
+        "hatch_build.py",
+        "README.md",
+        "LICENSE",
+        ".pre-commit-hooks.yaml",
+    ):
         shutil.copy(ROOT / name, ours / name)
     assert git("init", "--quiet", ours).returncode == 0
     assert git("-C", ours, "add", "--all").returncode == 0
