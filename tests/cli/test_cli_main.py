@@ -23,26 +23,8 @@ if TYPE_CHECKING:
     from conftest import Stagewire
 
 COMMANDS = [
-    "check",
-    "generate",
-    "diff",
-    "show",
-    "decode",
-    "encode",
-    "virtual",
-    "testee",
-    "conformance",
-    "conformance examples",
-    "conformance codec",
-    "conformance device",
-    "conformance pics",
-    "conformance rules",
-    "list",
-    "doctor",
-    "monitor",
-    "move",
-    "home",
-    "stop",
+    *command._COMMANDS,
+    *(f"conformance {name}" for name in ("examples", "codec", "device", "pics", "rules")),
 ]
 RUN = "from stagewire_cli.main import run; run()"
 
