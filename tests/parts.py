@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-__all__ = ["chosen", "every_nth"]
+__all__ = ["chosen", "every_nth", "first_of"]
 
 
 def chosen(cases: Iterable[Any], by: Callable[[Any], bool]) -> list[Any]:
@@ -23,6 +23,12 @@ def every_nth(cases: Iterable[Any], nth: int) -> list[Any]:
     """Return cases as parameters; all but the first of ``nth`` belong to the matrix."""
     number = count()
     return chosen(cases, lambda case: next(number) % nth == 0)
+
+
+def first_of(cases: Iterable[Any], first: int = 1) -> list[Any]:
+    """Return cases as parameters; all but the first ones belong to the matrix."""
+    number = count()
+    return chosen(cases, lambda case: next(number) < first)
 
 
 def _in_the_matrix(case: Any) -> Any:

@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 from command_library import CommandLibrary, make_library, make_turtle
 from testees import Testees
-from toolchain import first_of, need
+from toolchain import need
+
+from parts import first_of
 
 # The tests of the testee in Python are run again, with the one in C beside it.
 sys.path.append(str(Path(__file__).parents[1] / "conformance"))

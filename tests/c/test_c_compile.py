@@ -17,13 +17,13 @@ from toolchain import (
     C,
     Package,
     compiles,
-    first_of,
     need,
     of_each_package,
     packages,
     run,
 )
 
+from parts import first_of
 from stagewire.protocol import load_protocol
 
 LANGUAGES = [

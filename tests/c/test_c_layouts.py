@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from toolchain import C_WARNINGS, Package, compiles, first_of, need, of_each_package, packages, run
+from toolchain import C_WARNINGS, Package, compiles, need, of_each_package, packages, run
 from vector_programs import build_round_trip, changed
 
+from parts import first_of
 from stagewire.protocol import load_protocol
 from stagewire_conformance.registry import Registry, registry_of
 

@@ -16,13 +16,13 @@ from toolchain import (
     C,
     Package,
     compiles,
-    first_of,
     need,
     packages,
     run,
 )
 
 from fenced import blocks
+from parts import first_of
 
 PAGE = (ROOT / "docs" / "c.md").read_text(encoding="utf-8")
 BLOCKS = [block.text for block in blocks(ROOT / "docs" / "c.md", "c")]

@@ -14,8 +14,9 @@ from types import ModuleType
 import pytest
 from invented_frames import INVENTED, invent, table_of
 from stream_program import Program, Step, cut, in_python, joined, steps_of
-from toolchain import ROOT, C, compiles, first_of, need, run
+from toolchain import ROOT, C, compiles, need, run
 
+from parts import first_of
 from stagewire.framing import Direction, End, FramingTable
 from stagewire_apt import PROTOCOL
 from stagewire_generator import render

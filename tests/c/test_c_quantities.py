@@ -14,10 +14,11 @@ from pathlib import Path
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from toolchain import C_WARNINGS, CORTEX_M0, C, compiles, first_of, need, symbols
+from toolchain import C_WARNINGS, CORTEX_M0, C, compiles, need, symbols
 
 import stagewire_apt
 import stagewire_ms2000
+from parts import first_of
 from stagewire.protocol import Protocol
 from stagewire.quantities import Scale, exact, round_half_away
 from stagewire_conformance.registry import Json, registry_of

@@ -35,12 +35,12 @@ from toolchain import (
     C,
     Package,
     compiles,
-    first_of,
     need,
     of_each_package,
     packages,
 )
 
+from parts import first_of
 from stagewire.commands import FORMS
 from stagewire.protocol import load_protocol
 from stagewire_conformance.registry import registry_of

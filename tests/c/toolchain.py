@@ -6,7 +6,7 @@ import functools
 import os
 import re
 import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -22,7 +22,6 @@ __all__ = [
     "C",
     "Package",
     "compiles",
-    "first_of",
     "need",
     "of_each_package",
     "packages",
@@ -49,13 +48,6 @@ def need(*names: str) -> None:
     reason = tools.why_not(names)
     if reason:
         pytest.skip(reason)
-
-
-def first_of(cases: Iterable[object], first: int = 1) -> list[object]:
-    """Return the cases of a test, each a value or a tuple; all but the first are for ``make test-all``."""
-    values = [case if isinstance(case, tuple) else (case,) for case in cases]
-    matrix = [pytest.param(*value, marks=pytest.mark.matrix) for value in values[first:]]
-    return [*(pytest.param(*value) for value in values[:first]), *matrix]
 
 
 def run(
