@@ -1,4 +1,4 @@
-"""Puts this folder on the import path for modules that several rooms of the tests share."""
+"""Settings of every test; modules that several rooms share are in ``support/``."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from toolchain import C_WARNINGS, CORTEX_M0, ROOT, C, compiles, need, symbols
 
-from fenced import blocks
+from markdown_blocks import blocks
 from stagewire import End
 from stagewire.commands import CommandFrame
 from stagewire.framed_message import FramedMessage

@@ -21,7 +21,7 @@ from toolchain import (
     run,
 )
 
-from fenced import blocks
+from markdown_blocks import blocks
 from parts import first_of
 
 PAGE = (ROOT / "docs" / "c.md").read_text(encoding="utf-8")

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from checkout import TESTS
+
 __all__ = ["GOOD", "commit", "edit", "git", "make_repository"]
 
-GOOD = Path(__file__).parents[1] / "generator" / "good_spec"
+GOOD = TESTS / "generator" / "good_spec"
 
 Edit = tuple[str, str, str]
 """A file of the protocol, and what stands in it before and after."""

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 import pytest
 from repositories import GOOD, commit, edit, git, make_repository
 
+from checkout import ROOT
+
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-ROOT = Path(__file__).parents[2]
 OVERLAYS = ROOT / "tests" / "generator" / "good_overlays" / "tiny" / "overlays"
 WIRE = ("messages/core.yaml", "at_rest: {bit: 1}", "at_rest: {bit: 2}")
 PAGE = (

@@ -15,6 +15,7 @@ import jsonschema
 import junitparser
 import pytest
 
+from checkout import ROOT
 from stagewire_cli.main import main
 from stagewire_cli.reports import Report, ReportFormat, written
 from stagewire_generator.diagnostics import CODES, Diagnostic, Place
@@ -22,7 +23,6 @@ from stagewire_generator.diagnostics import CODES, Diagnostic, Place
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-ROOT = Path(__file__).parents[2]
 GOOD = ROOT / "tests" / "generator" / "good_spec"
 SCHEMA = json.loads((ROOT / "spec/schema/diagnostics.schema.json").read_text(encoding="utf-8"))
 MACHINE = ("json", "github", "junit")

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from checkout import TESTS
 from quick_plans import quick_plans
 from stagewire_cli.conformance import codec_session
 
 if TYPE_CHECKING:
     from conftest import Result, Stagewire
 
-PROGRAM = str(Path(__file__).parents[1] / "conformance" / "bad_testee.py")
+PROGRAM = str(TESTS / "conformance" / "bad_testee.py")
 OURS = [sys.executable, "-c", "from stagewire_cli.main import run; run()", "testee"]
 STUMBLES = "asi_ms2000/WRITE_TARGET_POSITION/request/encode/plain"
 RIGHT = "asi_ms2000/WRITE_TARGET_POSITION/request/decode/[!r]*"

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import jsonschema
 import pytest
 
+from checkout import SCHEMAS
 from parts import every_nth
 from stagewire.links import Link
 from stagewire_conformance.device.declared import declare
@@ -35,11 +36,7 @@ from stagewire_virtual.linking.urls import blueprint_of
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-SCHEMA = json.loads(
-    (Path(__file__).parents[2] / "spec/schema/conformance-report.schema.json").read_text(
-        encoding="utf-8"
-    )
-)
+SCHEMA = json.loads((SCHEMAS / "conformance-report.schema.json").read_text(encoding="utf-8"))
 RUN = "from stagewire_cli.main import run; run()"
 DEVICE = ("conformance", "device")
 VELOCITY = "answers/0x50/MOT_REQ_VELPARAMS/1"

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from jsonschema import Draft202012Validator
 
+from checkout import SCHEMAS
+
 if TYPE_CHECKING:
     from conftest import Stagewire
 
 MOVE = "53 04 06 00 D0 01 01 00 40 0D 03 00"
 HOME = "43 04 01 00 50 01"
 COMPLETED = "64 04 0E 00 81 50 01 00 68 AA A0 01 00 00 00 00 30 00 00 80"
-SCHEMA = json.loads(
-    (Path(__file__).parents[2] / "spec/schema/testee.schema.json").read_text(encoding="utf-8")
-)
+SCHEMA = json.loads((SCHEMAS / "testee.schema.json").read_text(encoding="utf-8"))
 
 
 def validate(name: str, answer: Any) -> None:

@@ -11,10 +11,11 @@ import jsonschema
 import pytest
 from repositories import GOOD, commit, edit, make_repository
 
+from checkout import ROOT
+
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-ROOT = Path(__file__).parents[2]
 OVERLAYS = ROOT / "tests" / "generator" / "good_overlays" / "tiny" / "overlays"
 EDITS = {
     "wire": ("messages/core.yaml", "at_rest: {bit: 1}", "at_rest: {bit: 2}"),

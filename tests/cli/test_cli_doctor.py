@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from made_ports import linux, port, show
+from serial_ports import linux, port, show
 from stagewire.discovery import linux as linux_room
 
 if TYPE_CHECKING:

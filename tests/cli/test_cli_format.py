@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from checkout import ROOT
 from stagewire_cli.main import main
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-ROOT = Path(__file__).parents[2]
 GOOD = ROOT / "tests" / "generator" / "good_spec"
 KINDS = "captures errata examples messages overlay printed protocol quantities rules stages units"
 

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from checkout import ROOT
+
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-ROOT = Path(__file__).parents[2]
 SMALL = ROOT / "tests" / "generator" / "good_spec"
 
 

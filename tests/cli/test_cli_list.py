@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from made_ports import linux, port, show
+from serial_ports import linux, port, show
 
 if TYPE_CHECKING:
     from conftest import Stagewire

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import pytest
 from pyarrow import parquet
 
+from checkout import TESTS
 from invented_packets import PROTOCOL, SHAPES, SetAngle, Stop, protocol_of
 from stagewire.packets import Packet
 from stagewire.protocol import Protocol
@@ -36,7 +37,7 @@ STREAM = b"\x00" + MOVE + UNKNOWN + SHORT + Packet(SetAngle(1, 2), 4, b"\x07").e
 
 @pytest.fixture(autouse=True)
 def installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "installed"))
+    monkeypatch.syspath_prepend(str(TESTS / "support" / "installed"))
 
 
 @pytest.fixture
@@ -92,7 +93,7 @@ def test_what_is_not_encoded(stagewire: Stagewire, words: list[str], said: str) 
 def test_packets_without_an_address(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
     module = ModuleType("stagewire_invented")
     module.PROTOCOL = protocol_of(SHAPES["bare"])  # type: ignore[attr-defined]
-    folder = Path(__file__).parents[1] / "installed" / "stagewire_invented"
+    folder = TESTS / "support" / "installed" / "stagewire_invented"
     module.PROTOCOL._loaded["registry.json"] = json.loads((folder / "registry.json").read_text())
     monkeypatch.setitem(sys.modules, "stagewire_invented", module)
     assert stagewire("encode", "STOP").out == "AA 00 01\n"
@@ -300,7 +301,7 @@ def test_a_framing_that_nobody_knows(stagewire: Stagewire, monkeypatch: pytest.M
     odd = Protocol(NAME, "Odd", "stagewire_invented", messages=(Stop,), nameless={})
     module = ModuleType("stagewire_invented")
     module.PROTOCOL = odd  # type: ignore[attr-defined]
-    folder = Path(__file__).parents[1] / "installed" / "stagewire_invented"
+    folder = TESTS / "support" / "installed" / "stagewire_invented"
     odd._loaded["registry.json"] = json.loads((folder / "registry.json").read_text("utf-8"))
     monkeypatch.setitem(sys.modules, "stagewire_invented", module)
     assert stagewire("show", "SET_ANGLE").code == 0

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from checkout import ROOT
 from quick_specs import quick_specs
 from stagewire_generator import TARGETS
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-ROOT = Path(__file__).parents[2]
 SPEC = ROOT / "spec"
 
 

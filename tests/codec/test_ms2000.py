@@ -11,10 +11,10 @@ from random import Random
 from typing import Any
 
 import pytest
+from command_reference import Piece, Reference
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from command_reference import Piece, Reference
 from stagewire.commands import (
     BadCommandLength,
     Command,

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from jsonschema_rs import Draft202012Validator
 
+from checkout import SCHEMAS
 from quick_command import entry_points_once
 from stagewire.protocol import Protocol
 from stagewire_conformance import Verdict
 from stagewire_conformance.examples import run_example
 from stagewire_conformance.testee import serve
 
-SCHEMA = json.loads(
-    (Path(__file__).parents[2] / "spec/schema/testee.schema.json").read_text(encoding="utf-8")
-)
+SCHEMA = json.loads((SCHEMAS / "testee.schema.json").read_text(encoding="utf-8"))
 
 
 def validator(name: str) -> Draft202012Validator:

@@ -10,7 +10,8 @@ import pytest
 from asking import SCHEMA
 from jsonschema_rs import Draft202012Validator
 
-from fenced import ROOT, blocks
+from checkout import ROOT
+from markdown_blocks import blocks
 from stagewire.protocol import available_protocols, load_protocol
 from stagewire_conformance.cases import mismatches
 from stagewire_conformance.testee import Testee

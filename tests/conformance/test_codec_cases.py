@@ -13,6 +13,7 @@ import pytest
 from asking import REQUEST
 from broken_codecs import NAMES, InProcess
 
+from checkout import TESTS
 from invented_packets import PROTOCOL as PACKETS
 from stagewire.protocol import load_protocol
 from stagewire_conformance.testee import Testee
@@ -132,7 +133,7 @@ def test_patterns() -> None:
 
 
 def test_a_protocol_of_somebody_else(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "installed"))
+    monkeypatch.syspath_prepend(str(TESTS / "support" / "installed"))
     report = run([], [PACKETS], start=lambda: InProcess(Testee().answer))
     assert report.failures() == []
     assert {"invented_packets/examples", "lines", "order"} <= {r.case.group for r in report.results}
@@ -391,7 +392,7 @@ BAY: Json = {"message": "RACK_REQ_BAYUSED", "form": "header"}
 def test_what_stands_where(
     monkeypatch: pytest.MonkeyPatch, name: str, request_: Json, raw: str, names: str
 ) -> None:
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "installed"))
+    monkeypatch.syspath_prepend(str(TESTS / "support" / "installed"))
     protocol = load_protocol(name)
     for place, wanted in enumerate(names.split()):
         field, _, at = wanted.partition("@")

@@ -16,13 +16,12 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import plain_yaml
+from checkout import SCHEMAS
 from stagewire_conformance.device.declared import Declared, declare, known_units
 from stagewire_conformance.device.errors import PicsError
 from stagewire_conformance.device.pics.file import parse_pics, read_pics
 
-SCHEMA = json.loads(
-    (Path(__file__).parents[2] / "spec/schema/pics.schema.json").read_text(encoding="utf-8")
-)
+SCHEMA = json.loads((SCHEMAS / "pics.schema.json").read_text(encoding="utf-8"))
 Draft202012Validator.check_schema(SCHEMA)
 VALIDATOR = Draft202012Validator(SCHEMA)
 

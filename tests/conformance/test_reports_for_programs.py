@@ -25,12 +25,11 @@ from made_sheets import (
     sheet,
 )
 
+from checkout import SCHEMAS
 from stagewire_conformance.reports import Finding, Grade, Sheet, Verdict, as_json, as_junit
 
 HERE = Path(__file__).parent
-SCHEMA = json.loads(
-    (HERE.parents[1] / "spec/schema/conformance-report.schema.json").read_text(encoding="utf-8")
-)
+SCHEMA = json.loads((SCHEMAS / "conformance-report.schema.json").read_text(encoding="utf-8"))
 SHEETS = {
     "all": sheet(),
     "one": sheet(PASSED),

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from checkout import ROOT
 from stagewire.protocol import load_protocol
 from stagewire_conformance.device.checks import kinds_of
 from stagewire_conformance.device.declared import declare, known_units
@@ -23,7 +24,7 @@ PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 PROMISED = {"timing"}
 """Kinds that hold a controller to what its vendor promises in the PICS, and to no rule."""
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "conformance-rules.md"
+PAGE = ROOT / "docs" / "conformance-rules.md"
 
 
 @pytest.fixture(scope="module", params=PROTOCOLS)

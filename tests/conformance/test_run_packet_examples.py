@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import json
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import asking
 import jsonschema
 import pytest
 
+from checkout import SCHEMAS, TESTS
 from invented_packets import PROTOCOL
 from stagewire_conformance import coverage, run
 from stagewire_conformance.examples import run_capture
 
-ROOT = Path(__file__).parents[2]
-INSTALLED = ROOT / "tests" / "installed"
+INSTALLED = TESTS / "support" / "installed"
 VECTORS = json.loads((INSTALLED / "stagewire_invented" / "vectors.json").read_text("utf-8"))
 MOVE, STATE, MISPRINT = VECTORS["examples"]
 STOP, CUT_OFF = VECTORS["captures"]
@@ -33,7 +32,7 @@ passes = partial(asking.passes, PROTOCOL)
 
 
 def schema(name: str) -> jsonschema.Draft202012Validator:
-    text = (ROOT / f"spec/schema/{name}.schema.json").read_text(encoding="utf-8")
+    text = (SCHEMAS / f"{name}.schema.json").read_text(encoding="utf-8")
     return jsonschema.Draft202012Validator(json.loads(text))
 
 

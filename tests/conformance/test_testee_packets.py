@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,6 +9,7 @@ from asking import code, one, refused
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from checkout import TESTS
 from invented_packets import PROTOCOL, SHAPES, SetAngle, StateFull, protocol_of
 from stagewire.errors import BadValueError
 from stagewire.packets import Packet
@@ -21,7 +21,7 @@ MOVE = Packet(SetAngle(-90_000, 10), 3).encode().hex()
 
 @pytest.fixture(autouse=True)
 def installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "installed"))
+    monkeypatch.syspath_prepend(str(TESTS / "support" / "installed"))
 
 
 def decode(raw: str, **request: Any) -> dict[str, Any]:

@@ -11,12 +11,13 @@ from proof_controller import answers_of, channel_of
 from proof_line import FarEnd, Side, settled
 
 import plain_yaml
+from checkout import ROOT
 from stagewire import End
 from stagewire.header import DATA_FLAG
 from stagewire.protocol import load_protocol
 from stagewire_conformance.hexes import octets
 
-EXAMPLES = Path(__file__).parents[2] / "conformance/examples"
+EXAMPLES = ROOT / "conformance/examples"
 CALLS = Path(__file__).parent / "worked_calls"
 
 

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
 from device_line import RecordedLine
 
 import stagewire_virtual as virtual
+from checkout import ROOT
 from stagewire.errors import LimitError
 from stagewire_apt import TDC001, aio, devices, stages
 from stagewire_apt.enumerations import MoveDirection
 from stagewire_virtual import stepped
 
-ROOT = Path(__file__).parents[2]
 MM = 34304
 STEP = MM // 10  # of a new controller
 START, TRAVEL = 2 * MM, 5 * MM

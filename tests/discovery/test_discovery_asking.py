@@ -8,7 +8,7 @@ import pytest
 
 import stagewire
 import stagewire_virtual as virtual
-from made_ports import linux, port, show
+from serial_ports import linux, port, show
 from stagewire import links
 from stagewire.discovery.asking import used_bays
 from stagewire.discovery.computer_diagnosis import diagnose_computer

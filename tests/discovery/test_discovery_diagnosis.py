@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from made_ports import linux, port, show, windows
+from serial_ports import linux, port, show, windows
 from stagewire.discovery import linux as linux_room
 from stagewire.discovery import windows as windows_room
 from stagewire.discovery.computer_diagnosis import diagnose_computer

@@ -8,7 +8,7 @@ import pytest
 
 import stagewire
 import stagewire_virtual as virtual
-from made_ports import linux, show
+from serial_ports import linux, show
 from stagewire.discovery import device_class
 from stagewire.errors import (
     BadValueError,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import stagewire
-from made_ports import linux, macos, port, show, windows
+from serial_ports import linux, macos, port, show, windows
 from stagewire.discovery.known import by_name, by_serial_number
 from stagewire.discovery.ports import port_of, serial_ports
 from stagewire.discovery.usb import plug_of

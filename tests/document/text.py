@@ -7,7 +7,8 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from checkout import ROOT
+
 NAMES = {"thorlabs_apt": "000_10158ebefc6a9f15.txt", "asi_ms2000": "001_d6e265560c7eb5e3.txt"}
 VARIABLE = "STAGEWIRE_DOCUMENTS"
 WITHOUT = "none"  # a public CI, which cannot have the documents

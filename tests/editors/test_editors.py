@@ -15,13 +15,13 @@ from typing import Any
 
 import pytest
 
+from checkout import ROOT
 from language_server import LanguageServer
 from stagewire_generator.formatting import find
 from stagewire_generator.schemas import KINDS
 
 pytestmark = pytest.mark.matrix
 
-ROOT = Path(__file__).parents[2]
 SCHEMAS = ROOT / "spec" / "schema"
 MESSAGES = ROOT / "spec" / "thorlabs_apt" / "messages" / "motor.yaml"
 FILES = find(ROOT / "spec")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from checkout import ROOT
+
 Json = dict[str, Any]
-ROOT = Path(__file__).parents[2]
 REGISTRY: Json = json.loads(
     (ROOT / "generated/python/stagewire_ms2000/registry.json").read_text("utf-8")
 )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
+from checkout import ROOT
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.lint import c_names
@@ -37,7 +37,6 @@ from stagewire_generator.targets.c.source import (
     unsigned,
 )
 
-ROOT = Path(__file__).parents[2]
 PLACE = Place("x.yaml")
 COMMENT = re.compile(r"/\*.*?\*/|\"(?:\\.|[^\"\\])*\"", re.DOTALL)
 

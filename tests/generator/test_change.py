@@ -15,6 +15,7 @@ import jsonschema
 import pytest
 
 import plain_yaml
+from checkout import SCHEMAS
 from stagewire_generator import TARGETS, check, model, render
 from stagewire_generator.change import (
     KINDS,
@@ -30,7 +31,7 @@ from stagewire_generator.checks import Checked
 from stagewire_generator.model import Protocol
 
 HERE = Path(__file__).parent
-SCHEMA = json.loads((HERE.parents[1] / "spec/schema/changes.schema.json").read_text("utf-8"))
+SCHEMA = json.loads((SCHEMAS / "changes.schema.json").read_text("utf-8"))
 PYTHON_TARGET = import_module("stagewire_generator.targets.python.render")
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
 

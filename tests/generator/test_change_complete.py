@@ -8,11 +8,11 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from checkout import ROOT
 from stagewire_generator import model
 from stagewire_generator.change import KINDS, ChangeClass, compare
 from stagewire_generator.change.attributes import (
@@ -27,7 +27,6 @@ from stagewire_generator.change.attributes import (
 )
 from stagewire_generator.model import Protocol
 
-ROOT = Path(__file__).parents[2]
 KeyPath = tuple[str, ...]
 
 DATACLASSES = [

@@ -11,12 +11,13 @@ import jsonschema
 import pytest
 
 import plain_yaml
+from checkout import SCHEMAS
 from stagewire_generator import check
 from stagewire_generator.change import Change, Spec, compare_specs, report, unvouched
 from stagewire_generator.checks import Checked
 
 HERE = Path(__file__).parent
-SCHEMA = json.loads((HERE.parents[1] / "spec/schema/changes.schema.json").read_text("utf-8"))
+SCHEMA = json.loads((SCHEMAS / "changes.schema.json").read_text("utf-8"))
 
 CASES = plain_yaml.read(HERE / "overlay_changes.yaml")
 CHANGES, BOTH, EVIDENCE = CASES["changes"], CASES["both"], CASES["evidence"]

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from checkout import ROOT
 from stagewire_generator.codes import CODES, GROUPS, Code
 from stagewire_generator.codes_page import anchor, page
 
-ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "diagnostics.md"
 
 

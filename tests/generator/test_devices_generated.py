@@ -19,6 +19,7 @@ import pytest
 
 import stagewire_apt
 import stagewire_ms2000
+from checkout import ROOT
 from stagewire.devices import asynchronous, synchronous
 from stagewire.devices.tables import Action, Command, ParameterSet, Query
 from stagewire.devices.values import InUnits, Values
@@ -29,7 +30,6 @@ from stagewire_generator.output import write
 from stagewire_generator.targets.python.devices.naming import ARGUMENTS, METHODS, apart, unit_words
 
 PACKAGES = (stagewire_apt, stagewire_ms2000)
-ROOT = Path(__file__).parents[2]
 BASES = [name for name in synchronous.__all__ if name != "Motion"]
 
 

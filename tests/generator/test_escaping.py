@@ -13,9 +13,8 @@ from typing import Any
 import pytest
 
 import plain_yaml
+from checkout import ROOT
 from stagewire_generator import check, checks, render
-
-ROOT = Path(__file__).parents[2]
 
 
 def load(path: Path) -> Any:

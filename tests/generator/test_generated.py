@@ -14,11 +14,11 @@ import jsonschema
 import jsonschema_rs
 import pytest
 
+from checkout import ROOT
 from stagewire_generator import DEFAULT_TARGETS, TARGETS, check, render
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.canonical import canonical
 
-ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"
 COMMITTED = {
     path.relative_to(GENERATED).as_posix(): path.read_bytes()

@@ -11,11 +11,10 @@ from typing import Any
 import pytest
 import yaml
 
+from checkout import ROOT
 from stagewire.commands import CommandReceived, TextReceived
 from stagewire.commands.formats import host_framer
 from stagewire_conformance import run
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ import jsonschema
 import pytest
 import yaml
 
+from checkout import ROOT
 from stagewire.errors import BadLengthError
 from stagewire.packets import Packet
 from stagewire_conformance import run
@@ -20,7 +21,6 @@ from stagewire_generator.lint.witness import compare_witness
 from stagewire_generator.model import Protocol
 from stagewire_generator.strict_yaml import load
 
-ROOT = Path(__file__).parents[2]
 Made = Callable[[dict[str, str]], Any]
 
 

@@ -11,12 +11,13 @@ from typing import Any
 
 import pytest
 
+from checkout import ROOT
 from stagewire_cli.main import main
 from stagewire_generator import check
 from stagewire_generator.change import compare
 from stagewire_generator.model import Protocol
 
-SPEC = Path(__file__).parents[2] / "spec"
+SPEC = ROOT / "spec"
 NAME = "thorlabs_apt/later_issues"
 RUN = "from stagewire_cli.main import run; run()"
 

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stagewire
+from checkout import ROOT
 from stagewire_cli.main import main
 from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
@@ -24,7 +25,7 @@ from stagewire_generator.targets.templates import Templates
 PROJECT = {"python/README.md", "python/pyproject.toml"}
 NAME = "acme_carousel"
 TEMPLATES = Templates()
-SPEC = Path(__file__).parents[2] / "spec"
+SPEC = ROOT / "spec"
 
 
 @pytest.fixture(scope="module")

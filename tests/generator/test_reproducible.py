@@ -15,9 +15,9 @@ from pathlib import Path
 
 import pytest
 
+from checkout import ROOT
 from stagewire_generator import TARGETS, check, render
 
-ROOT = Path(__file__).parents[2]
 COMMAND = "from stagewire_cli.main import run; run()"
 EVERYTHING = [word for target in TARGETS for word in ("--target", target)]
 HERE = Path(__file__).parent

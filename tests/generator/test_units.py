@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from checkout import ROOT
+
 Json = dict[str, Any]
-ROOT = Path(__file__).parents[2]
 REGISTRY: Json = json.loads(
     (ROOT / "generated" / "python" / "stagewire_apt" / "registry.json").read_text("utf-8")
 )

@@ -16,13 +16,13 @@ from typing import Any
 import jsonschema
 import pytest
 
+from checkout import ROOT, TESTS
 from stagewire_conformance.cases import mismatches
 from stagewire_conformance.testee import Testee
 from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.vectors import cases_of
 
-ROOT = Path(__file__).parents[2]
 HERE = Path(__file__).parent
 SPECS = {
     "thorlabs_apt": ROOT / "spec",
@@ -30,7 +30,7 @@ SPECS = {
     "tiny": HERE / "good_spec",
     "turtle": HERE / "good_commands",
     "carousel": HERE / "good_packets",
-    "spark": HERE.parent / "hostile" / "more_spec",
+    "spark": TESTS / "injection" / "more_spec",
 }
 SCHEMA = json.loads((ROOT / "spec/schema/vectors.schema.json").read_text(encoding="utf-8"))
 Json = dict[str, Any]

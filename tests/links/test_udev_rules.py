@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
-RULES = Path(__file__).parents[2] / "examples" / "udev" / "70-stagewire.rules"
+from checkout import ROOT
+
+RULES = ROOT / "examples" / "udev" / "70-stagewire.rules"
 MATCHES = {"ACTION", "SUBSYSTEM", "DRIVER", "KERNEL", "ATTR", "ATTRS", "ENV"}
 ASSIGNED = {"GROUP", "MODE", "TAG", "SYMLINK", "ATTR", "ENV", "RUN"}
 PART = re.compile(r'([A-Z]+)(?:\{(\w+)\})?(==|!=|\+=|:=|=)"([^"]*)"')

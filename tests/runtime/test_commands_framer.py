@@ -6,6 +6,7 @@ from itertools import combinations, pairwise
 from random import Random
 
 import pytest
+from command_reference import Piece, Reference
 from hypothesis import given
 from hypothesis import strategies as st
 from invented_commands import (
@@ -20,7 +21,6 @@ from invented_commands import (
     WriteSpare,
 )
 
-from command_reference import Piece, Reference
 from stagewire.commands import (
     BadCommandLength,
     CommandFrame,

@@ -5,13 +5,13 @@ from __future__ import annotations
 import importlib.util
 import sys
 from itertools import pairwise
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from checkout import ROOT
 from stagewire.framing import (
     BadLength,
     Direction,
@@ -603,7 +603,7 @@ def test_remembered_headers_are_bounded() -> None:
 
 @pytest.fixture(scope="module")
 def experiment() -> ModuleType:
-    path = Path(__file__).parents[2] / "benchmarks" / "framing_experiment.py"
+    path = ROOT / "benchmarks" / "framing_experiment.py"
     spec = importlib.util.spec_from_file_location("framing_experiment", path)
     assert spec is not None
     assert spec.loader is not None

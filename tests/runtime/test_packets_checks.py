@@ -9,8 +9,8 @@ import pickle
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from packet_reference import slow_check
+
 from stagewire.packets import Check, Crc, Sum, Xor
 
 DIGITS = b"123456789"

@@ -8,9 +8,9 @@ from random import Random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from packet_reference import Piece, Reference
 
 from invented_packets import PROTOCOL, SHAPES, SetAngle, Stop, protocol_of
-from packet_reference import Piece, Reference
 from stagewire.errors import BadValueError
 from stagewire.framing import Event, Garbage, join_garbage
 from stagewire.packets import (

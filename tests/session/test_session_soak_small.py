@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
+from checkout import ROOT
+
 pytestmark = pytest.mark.matrix
 
-ROOT = Path(__file__).parents[2]
 PROGRAMS = {
     "endurance": (["--hours", "0.05", "--quick"], "10 axes for 0.05 h: 18,000 updates"),
     "many_sessions": (

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import shutil
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from checkout import ROOT
 from stagewire_apt import PROTOCOL
 from stagewire_cli.main import main
 from stagewire_virtual.clock import SteppedClock
@@ -16,8 +16,6 @@ from stagewire_virtual.instrument import Instrument
 from stagewire_virtual.making import make_instrument
 from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.units import units_of
-
-ROOT = Path(__file__).parents[2]
 
 # Units that Issue 3 does not have; each is one line of units.yaml.
 LINES = {

@@ -6,13 +6,12 @@ import re
 import runpy
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 import stagewire_virtual as virtual
+from checkout import ROOT
 
-ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples/python"
 TEXT = (ROOT / "docs/virtual.md").read_text(encoding="utf-8")
 

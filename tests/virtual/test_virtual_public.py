@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 import stagewire_virtual as virtual
+from checkout import ROOT
 from stagewire.errors import BadValueError
 from stagewire_apt import messages as m
 from stagewire_apt import stages
@@ -28,8 +29,6 @@ from stagewire_virtual.errors import (
 from stagewire_virtual.factory import Factory
 from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.units import all_units
-
-ROOT = Path(__file__).parents[2]
 
 
 def test_every_public_name_is_there_and_from_where_it_is_said_to_be() -> None:

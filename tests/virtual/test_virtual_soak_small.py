@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.matrix
+from checkout import ROOT
 
-ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.matrix
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads memory from /proc")

@@ -1,0 +1,87 @@
+"""Which documents there are, and what runs each of their blocks: here, or tests that stand elsewhere.
+
+A block that has no row is a test that fails; so is a row that no block has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from checkout import ROOT
+from markdown_blocks import Block, blocks
+
+__all__ = ["BY_MACHINE", "ELSEWHERE", "LONG", "NOT_RUN", "READ_ONLY", "documents", "here"]
+
+ELSEWHERE = {
+    "docs/build-systems.md": "tests/packaging/build_systems/test_build_systems_page.py",
+    "docs/c.md": "tests/c/test_c_page.py",
+    "docs/contributing.md": "tests/documentation/walkthrough/test_contributing.py",
+    "docs/vectors.md": "tests/conformance/test_cases.py",
+    "docs/your-own-protocol.md": "tests/documentation/walkthrough/test_your_own_protocol.py",
+    "examples/c/README.md": "tests/c/test_c_examples.py",
+}
+"""Documents with all of whose blocks other tests do more than to run them."""
+
+NOT_RUN = {
+    "pip install .": "needs the network; tests/packaging/test_distribution.py installs the wheel",
+    "pip install '.[generator]'": "needs the network",
+    "pip install '.[numpy,parquet]'": "needs the network",
+    "pip install '.[plot]'": "needs the network",
+    "pip install '.[conformance]'": "needs the network",
+    "stagewire conformance device socket://127.0.0.1:4001 --pics pics.toml --html report.html": (
+        "a minute; benchmarks/conformance_time.py has whole runs, and the lines below it parts of them"
+    ),
+    "stagewire generate --spec-dir . --package acme_turntable --out build/acme": (
+        "a spec of the reader's own; tests/documentation/walkthrough/test_your_own_protocol.py has one"
+    ),
+    "pip install build/acme/python": "likewise",
+    "stagewire show SET_ANGLE": "likewise",
+    "python benchmarks/framing_experiment.py --table small --runs 60": "minutes; make bench runs it",
+    "python benchmarks/framing_experiment.py --table generated --runs 20": "likewise",
+    "python tests/mutation/mutants.py": "minutes; tests/mutation/test_mutants.py runs a part",
+}
+"""Lines of shell blocks that no test can run, each with the reason."""
+
+LONG = {
+    "stagewire format": "8 s",
+    "stagewire format --check spec": "8 s",
+    "stagewire format spec": "8 s",
+}
+"""Lines that only `make test-all` runs, each with the seconds of a processor that it takes."""
+
+BY_MACHINE = {
+    "stagewire doctor": "finds fault with a machine into which no controller is plugged",
+}
+"""Lines that may end with 1 as well, each with the reason."""
+
+READ_ONLY = {
+    ("docs/architecture.md", "spec/ ──► generator/ ──► generated/ ──┐"): "a picture",
+    ("docs/architecture.md", "a generated class: TDC001.move_absolute(mm=5)"): "a picture",
+    (
+        "docs/architecture.md",
+        "testees/  cases: vectors, examples, hostile lines ──► a codec ──────┐",
+    ): "a picture",
+    ("docs/editors.md", "spec/"): "a tree of folders",
+    ("docs/overlays.md", "spec/thorlabs_apt/overlays/later_issues/"): "a tree of folders",
+    ("docs/virtual.md", "to_host|to_controller ACTION [byte|frame] [KEY=VALUE ...]"): "a grammar",
+    ("docs/editors.md", 'vim.lsp.config("yamlls", {'): "settings of Neovim",
+    ("docs/editors.md", "(add-hook 'yaml-ts-mode-hook #'eglot-ensure)"): "settings of Emacs",
+}
+"""Blocks that nothing can run or read: what they are, by their first line."""
+
+
+def documents() -> list[str]:
+    """Return every document that speaks to users, as a path from the top of the project."""
+    found = [ROOT / "README.md", *ROOT.glob("docs/*.md"), *ROOT.glob("examples/**/*.md")]
+    return sorted(path.relative_to(ROOT).as_posix() for path in found)
+
+
+def here(*languages: str) -> Iterator[tuple[str, Block]]:
+    """Yield what the tests of this folder have to run: document and block."""
+    for document in documents():
+        if document in ELSEWHERE:
+            continue
+        for block in blocks(Path(ROOT, document)):
+            if block.language in languages and (document, block.first) not in READ_ONLY:
+                yield document, block

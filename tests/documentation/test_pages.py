@@ -1,0 +1,51 @@
+"""No block of a document is forgotten: each is run by a test, or has a reason why none can."""
+
+from __future__ import annotations
+
+import pytest
+from ledger import BY_MACHINE, ELSEWHERE, LONG, NOT_RUN, READ_ONLY, documents, here
+from shell import lines
+from test_pages_data import READ_BY
+
+from checkout import ROOT
+from markdown_blocks import blocks
+
+RUN = {"python", "sh"}
+"""The languages of which the tests of this folder run every block."""
+
+
+@pytest.mark.parametrize("document", documents())
+def test_every_block_has_something_that_runs_it(document: str) -> None:
+    text = (ROOT / document).read_text(encoding="utf-8")
+    found = list(blocks(ROOT / document))
+    assert text.count("```") == 2 * len(found), "a fence within a line, indented, or never closed"
+    if document in ELSEWHERE:
+        assert found
+        return
+    left = [
+        f"line {block.line}: nothing runs a block of {block.language or 'no language'!r}"
+        for block in found
+        if block.language not in RUN
+        and (document, block.first) not in READ_ONLY
+        and (document, block.first) not in READ_BY
+    ]
+    assert left == []
+
+
+@pytest.mark.parametrize(("document", "test"), list(ELSEWHERE.items()))
+def test_the_tests_elsewhere_are_there(document: str, test: str) -> None:
+    assert document in documents()
+    folder = (ROOT / test).parent
+    assert (ROOT / test).is_file()
+    name = document.rpartition("/")[2]
+    assert any(name in path.read_text(encoding="utf-8") for path in folder.glob("*.py"))
+
+
+def test_every_row_of_the_tables_has_its_block() -> None:
+    commands = {command for _, block in here("sh") for command, _ in lines(block.text)}
+    assert (NOT_RUN.keys() | LONG.keys() | BY_MACHINE.keys()) - commands == set()
+    there = {
+        (document, block.first) for document in documents() for block in blocks(ROOT / document)
+    }
+    assert (READ_ONLY.keys() | READ_BY.keys()) - there == set()
+    assert READ_ONLY.keys() & READ_BY.keys() == set()

@@ -1,0 +1,181 @@
+"""The blocks that are no programs are read by what reads such files."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+import yaml
+from shell import lines
+
+import stagewire_virtual as virtual
+from checkout import ROOT
+from markdown_blocks import blocks
+from stagewire.capture import read_capture
+from stagewire.protocol import load_protocol
+from stagewire_cli.main import main
+from stagewire_conformance.device.pics.file import parse_pics
+from stagewire_conformance.testee import Testee
+from stagewire_conformance.testees import plan, read_expected
+from stagewire_generator.codes import CODES
+from stagewire_virtual.serving.bench import load_bench
+
+LEFT_OUT = "…"
+LESS = {"required", "anyOf", "oneOf", "minProperties"}
+"""What of a schema a file need not keep of which something is left out."""
+
+
+def shortened(value: Any) -> Any:
+    """Return what a shortened file says, without the places where something is left out."""
+    if isinstance(value, dict):
+        kept = {key: shortened(each) for key, each in value.items() if key != LEFT_OUT}
+        return {key: each for key, each in kept.items() if each != LEFT_OUT}
+    if isinstance(value, list):
+        return [shortened(each) for each in value if each != LEFT_OUT]
+    return value
+
+
+def schema(kind: str) -> Callable[[str, Path], None]:
+    """Return what holds a shortened file against a schema: its keys and its types."""
+
+    def read(text: str, folder: Path) -> None:
+        found = json.loads((ROOT / "spec" / "schema" / f"{kind}.schema.json").read_bytes())
+        validator = jsonschema.Draft202012Validator(found)
+        errors = [
+            f"{error.json_path}: {error.message}"
+            for error in validator.iter_errors(shortened(yaml.safe_load(text)))
+            if error.validator not in LESS
+        ]
+        assert errors == []
+
+    return read
+
+
+def first_line(text: str, folder: Path) -> None:
+    """The line by which editors find the schema is that of the files in a protocol's messages."""
+    written = (ROOT / "spec" / "thorlabs_apt" / "messages" / "motor.yaml").read_text("utf-8")
+    assert written.startswith(text)
+
+
+def settings(text: str, folder: Path) -> None:
+    """A part of a settings file."""
+    assert all(value is False for value in json.loads(f"{{{text}}}").values())
+
+
+def bench(text: str, folder: Path) -> None:
+    """A bench of virtual controllers."""
+    (folder / "bench.toml").write_text(text, encoding="utf-8")
+    loaded = load_bench(folder / "bench.toml")
+    assert len(loaded.units) == text.count("[[unit]]") > 0
+
+
+def faults(text: str, folder: Path) -> None:
+    """Faults, one a line, of which none does anything at once."""
+    texts = [line.partition("#")[0].strip() for line in text.splitlines()]
+    with virtual.TDC001(faults=texts) as tdc:
+        assert tdc.read() == b""
+
+
+def capture(text: str, folder: Path) -> None:
+    """A recorded session."""
+    (folder / "session.txt").write_text(text, encoding="utf-8")
+    assert len(read_capture(folder / "session.txt").recorded) == 2
+
+
+def message(text: str, folder: Path) -> None:
+    """What ``stagewire check`` says of something, and the cure."""
+    told = re.fullmatch(r"(\S+\.yaml):\d+:\d+: (SW\d+) .*\n    hint: (.*)\n", text)
+    assert told
+    assert (ROOT / told[1]).is_file()
+    assert CODES[told[2]].hint == told[3]
+
+
+def pics(text: str, folder: Path) -> None:
+    """What a vendor declares; everything in it is taken."""
+    found = parse_pics(text.encode())
+    assert found.unit == "TDC001"
+    assert found.timing.reply_p99_ms == 50
+    assert len(found.unsupported) == 2
+
+
+def talk(text: str, folder: Path) -> None:
+    """Requests, each with its answer; the words of a refusal are for people."""
+    said = [json.loads(line) for line in text.splitlines()]
+    for request, answer in zip(said[::2], said[1::2], strict=True):
+        came = Testee().answer(json.dumps(request).encode())
+        assert not {"detail"} & (came.keys() ^ answer.keys())
+        assert {**came, "detail": ""} == {**answer, "detail": ""}
+
+
+def expected(text: str, folder: Path) -> None:
+    """Failures of a codec, each of which is about a case."""
+    (folder / "expected.toml").write_text(text, encoding="utf-8")
+    read = read_expected(folder / "expected.toml")
+    assert len(read.failures) == text.count("[[expected]]") == 2
+    read.reasons(plan([load_protocol("thorlabs_apt")], seed=1))
+
+
+def failure(text: str, folder: Path) -> None:
+    """What the command above it prints."""
+    blocks_before = [b.text for b in blocks(ROOT / "docs/conformance.md") if "flip frame" in b.text]
+    [(command, status)] = lines(blocks_before[0])
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()):
+        assert main(shlex.split(command)[1:]) == status == 1
+    wanted = [line for line in text.splitlines() if line.strip() != LEFT_OUT]
+    assert len(wanted) == 4
+    assert [line for line in printed.getvalue().splitlines() if line in wanted] == wanted
+
+
+READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
+    (
+        "docs/diagnostics.md",
+        "spec/thorlabs_apt/messages/motor.yaml:97:3: SW031 MOT_VELPARAMS: "
+        "the fields take 14 bytes, the length is 12",
+    ): message,
+    (
+        "docs/editors.md",
+        "# yaml-language-server: $schema=../../schema/messages.schema.json",
+    ): first_line,
+    ("docs/codec-conformance.md", '{"id":1,"op":"hello"}'): talk,
+    ("docs/codec-conformance.md", "schema_version = 1"): expected,
+    ("docs/conformance.md", "schema_version = 1"): pics,
+    (
+        "docs/conformance.md",
+        "FAIL answers/0x50/MOT_REQ_VELPARAMS/1: MOT_REQ_VELPARAMS for channel 1 to 0x50 is answered by one "
+        "MOT_GET_VELPARAMS",
+    ): failure,
+    ("docs/editors.md", '"yaml.schemaStore.enable": false,'): settings,
+    ("docs/overlays.md", "overlay: later_issues"): schema("overlay"),
+    ("docs/registry.md", "parameter_sets:"): schema("messages"),
+    ("docs/registry.md", "enumerations:"): schema("messages"),
+    ("docs/registry.md", "setup_commands:"): schema("messages"),
+    ("docs/registry.md", "framing:"): schema("protocol"),
+    ("docs/registry.md", "stages:"): schema("stages"),
+    ("docs/registry.md", "settings:"): schema("quantities"),
+    ("docs/registry.md", "errata:"): schema("errata"),
+    ("docs/registry.md", "rules:"): schema("rules"),
+    ("docs/virtual.md", "[[unit]]"): bench,
+    ("docs/virtual.md", "to_controller flip byte p=0.001 seed=3"): faults,
+    ("docs/virtual.md", "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001"): capture,
+}
+"""What reads a block, by its document and its first line."""
+
+
+def block_of(document: str, first: str) -> str:
+    """Return the text of a block."""
+    [text] = [block.text for block in blocks(ROOT / document) if block.first == first]
+    return text
+
+
+@pytest.mark.parametrize(("document", "first"), list(READ_BY))
+def test_a_block_is_read(document: str, first: str, tmp_path: Path) -> None:
+    READ_BY[document, first](block_of(document, first), tmp_path)

@@ -1,0 +1,61 @@
+"""Every block of the pages that are walked through can be read, which takes no walk to find out."""
+
+from __future__ import annotations
+
+import ast
+import json
+import shlex
+
+import pytest
+import typer
+
+import plain_yaml
+from checkout import ROOT
+from markdown_blocks import Block, blocks
+from stagewire_cli.main import command
+
+DOCS = ROOT / "docs"
+PAGES = ("contributing.md", "your-own-protocol.md")
+COMMANDS = set(typer.main.get_command(command()).commands)
+
+
+def read(block: Block) -> None:
+    """Read a block as its language; raise an error where that is not possible."""
+    if block.language == "python":
+        ast.parse(block.text)
+    elif block.language == "yaml":
+        assert isinstance(plain_yaml.load(block.text), dict)
+    elif block.language == "json":
+        json.loads(block.text)
+    elif block.language == "console":
+        written = block.text.replace("\\\n", " ").splitlines()
+        lines = [line[2:] for line in written if line.startswith("$ ")]
+        assert lines
+        for line in lines:
+            words = shlex.split(line, comments=True)
+            assert words[0] != "stagewire" or words[1] in COMMANDS, line
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_block_can_be_read(page: str) -> None:
+    found = list(blocks(DOCS / page))
+    assert {"console", "python", "yaml"} <= {block.language for block in found}
+    for block in found:
+        read(block)
+
+
+@pytest.mark.parametrize(
+    ("language", "text"),
+    [
+        ("python", "import from"),
+        ("yaml", "a: [b"),
+        ("yaml", "words"),
+        ("json", "{"),
+        ("console", "$ stagewire chekc spec"),
+        ("console", "$ echo 'x"),
+        ("console", "nothing"),
+    ],
+)
+def test_a_block_that_cannot_be_read_is_found(language: str, text: str) -> None:
+    with pytest.raises((SyntaxError, ValueError, AssertionError, plain_yaml.YAMLError)):
+        read(Block("", 1, language, text))

@@ -1,0 +1,45 @@
+"""The spec that has a text in every place, and what is generated from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from text_places import Files, Place, complete_spec, representatives, write
+
+from quick_specs import quick_specs
+from stagewire_generator import TARGETS, check, render
+
+
+@pytest.fixture(scope="session")
+def files() -> Files:
+    return complete_spec()
+
+
+@pytest.fixture(scope="session")
+def rendered(files: Files, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What is generated from the complete spec as it stands."""
+    return render(check(write(files, tmp_path_factory.mktemp("complete") / "spec")), TARGETS)
+
+
+@pytest.fixture(scope="session")
+def places(files: Files) -> list[Place]:
+    """One place for every location of the schemas."""
+    return representatives(files)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def workplace(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Work in an empty folder; whatever code comes to life would leave a file in it."""
+    folder = tmp_path_factory.mktemp("workplace")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        yield
+    assert list(folder.iterdir()) == []
+
+
+@pytest.fixture(scope="module")
+def quick_checking() -> Iterator[None]:
+    """Read, check and render again only what is not as it was."""
+    with quick_specs():
+        yield

@@ -1,0 +1,295 @@
+"""Every place of a spec that holds a text, found by walking its files along the JSON Schemas.
+
+A *location* is where a schema allows a text: a property, a map key or an item of a list. A *place* is where
+a text stands in a file. Walking a file along its schema says which locations its places exercise, so
+that a location that no place exercises shows.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+
+import plain_yaml
+from checkout import ROOT
+
+__all__ = [
+    "Files",
+    "KeyPath",
+    "Place",
+    "all_changed",
+    "changed",
+    "complete_spec",
+    "kind_of",
+    "locations",
+    "places",
+    "representatives",
+    "schema",
+    "write",
+]
+
+SCHEMAS = ROOT / "spec" / "schema"
+GOOD = ROOT / "tests" / "generator" / "good_spec"
+COMMANDS = ROOT / "tests" / "generator" / "good_commands"
+PACKETS = ROOT / "tests" / "generator" / "good_packets"
+MORE = Path(__file__).parent / "more_spec"
+
+KeyPath = tuple[str | int, ...]
+Files = dict[str, Any]  # path below the folder of the spec -> data
+
+_GROUPS = ("messages", "errata", "printed", "examples", "captures")
+_TEXT = 'a "b" \\ {c} é'  # what is allowed only where any visible text is
+# They say which of several schemas applies, and hold nothing themselves.
+_CONDITIONS = frozenset({"if", "not", "propertyNames"})
+
+
+@dataclass(frozen=True)
+class Place:
+    """A text in a file of the spec: a value, or the key of one."""
+
+    file: str
+    path: KeyPath
+    is_key: bool
+    locations: frozenset[str]  # in the schema, as "kind#/pointer"
+    free: bool  # any visible text is allowed
+    longest: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{'.'.join(map(str, self.path))}{' (key)' * self.is_key}"
+
+    @property
+    def unread(self) -> bool:
+        """Whether any text may stand here: it is compared with no witness and with no bytes."""
+        of_commands = self.file.startswith("turtle/") and (
+            self.path[0] == "document"
+            or (self.path[0] in ("commands", "setup_commands") and self.path[-1] == "title")
+        )
+        of_bytes = self.file.startswith("conformance/") and "fields" in self.path
+        return self.free and not ("/printed/" in self.file or of_bytes or of_commands)
+
+
+# The spec
+
+
+def complete_spec() -> Files:
+    """Return the good specs of the generator's tests, with all that they do not show."""
+    files = {}
+    for folder in (GOOD, COMMANDS, PACKETS, MORE):
+        for path in sorted(folder.rglob("*.yaml")):
+            name = path.relative_to(folder).as_posix()
+            files[name] = plain_yaml.load(path.read_text(encoding="utf-8"))
+    return files
+
+
+def kind_of(file: str) -> str:
+    """Return the kind of a file, which is the name of its schema."""
+    folder, _, name = file.rpartition("/")
+    group = folder.rpartition("/")[2]
+    return group if group in _GROUPS else name.removesuffix(".yaml")
+
+
+def write(files: Files, folder: Path, *, raw: str = "") -> Path:
+    """Write the files as JSON, which is YAML, too; characters beyond ASCII as escapes.
+
+    :param raw: characters that are written as they are.
+    """
+    for name, data in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(data, ensure_ascii=False, indent=1)
+        text = re.sub(
+            r"[^\x00-\x7e]",
+            lambda char: char[0] if char[0] in raw else f"\\U{ord(char[0]):08x}",
+            text,
+        )
+        path.write_bytes(text.encode("utf-8"))
+    return folder
+
+
+def changed(files: Files, place: Place, text: str) -> Files:
+    """Return the files with another text in a place."""
+    return all_changed(files, [(place, text)])
+
+
+def all_changed(files: Files, texts: Iterable[tuple[Place, str]]) -> Files:
+    """Return the files with other texts in several places."""
+    copies: Files = {}
+    for place, text in texts:
+        if place.file not in copies:
+            copies[place.file] = copy.deepcopy(files[place.file])
+        *way, last = place.path
+        holder = copies[place.file]
+        for part in way:
+            holder = holder[part]
+        if place.is_key:
+            entries = [(text if key == last else key, value) for key, value in holder.items()]
+            holder.clear()
+            holder.update(entries)
+        else:
+            holder[last] = text
+    return {**files, **copies}
+
+
+# The schemas
+
+
+@cache
+def schema(kind: str) -> Any:
+    return json.loads((SCHEMAS / f"{kind}.schema.json").read_text(encoding="utf-8"))
+
+
+def _target(root: Any, reference: str) -> Any:
+    for part in reference.removeprefix("#/").split("/"):
+        root = root[part]
+    return root
+
+
+def _resolved(node: Any, root: Any) -> Any:
+    """Return a schema with what it refers to laid under it."""
+    while isinstance(node, dict) and "$ref" in node:
+        rest = {key: value for key, value in node.items() if key != "$ref"}
+        node = {**_target(root, node["$ref"]), **rest}
+    return node
+
+
+def _takes_text(node: Any, root: Any) -> bool:
+    """Whether a schema lets a text through."""
+    node = _resolved(node, root)
+    if not isinstance(node, dict):
+        return False
+    if "enum" in node:
+        return any(isinstance(value, str) for value in node["enum"])
+    if "const" in node:
+        return isinstance(node["const"], str)
+    kinds = node.get("type", ())
+    return "string" in ([kinds] if isinstance(kinds, str) else kinds)
+
+
+def locations(root: Any) -> set[str]:
+    """Return the pointer of everything in a schema that holds a text; of keys with " (key)"."""
+    return set(_locations(root, root, "#"))
+
+
+def _locations(root: Any, node: Any, pointer: str) -> Iterator[str]:
+    if isinstance(node, list):
+        node = {str(index): item for index, item in enumerate(node)}
+        yield from (
+            found for k, v in node.items() for found in _locations(root, v, f"{pointer}/{k}")
+        )
+    if not isinstance(node, dict):
+        return
+    for key, value in node.items():
+        at = f"{pointer}/{key}"
+        if key in ("properties", "patternProperties", "prefixItems"):
+            named = enumerate(value) if key == "prefixItems" else value.items()
+            for name, below in named:
+                if key == "patternProperties":
+                    yield f"{at}/{name} (key)"
+                if _takes_text(below, root):
+                    yield f"{at}/{name}"
+                yield from _locations(root, below, f"{at}/{name}")
+        elif key in ("items", "additionalProperties", "unevaluatedProperties", "contains"):
+            if _takes_text(value, root):
+                yield at
+            yield from _locations(root, value, at)
+        elif key not in _CONDITIONS:
+            yield from _locations(root, value, at)
+
+
+# Both
+
+
+def places(files: Files) -> list[Place]:
+    """Return every place of the files that holds a text."""
+    found = []
+    for file, data in files.items():
+        kind = kind_of(file)
+        walk = _Walk(schema(kind))
+        walk.apply(schema(kind), "#", data, ())
+        for path, is_key in sorted(walk.locations, key=str):
+            pointers = frozenset(f"{kind}{p}" for p in walk.locations[path, is_key])
+            applied = [] if is_key else [walk.schemas[p] for p in walk.locations[path, is_key]]
+            free = bool(applied) and all(walk.holds(node, _TEXT) for node in applied)
+            longest = min((node.get("maxLength", 10**6) for node in applied), default=0)
+            found.append(Place(file, path, is_key, pointers, free, longest))
+    return found
+
+
+def representatives(files: Files) -> list[Place]:
+    """Return one place for each set of locations, of messages and of commands."""
+    found = {
+        (place.locations, place.file.partition("/")[0]): place for place in reversed(places(files))
+    }
+    return list(found.values())[::-1]
+
+
+class _Walk:
+    """Goes along the data of a file and its schema, side by side."""
+
+    def __init__(self, root: Any) -> None:
+        self.root = root
+        self.locations: dict[tuple[KeyPath, bool], set[str]] = {}
+        self.schemas: dict[str, Any] = {}  # by location
+        self.validators: dict[int, Any] = {}
+
+    def holds(self, node: Any, data: Any) -> bool:
+        if id(node) not in self.validators:
+            whole = {"$defs": self.root.get("$defs", {}), "allOf": [node]}
+            self.validators[id(node)] = jsonschema.Draft202012Validator(whole)
+        return bool(self.validators[id(node)].is_valid(data))
+
+    def note(self, pointer: str, path: KeyPath, is_key: bool = False) -> None:
+        self.locations.setdefault((path, is_key), set()).add(pointer)
+
+    def enter(self, node: Any, pointer: str, data: Any, path: KeyPath) -> None:
+        if isinstance(data, str) and _takes_text(node, self.root):
+            self.note(pointer, path)
+            if pointer not in self.schemas:
+                self.schemas[pointer] = _resolved(node, self.root)
+        self.apply(node, pointer, data, path)
+
+    def apply(self, node: Any, pointer: str, data: Any, path: KeyPath) -> None:
+        """Follow every part of a schema that holds for the data."""
+        if not isinstance(node, dict):
+            return
+        if "$ref" in node:
+            self.apply(_target(self.root, node["$ref"]), node["$ref"], data, path)
+        for key in ("allOf", "anyOf", "oneOf"):
+            for index, below in enumerate(node.get(key, ())):
+                if key == "allOf" or self.holds(below, data):
+                    self.apply(below, f"{pointer}/{key}/{index}", data, path)
+        if "if" in node:
+            branch = "then" if self.holds(node["if"], data) else "else"
+            self.apply(node.get(branch), f"{pointer}/{branch}", data, path)
+        if isinstance(data, dict):
+            self.mapping(node, pointer, data, path)
+        elif isinstance(data, list):
+            first = node.get("prefixItems", ())
+            for index, item in enumerate(data):
+                if index < len(first):
+                    at = f"{pointer}/prefixItems/{index}"
+                    self.enter(first[index], at, item, (*path, index))
+                else:
+                    self.enter(node.get("items"), f"{pointer}/items", item, (*path, index))
+
+    def mapping(self, node: Any, pointer: str, data: dict[str, Any], path: KeyPath) -> None:
+        for name, value in data.items():
+            at = (*path, name)
+            if name in node.get("properties", ()):
+                self.enter(node["properties"][name], f"{pointer}/properties/{name}", value, at)
+            for pattern, below in node.get("patternProperties", {}).items():
+                if re.search(pattern, name):
+                    where = f"{pointer}/patternProperties/{pattern}"
+                    self.note(f"{where} (key)", at, is_key=True)
+                    self.enter(below, where, value, at)
+        for name, below in node.get("dependentSchemas", {}).items():
+            if name in data:
+                self.apply(below, f"{pointer}/dependentSchemas/{name}", data, path)

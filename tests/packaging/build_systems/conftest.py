@@ -1,0 +1,47 @@
+"""A project of somebody else with a small spec in it, and the programs that it uses."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sysconfig
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from checkout import ROOT
+
+SCRIPTS = sysconfig.get_path("scripts")  # where stagewire, cmake, ninja and pre-commit are
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A folder with blanks in its name, and the small good spec in it."""
+    folder = tmp_path / "my own project"
+    shutil.copytree(ROOT / "tests" / "generator" / "good_spec", folder / "spec")
+    return folder
+
+
+@pytest.fixture
+def run(project: Path) -> Run:
+    """Run a program of this environment in the project."""
+
+    def run(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
+        path = os.pathsep.join([SCRIPTS, os.environ.get("PATH", os.defpath)])
+        done = subprocess.run(
+            [shutil.which(str(words[0]), path=path) or str(words[0]), *map(str, words[1:])],
+            cwd=project,
+            env={**os.environ, "PATH": path, "LC_ALL": "C.UTF-8", **more},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding="utf-8",
+            timeout=300,
+        )
+        assert "Traceback" not in done.stdout, done.stdout
+        return done
+
+    return run

@@ -1,0 +1,63 @@
+"""The fenced blocks of Markdown documents: where they stand, and in which language they are."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Block", "blocks", "said"]
+
+_BLOCK = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.M | re.S)
+_FILE = re.compile(r"(?P<how>File|In) `(?P<path>[^`]+)`")
+_SECTION = re.compile(r"^## (.*)$", re.M)
+_PRINTED = re.compile(r"print\(.*\) +# (.*)$", re.M)
+
+
+@dataclass(frozen=True)
+class Block:
+    """One fenced block: where it stands, its language and text, and the file that it is, if any.
+
+    A paragraph that begins with ``File `path```` makes the next block that file; with ``In `path```` the next
+    block is added to its end. Below a paragraph that is ``<!-- goes on -->`` a block goes on where the one
+    before it ended.
+    """
+
+    section: str
+    line: int
+    language: str
+    text: str
+    path: str | None = None
+    added: bool = False
+    goes_on: bool = False
+
+    @property
+    def first(self) -> str:
+        """The first line without its comment: by it a block is named."""
+        return re.sub(r"\s{2,}#.*", "", self.text.partition("\n")[0])
+
+
+def blocks(document: Path, language: str | None = None) -> Iterator[Block]:
+    """Yield the blocks of a document in order, all or those of a language."""
+    page = document.read_text(encoding="utf-8")
+    end = 0
+    for found in _BLOCK.finditer(page):
+        paragraph = page[end : found.start()].strip().split("\n\n")[-1]
+        file = _FILE.match(paragraph)
+        end = found.end()
+        if language in (None, found["language"]):
+            yield Block(
+                section=(_SECTION.findall(page[: found.start()]) or [""])[-1],
+                line=page.count("\n", 0, found.start()) + 1,
+                language=found["language"],
+                text=found["text"],
+                path=file and file["path"],
+                added=file is not None and file["how"] == "In",
+                goes_on=paragraph == "<!-- goes on -->",
+            )
+
+
+def said(block: Block) -> list[str]:
+    """Return what a block of Python says that it prints: a comment behind a ``print`` is its line."""
+    return _PRINTED.findall(block.text)

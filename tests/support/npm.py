@@ -1,0 +1,42 @@
+"""Programs of npm that tests run: installed once, below ``.venv``, as a lock file says."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from checkout import ROOT
+
+__all__ = ["node_modules"]
+
+
+def node_modules(room: Path) -> Path:
+    """Return the folder with what ``package-lock.json`` in a room of the tests names.
+
+    Its parent is named after the lock file. Test processes may meet here: each installs into a folder of
+    its own, and one of these gets the name. Fails the test where there is no npm.
+    """
+    lock = room / "package-lock.json"
+    folder = ROOT / ".venv" / room.name / hashlib.sha256(lock.read_bytes()).hexdigest()[:16]
+    if folder.is_dir():
+        return folder / "node_modules"
+    npm = shutil.which("npm")
+    if npm is None:
+        pytest.fail(f"the tests in {room.name} need Node.js, 18 or later, with npm")
+    part = folder.with_name(f"{folder.name}.{os.getpid()}.part")
+    part.mkdir(parents=True)
+    for name in ("package.json", lock.name):
+        shutil.copy(room / name, part)
+    subprocess.run([npm, "ci", "--no-audit", "--no-fund", "--ignore-scripts"], cwd=part, check=True)
+    try:
+        part.rename(folder)
+    except OSError:
+        if not folder.is_dir():
+            raise
+        shutil.rmtree(part)
+    return folder / "node_modules"

@@ -1,0 +1,72 @@
+"""Tests that only some systems can run: elsewhere they are skipped, with the reason.
+
+A test that needs a compiler, a shell or a call of the system has a row in this table, or a ``skipif`` of
+its own. Linux runs every row.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from checkout import TESTS
+
+__all__ = ["NEEDS"]
+
+LINUX = ("linux",)
+POSIX = ("linux", "darwin")
+
+NEEDS = {
+    "packaging/build_systems/": (LINUX, "runs make, CMake and the compilers of Linux"),
+    "c/": (LINUX, "runs the compilers, emulators and checkers of Linux"),
+    "fuzz/": (POSIX, "limits the time of a case by SIGALRM"),
+    "generator/test_change_revision.py::test_git_cannot_be_run": (POSIX, "needs a file's mode"),
+    "generator/test_formatting_files.py::test_a_file_keeps_its_mode_and_nothing_lies_beside_it": (
+        POSIX,
+        "needs a file's mode",
+    ),
+    "generator/test_output.py::test_a_pipe_in_the_place_of_a_file": (POSIX, "needs named pipes"),
+    "generator/test_templates.py::test_everything_that_is_wrong_with_files_is_reported": (
+        POSIX,
+        "needs named pipes",
+    ),
+    "injection/test_injected_files.py": (POSIX, "Windows refuses these names of files"),
+    "project/test_demo.py": (POSIX, "needs make and a POSIX shell"),
+    "packaging/test_third_party.py::test_the_c_of_the_project_compiles": (
+        LINUX,
+        "runs gcc and g++",
+    ),
+    "packaging/test_third_party.py::test_the_testee_in_c_answers_as_the_one_in_python": (
+        LINUX,
+        "runs gcc",
+    ),
+    "documentation/walkthrough/": (POSIX, "needs bash and Perl"),
+}
+"""Folder, file or test below ``tests/``: the systems that run it, and the reason to skip it on others."""
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Leave out the tests of C on Windows: processes share what they build by ``fcntl``."""
+    return True if collection_path == TESTS / "c" and not _installed("fcntl") else None
+
+
+def _installed(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ValueError:  # a test has hidden it
+        return False
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip what this system cannot run."""
+    refused = {row: why for row, (systems, why) in NEEDS.items() if sys.platform not in systems}
+    for item in items:
+        if item.path.is_relative_to(TESTS):
+            path = item.path.relative_to(TESTS).as_posix()
+            test = f"{path}::{getattr(item, 'originalname', item.name)}"
+            for row, why in refused.items():
+                if row in (path, test) or (row.endswith("/") and path.startswith(row)):
+                    item.add_marker(pytest.mark.skip(reason=why))
