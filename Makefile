@@ -16,7 +16,7 @@ PYTHON ?= python3
 SPEC := spec
 OUT := generated
 # make test runs the unit tests first, so that most failures show within two minutes.
-UNITS := codec runtime session links discovery generator devices
+UNITS := runtime generator
 PYTEST = .venv/test/bin/python -m pytest -q -n $(WORKERS) --dist worksteal
 # One worker more than there are cores: some tests only wait.
 WORKERS := $(shell $(PYTHON) -c "import os; print((os.cpu_count() or 1) + 1)")
@@ -32,7 +32,7 @@ SECONDS := 60
 SEED := 1
 
 # The tests whose coverage has a floor: what runs on every message and every motion, in three minutes of processor time.
-COVERED := tests/codec tests/runtime tests/session tests/discovery tests/links tests/virtual
+COVERED := tests/runtime tests/virtual --ignore=tests/runtime/devices
 
 # The tests start hundreds of short processes; without bytecode each of them would compile the packages again.
 unexport PYTHONDONTWRITEBYTECODE
@@ -86,7 +86,7 @@ coverage: .venv/test/ready
 
 # Compilers, emulators and checkers of C, where they can be installed without a password; else it says what is missing.
 tools:
-	@$(PYTHON) tests/c/tools.py install
+	@$(PYTHON) tests/generated/c/tools.py install
 
 generate: .venv/test/ready
 	.venv/test/bin/stagewire generate --spec $(SPEC) --out $(OUT)
@@ -100,20 +100,20 @@ archives: .venv/test/ready
 
 # The committed table of code sizes; REASON says why they change, and stays in the table.
 c-sizes: .venv/test/ready tools
-	.venv/test/bin/python tests/c/sizes.py --renew "$(REASON)"
+	.venv/test/bin/python tests/generated/c/sizes.py --renew "$(REASON)"
 
 bench: .venv/bench/ready tools
 	$(call programs,bench,$(BENCHMARKS))
 
 soak: .venv/test/ready
 	$(call programs,test,$(SOAKS))
-	.venv/test/bin/python tests/devices/motion_guard.py --examples 20000
-	.venv/test/bin/python tests/devices/proof_faults.py --requests 100000 --seed $(SEED)
+	.venv/test/bin/python tests/runtime/devices/motion_guard.py --examples 20000
+	.venv/test/bin/python tests/runtime/devices/proof_faults.py --requests 100000 --seed $(SEED)
 
 fuzz: .venv/fuzz/ready tools
 	.venv/fuzz/bin/python tests/fuzz/atheris_codec.py --executions $(EXECUTIONS) --seed $(SEED)
 	.venv/fuzz/bin/python tests/fuzz/memory_growth.py
-	.venv/fuzz/bin/python tests/c/libfuzzer.py --executions $(C_EXECUTIONS) --seed $(SEED)
+	.venv/fuzz/bin/python tests/generated/c/libfuzzer.py --executions $(C_EXECUTIONS) --seed $(SEED)
 	.venv/fuzz/bin/python tests/fuzz/user_input.py --seconds $(SECONDS) --seed $(SEED)
 	.venv/fuzz/bin/python tests/fuzz/virtual_controllers.py --seconds $(SECONDS) --seed $(SEED)
 

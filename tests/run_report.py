@@ -20,13 +20,14 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 from junitparser import JUnitXml, Skipped
 
 __all__ = ["Folder", "folders", "main"]
 
-_DOCUMENTS = "tests.document."
+_DOCUMENTS = "tests.spec.document."
 
 
 @dataclass
@@ -42,7 +43,7 @@ def folders(cases: Sequence[object]) -> dict[str, Folder]:
     found: dict[str, Folder] = {}
     for case in cases:
         parts = case.classname.split(".")[1:]  # the first is "tests"
-        name = parts[0] if len(parts) > 1 else "."
+        name = "/".join(takewhile(lambda part: not part.startswith("test_"), parts)) or "."
         folder = found.setdefault(name, Folder())
         folder.tests += 1
         folder.seconds += case.time or 0.0
@@ -86,10 +87,10 @@ def _said(times: dict[str, float]) -> str:
 def _report(paths: Sequence[str]) -> bool:
     cases = [case for path in paths for suite in JUnitXml.fromfile(path) for case in suite]
     skipped = [case for case in cases if any(isinstance(r, Skipped) for r in case.result)]
-    print(f"{'folder':<16}{'tests':>8}{'seconds':>10}")
+    print(f"{'folder':<26}{'tests':>8}{'seconds':>10}")
     for name, folder in folders(cases).items():
-        print(f"{name:<16}{folder.tests:>8,}{folder.seconds:>10.1f}")
-    print(f"{'all':<16}{len(cases):>8,}{sum(case.time or 0 for case in cases):>10.1f}")
+        print(f"{name:<26}{folder.tests:>8,}{folder.seconds:>10.1f}")
+    print(f"{'all':<26}{len(cases):>8,}{sum(case.time or 0 for case in cases):>10.1f}")
     for case in skipped:
         print(f"skipped: {case.classname}::{case.name}: {case.result[0].message}")
     print(f"{len(cases)} tests in the report, {len(skipped)} skipped")

@@ -30,8 +30,8 @@ spec/thorlabs_apt/messages/motor.yaml:97:3: SW031 MOT_VELPARAMS: the fields take
 that is file (from the current folder), line, column, code, what is wrong, and what to do about it.
 `stagewire check --explain SW031` prints what stands here, and `stagewire check --format json|github|junit`
 reports for programs. Codes are stable: one that is no longer needed is not given to something else.
-`tests/bad_specs/` has at least one broken spec for each, with the messages that it brings in its first
-comments.
+`tests/generator/bad_specs/` has at least one broken spec for each, with the messages that it brings in
+its first comments.
 """
 
 

@@ -15,11 +15,11 @@ __all__ = ["BY_MACHINE", "ELSEWHERE", "LONG", "NOT_RUN", "READ_ONLY", "documents
 
 ELSEWHERE = {
     "docs/build-systems.md": "tests/packaging/build_systems/test_build_systems_page.py",
-    "docs/c.md": "tests/c/test_c_page.py",
+    "docs/c.md": "tests/generated/c/test_c_page.py",
     "docs/contributing.md": "tests/documentation/walkthrough/test_contributing.py",
     "docs/vectors.md": "tests/conformance/test_cases.py",
     "docs/your-own-protocol.md": "tests/documentation/walkthrough/test_your_own_protocol.py",
-    "examples/c/README.md": "tests/c/test_c_examples.py",
+    "examples/c/README.md": "tests/generated/c/test_c_examples.py",
 }
 """Documents with all of whose blocks other tests do more than to run them."""
 

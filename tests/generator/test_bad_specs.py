@@ -20,7 +20,7 @@ from stagewire_generator.diagnostics import CODES, SpecError
 from stagewire_generator.pipeline import check
 
 HERE = Path(__file__).parent
-BAD = HERE.parent / "bad_specs"
+BAD = HERE / "bad_specs"
 CASES = sorted(BAD.iterdir())
 _EXPECT = re.compile(r"^# expect: (.*)$", re.MULTILINE)
 _REPLACES = re.compile(r"^# replaces: (\S+)$", re.MULTILINE)

@@ -25,7 +25,7 @@ from stagewire_generator.validation import fits_schema
 
 HERE = Path(__file__).parent
 GOOD = [HERE / name for name in ("good_spec", "good_commands", "good_packets", "good_overlays")]
-BAD = HERE.parent / "bad_specs"
+BAD = HERE / "bad_specs"
 _FOLDERS = {"messages", "errata", "printed", "examples", "captures"}  # of files of one kind
 
 # What patterns, lengths and types are there to keep out, or might be of two minds about.

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 from run_report import main
 
-PASSED = '<testcase classname="tests.cli.test_a" name="test_one" time="1.5"/>'
+PASSED = (
+    '<testcase classname="tests.conformance.firmware.test_a.TestClass" name="test_one" time="1.5"/>'
+)
 SKIPPED = (
     '<testcase classname="tests.test_b" name="test_two"><skipped message="no document"/></testcase>'
 )
@@ -49,7 +51,9 @@ def test_exit_status(
     )
 
 
-@pytest.mark.parametrize(("name", "status"), [("tests.document.test_a", 0), ("tests.documents", 1)])
+@pytest.mark.parametrize(
+    ("name", "status"), [("tests.spec.document.test_a", 0), ("tests.spec.documents", 1)]
+)
 def test_a_public_ci_runs_without_the_documents(
     name: str, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -65,7 +69,11 @@ def test_seconds_are_added_up_by_folder(tmp_path: Path, capsys: pytest.CaptureFi
     root = '<testcase classname="tests.test_c" name="test_three" time="0.25"/>'
     assert main([report(tmp_path, root, PASSED, PASSED)]) == 0
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
-    assert rows[1:4] == [["cli", "2", "3.0"], [".", "1", "0.2"], ["all", "3", "3.2"]]
+    assert rows[1:4] == [
+        ["conformance/firmware", "2", "3.0"],
+        [".", "1", "0.2"],
+        ["all", "3", "3.2"],
+    ]
 
 
 @pytest.mark.parametrize(("processor", "status"), [(539.0, 0), (541.0, 1)])

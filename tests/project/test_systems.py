@@ -83,7 +83,7 @@ def test_every_module_imports_without_the_modules_of_posix() -> None:
 
 @pytest.mark.matrix
 def test_the_tests_are_collected_without_the_modules_of_posix() -> None:
-    assert "tests/links/test_opening.py: " in python(COLLECT)
+    assert "tests/runtime/links/test_link_opening.py: " in python(COLLECT)
 
 
 @pytest.mark.parametrize("row", NEEDS)
@@ -104,7 +104,7 @@ def test_what_a_system_cannot_run_is_skipped(
     found: list[str] = []
     pipe = "test_a_pipe_in_the_place_of_a_file"
     tests = {
-        "c": ("c/test_c_compile.py", "test_it", "test_it[gcc]"),
+        "c": ("generated/c/test_c_compile.py", "test_it", "test_it[gcc]"),
         "names": ("injection/test_injected_files.py", "test_it", "test_it"),
         "pipe": ("generator/test_output.py", pipe, f"{pipe}[a/one.py]"),
         "other": ("generator/test_output.py", "test_it", "test_it"),

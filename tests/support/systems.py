@@ -21,7 +21,7 @@ POSIX = ("linux", "darwin")
 
 NEEDS = {
     "packaging/build_systems/": (LINUX, "runs make, CMake and the compilers of Linux"),
-    "c/": (LINUX, "runs the compilers, emulators and checkers of Linux"),
+    "generated/c/": (LINUX, "runs the compilers, emulators and checkers of Linux"),
     "fuzz/": (POSIX, "limits the time of a case by SIGALRM"),
     "generator/test_change_revision.py::test_git_cannot_be_run": (POSIX, "needs a file's mode"),
     "generator/test_formatting_files.py::test_a_file_keeps_its_mode_and_nothing_lies_beside_it": (
@@ -50,7 +50,9 @@ NEEDS = {
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
     """Leave out the tests of C on Windows: processes share what they build by ``fcntl``."""
-    return True if collection_path == TESTS / "c" and not _installed("fcntl") else None
+    return (
+        True if collection_path == TESTS / "generated" / "c" and not _installed("fcntl") else None
+    )
 
 
 def _installed(module: str) -> bool:

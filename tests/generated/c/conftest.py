@@ -1,0 +1,67 @@
+"""What several tests of the generated C share, made once a session."""
+
+from __future__ import annotations
+
+import fcntl
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from command_library import CommandLibrary, make_library, make_turtle
+from testees import Testees
+from toolchain import need
+
+from checkout import TESTS
+from parts import first_of
+
+# The tests of the testee in Python are run again, with the one in C beside it.
+sys.path.append(str(TESTS / "conformance"))
+
+Once = Callable[[str, Callable[[Path], object]], Path]
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Once:
+    """Fill a folder once, and return it; all processes of a run share it."""
+    base = tmp_path_factory.getbasetemp()
+    root = base if worker_id == "master" else base.parent
+
+    def once(name: str, fill: Callable[[Path], object]) -> Path:
+        folder = root / name
+        with open(root / f"{name}.lock", "a+", encoding="ascii") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            lock.seek(0)
+            if not lock.read():
+                folder.mkdir(exist_ok=True)
+                fill(folder)
+                lock.write("filled")
+        return folder
+
+    return once
+
+
+@pytest.fixture(scope="session")
+def testees(once: Once) -> Testees:
+    """The testees in C and in Python."""
+    need("gcc")
+    return Testees(once("testees", Testees.build))
+
+
+@pytest.fixture(scope="module")
+def asks_both(testees: Testees) -> Iterator[None]:
+    """Whatever a test asks the testee in Python is asked the one in C, too, and has to be answered alike."""
+    import asking
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(asking, "serve", testees.serve)
+        yield
+
+
+@pytest.fixture(scope="session", params=first_of(["ms2000", "turtle"]))
+def library(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> CommandLibrary:
+    """A protocol of commands in C and in Python: that of the registry, and one of the tests."""
+    folder = tmp_path_factory.mktemp(request.param)
+    return {"ms2000": make_library, "turtle": make_turtle}[request.param](folder)

@@ -1,0 +1,197 @@
+"""Code and memory of the generated C on a Cortex-M0, and the committed table of it.
+
+    python tests/generated/c/sizes.py                         # measure, compare, say what grew
+    python tests/generated/c/sizes.py --renew "why it grew"   # write sizes.toml, with the reason
+
+Of every layout the bytes of its three functions; what they share (helpers), parser, table and the
+deepest stack of each package. All layouts of a package are in one object here, as in a large
+firmware: so helpers are shared and not inlined. The checked encode is measured without the other
+beside it, which it would call.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import callgraph
+import tools
+from size_table import TABLE, Figures, grown, read, write
+from toolchain import CORTEX_M0, C, Package, compiles, packages, symbols
+
+__all__ = ["GCC", "compiler", "measure"]
+
+GCC = "arm-none-eabi-gcc"
+OPTIONS = [*CORTEX_M0, "-std=c99", f"-I{C}", callgraph.OPTION, "-fno-ipa-icf"]
+"""Folding identical functions would make the figure of one depend on what another looks like."""
+
+PARTS = ("parser", "replies")  # what keeps a state, which is the caller's
+# The functions that are compiled side by side, and the figure that each counts for.
+CHECKED = {"encode": "encode", "encode_unchecked": "encode", "decode": "decode"}
+UNCHECKED = {"encode_unchecked": "encode_unchecked"}
+_CLONE = re.compile(r"\.(part|constprop|isra|cold)\.?\d*")
+_CALLER_OWNED = re.compile(r"^\} (\w+_(?:parser|replies));", re.MULTILINE)
+
+
+def compiler() -> str:
+    """Return the compiler and its version."""
+    return compiles(GCC, "--version").splitlines()[0]
+
+
+def measure(package: Package, folder: Path) -> Figures:
+    """Return the figures of a package; objects go into the folder."""
+    accessors = build(
+        folder, f"{package.prefix}_accessors", accessors_of(package, ("encode", "decode"))
+    )
+    unchecked = build(
+        folder, f"{package.prefix}_unchecked", accessors_of(package, ("encode_unchecked",))
+    )
+    figures = _of_accessors(package, unchecked, UNCHECKED)
+    figures |= _of_accessors(package, accessors, CHECKED)
+    source = source_of(package)
+    parser = build(folder, f"{package.prefix}_parser", source)
+    no_names = f"-D{package.prefix.upper()}_NO_NAMES"
+    nameless = build(folder, f"{package.prefix}_nameless", source, no_names)
+    figures |= _of_source(package, nameless)
+    read_only = _read_only(nameless)
+    figures["table"] = read_only
+    figures["names"] = _read_only(parser) - read_only
+    owned = sizes_of_types(package, folder)
+    figures.update(owned)
+    graphs = {"stack": accessors, "parser_stack": parser}
+    for name, path in graphs.items():
+        graph = callgraph.read([path.with_suffix(".ci")])
+        figures[name] = max(map(graph.deepest, graph.calls))
+    return {f"{package.prefix}/{name}": size for name, size in figures.items()}
+
+
+def source_of(package: Package) -> str:
+    """Return parser and table, with those of its functions that stand in a header."""
+    starts = tuple(f"{package.prefix}_{part}_" for part in PARTS)
+    names = [name for name in package.functions() if name.startswith(starts)]
+    lines = [f'#include "{package.name}/{package.source.name}"', *_addresses(names)]
+    return "\n".join([*lines, ""])
+
+
+def accessors_of(package: Package, functions: Sequence[str]) -> str:
+    """Return a file in which these functions of all layouts are compiled, and no others."""
+    there = set(package.functions())
+    wanted = (f"{layout}_{function}" for layout in package.layouts() for function in functions)
+    names = [name for name in wanted if name in there]
+    return "\n".join([package.include(package.umbrella), *_addresses(names), ""])
+
+
+def _addresses(names: Sequence[str]) -> list[str]:
+    """Return a table for which a compiler has to emit functions that are ``static inline``."""
+    if not names:
+        return []
+    lines = ["typedef void (*any_function)(void);", "extern const any_function functions[];"]
+    return [
+        *lines,
+        "const any_function functions[] = {",
+        *(f"(any_function){n}," for n in names),
+        "};",
+    ]
+
+
+def build(folder: Path, name: str, text: str, *options: str) -> Path:
+    """Compile a text for the chip and return the object file."""
+    source = folder / f"{name}.c"
+    source.write_text(text, encoding="ascii")
+    made = source.with_suffix(".o")
+    compiles(GCC, *OPTIONS, *options, "-c", source.name, "-o", made.name, cwd=folder)
+    return made
+
+
+def _of_accessors(package: Package, made: Path, parts: Mapping[str, str]) -> dict[str, int]:
+    """Return the bytes of the functions of layouts, and of all others together: the helpers.
+
+    ``parts`` says which figure a function counts for, by the end of its name.
+    """
+    names = {
+        f"{layout}_{function}": f"{layout.removeprefix(package.prefix + '_')}/{part}"
+        for layout in package.layouts()
+        for function, part in parts.items()
+    }
+    figures = {"helpers": 0}
+    for symbol, kind, size in symbols("arm-none-eabi-nm", made):
+        if kind in "Tt":
+            name = names.get(_CLONE.sub("", symbol), "helpers")
+            figures[name] = figures.get(name, 0) + size
+    return figures
+
+
+def _of_source(package: Package, made: Path) -> dict[str, int]:
+    """Return the bytes of code that the parser needs, what decodes replies, and all together."""
+    rows = symbols("arm-none-eabi-nm", made)
+    code = {name: size for name, kind, size in rows if kind in "Tt"}
+    graph = callgraph.read([made.with_suffix(".ci")])
+    figures = {"source": sum(code.values())}
+    for part in PARTS:
+        roots = [name for name in code if name.startswith(f"{package.prefix}_{part}_")]
+        if roots:
+            figures[part] = sum(code.get(name, 0) for name in graph.reached(roots))
+    return figures
+
+
+def _read_only(made: Path) -> int:
+    """Return the bytes of constants, those without a symbol (text) included, but for our own."""
+    rows = (row.split() for row in compiles("arm-none-eabi-size", "-A", made).splitlines())
+    found = sum(int(row[1]) for row in rows if row and row[0].startswith(".rodata"))
+    ours = [size for name, _, size in symbols("arm-none-eabi-nm", made) if name == "functions"]
+    return found - sum(ours)
+
+
+def sizes_of_types(package: Package, folder: Path) -> Figures:
+    """Return the size of everything that users keep for the parser, by its name."""
+    texts = (path.read_text(encoding="utf-8") for path in package.headers())
+    types = [name for text in texts for name in _CALLER_OWNED.findall(text)]
+    lines = [f"const unsigned char size_of_{name}[sizeof({name})] = {{0}};" for name in types]
+    text = "\n".join([package.include(package.umbrella), *lines, ""])
+    made = build(folder, f"{package.prefix}_types", text)
+    sizes = {symbol: size for symbol, _, size in symbols("arm-none-eabi-nm", made)}
+    return {
+        f"sizeof_{name.removeprefix(package.prefix + '_')}": sizes[f"size_of_{name}"]
+        for name in types
+    }
+
+
+def main() -> int:
+    """Measure; write the table, or compare with it."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--renew", metavar="REASON", help="write the table, and why")
+    parser.add_argument("--print", action="store_true", help="only print the figures")
+    options = parser.parse_args()
+    if (options.renew is not None and not options.renew.isprintable()) or options.renew == "":
+        parser.error('say in one line why the figures change: make c-sizes REASON="..."')
+    reason = tools.why_not(["gcc", GCC])
+    if reason:
+        parser.error(reason)
+    now: dict[str, int] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for package in packages():
+            now.update(measure(package, Path(folder)))
+    made_by, table = read() if TABLE.exists() else ("", {})
+    if options.renew:
+        if (made_by, table) == (compiler(), now):
+            print(f"{TABLE.name}: as before, not written")
+            return 0
+        write(now, compiler(), options.renew)
+        print(f"{TABLE.name}: {len(now)} figures")
+        return 0
+    if options.print:
+        print("\n".join(f"{name} {size}" for name, size in now.items()))
+        return 0
+    if made_by != compiler():
+        print(f"the table is of {made_by}, this is {compiler()}")
+    larger = grown(table, now)
+    print("\n".join(larger) or f"{len(now)} figures, none of them more than the table allows")
+    return 1 if larger else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

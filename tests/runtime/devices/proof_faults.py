@@ -1,0 +1,255 @@
+"""A device asked for values that never come twice, over a line that loses, repeats, delays and damages.
+
+``python tests/runtime/devices/proof_faults.py --requests 100000 --seed 1`` asks so many times, in stepped
+time, prints what happened, and exits with 1 if a wrong value was returned, an error was not a documented one,
+or the session was not usable after it.
+
+Every reply carries a number that no other reply has. An answer is right if the controller gave it to a
+request of the same kind that it heard after the call began. A line keeps the order of what it carries:
+what is repeated stands right behind its original, and so do two answers to a request that was repeated;
+what is delayed holds up what follows; no delay outlasts the quiet period of a session.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+from proof_calls import fields_of, layouts
+from proof_controller import HOST, Controller, answers_of
+from proof_line import SIDES, Side, settled
+
+from stagewire import Frame
+from stagewire.errors import ReplyTimeout
+from stagewire.framing import Received
+from stagewire_apt import messages as m
+
+UNIT, ADDRESS, FOREIGN_BAY = "TDC001", 0x50, 0x22
+QUERIES = {
+    "get_pos_counter": m.MotGetPosCounter,
+    "get_enc_counter": m.MotGetEncCounter,
+    "get_vel_params": m.MotGetVelParams,
+    "get_gen_move_params": m.MotGetGenMoveParams,
+    "get_move_abs_params": m.MotGetMoveAbsParams,
+}
+RATE = 0.01
+FAULTS = ("loss", "duplication", "delay", "insertion", "header")
+TIMEOUTS = (0.2, 1.0)  # the shorter one gives up on what is only late
+SILENCE = 0.05  # seconds, after which either side gives up on the rest of a frame
+HEADER = range(6)
+LONGEST = {True: 0.35, False: 0.1}  # seconds of delay, to the host and to the controller
+
+
+class Noisy(Controller):
+    """A controller at the end of a bad line.
+
+    :param faults: which faults there are, each with the probability :data:`RATE` a frame and way.
+    """
+
+    def __init__(self, seed: int, faults: Iterable[str]) -> None:
+        super().__init__()
+        self.faults = tuple(faults)
+        self.noisy = True
+        self.happened: Counter[str] = Counter()
+        self.count = 0  # the number of the last reply
+        self.kinds: dict[int, type] = {}  # what each number was said in
+        self._draw = random.Random(seed)
+        self._free = {True: 0.0, False: 0.0}  # when either way has carried what it was given
+        self._last = 0.0
+
+    # The line
+
+    def take(self, data: bytes) -> Iterable[tuple[float, bytes]]:
+        time, carried = self._carry([data], to_host=False, time=self.now())
+        late = time - self._last > SILENCE
+        self._last = time
+        events = [*(self._framer.abandon() if late else ()), *self._framer.feed(carried)]
+        replies = [reply for event in events for _, reply in self.hear(event)]
+        if not replies:
+            return []
+        time, said = self._carry(replies, to_host=True, time=time)
+        return [(time - self.now(), said)]
+
+    def _carry(self, frames: list[bytes], to_host: bool, time: float) -> tuple[float, bytes]:
+        """Return when something comes out of the line for frames that follow each other, and what."""
+        said, delay = b"", 0.0
+        for frame in frames:
+            parts = [frame]
+            for fault in self.faults if self.noisy else ():
+                if self._draw.random() >= RATE:
+                    continue
+                self.happened[fault] += 1
+                if fault == "delay":
+                    delay = self._draw.uniform(0.0, LONGEST[to_host])
+                else:
+                    parts = self._hit(fault, frame, parts, to_host)
+            said += b"".join(parts)
+        self._free[to_host] = max(self._free[to_host], time + delay)
+        return self._free[to_host], said
+
+    def _hit(self, fault: str, frame: bytes, parts: list[bytes], to_host: bool) -> list[bytes]:
+        draw = self._draw
+        if fault == "loss":
+            return [] if draw.random() < 0.5 else [_without_a_byte(frame, HEADER, draw)]
+        if fault == "duplication":
+            return parts * 2
+        if fault == "insertion":
+            at = draw.randint(0, len(parts))
+            return [*parts[:at], self._inserted(to_host), *parts[at:]]
+        if fault == "header":
+            return [_damaged(part, HEADER, draw) for part in parts]
+        # Damage in the packet, or a byte of it lost, whose place other bytes may take.
+        spoil = _without_a_byte if draw.random() < 0.5 else _damaged
+        return [spoil(part, range(HEADER.stop, len(frame)), draw) for part in parts]
+
+    def _inserted(self, to_host: bool) -> bytes:
+        draw = self._draw
+        if not to_host or draw.random() < 0.4:
+            return draw.randbytes(draw.randint(1, 12))
+        wrong = self._reply(draw.choice(list(QUERIES.values())), draw.choice((1, 2)))
+        source = ADDRESS if wrong.chan_ident == 2 else FOREIGN_BAY
+        return Frame(wrong, dest=HOST, source=source).encode()
+
+    # The controller
+
+    def hear(self, event: Any) -> Iterable[tuple[float, bytes]]:
+        if not isinstance(event, Received) or event.dest != ADDRESS:
+            return ()
+        return super().hear(event)
+
+    def answer(self, frame: Frame) -> Iterable[tuple[float, bytes]]:
+        self.heard.clear()
+        cls = answers_of().get(type(frame.message))
+        if cls not in QUERIES.values() or not 0 < frame.message.chan_ident < 3:
+            return ()
+        reply = self._reply(cls, frame.message.chan_ident)
+        self.kinds[number_of(self.count)] = cls
+        return [(0.0, Frame(reply, dest=HOST, source=ADDRESS).encode())]
+
+    def _reply(self, cls: Any, channel: int) -> Any:
+        self.count += 1
+        names = [field["name"] for field in fields_of(layouts()[cls.__name__])]
+        values = {name: number_of(self.count) for name in names if name != "chan_ident"}
+        return cls(chan_ident=channel, **values)
+
+
+def number_of(count: int) -> int:
+    """Return what the reply of this count says: one damaged bit makes no number of another reply."""
+    return count << 1 | count.bit_count() & 1
+
+
+def _without_a_byte(frame: bytes, where: range, draw: random.Random) -> bytes:
+    if len(frame) < where.stop or not where:
+        return frame
+    at = draw.choice(where)
+    return frame[:at] + frame[at + 1 :]
+
+
+def _damaged(frame: bytes, where: range, draw: random.Random) -> bytes:
+    if len(frame) < where.stop or not where:
+        return frame
+    at = draw.choice(where)
+    return frame[:at] + bytes([frame[at] ^ 1 << draw.randrange(8)]) + frame[at + 1 :]
+
+
+class Tally:
+    """What came of the requests.
+
+    :ivar wrong: texts of what must never happen.
+    :ivar spoilt: values that are not what the controller said; only damage in packets makes such.
+    """
+
+    def __init__(self) -> None:
+        self.right = self.failed = self.spoilt = 0
+        self.wrong: list[str] = []
+        self.faults: Counter[str] = Counter()
+
+    def __str__(self) -> str:
+        faults = ", ".join(f"{name} {count}" for name, count in sorted(self.faults.items()))
+        asked = f"{self.right} right, {self.failed} of them when asked again after an error"
+        return f"{asked}; {self.spoilt} spoilt, {len(self.wrong)} wrong; {faults}"
+
+
+def judge(controller: Noisy, before: int, cls: type, message: Any) -> str:
+    """Say what an answer is: ``right``, ``spoilt`` (a number nobody said), or what is wrong with it."""
+    names = [field["name"] for field in fields_of(layouts()[cls.__name__])]
+    numbers = {getattr(message, name) for name in names if name != "chan_ident"}
+    known = {number for number in numbers if number in controller.kinds}
+    if numbers != known or len(numbers) > 1:
+        return "spoilt"
+    [number] = numbers
+    if controller.kinds[number] is not cls:
+        return f"{number} was said in a {controller.kinds[number].__name__}"
+    if number >> 1 <= before:
+        return f"reply {number >> 1} was to an earlier request; {before} was the last"
+    return "right"
+
+
+async def ask(bench: Any, controller: Noisy, requests: int, seed: int) -> Tally:
+    """Ask so many times; after each failure once more, over a line that is well again."""
+    draw = random.Random(seed)
+    tally = Tally()
+    async with bench.open(UNIT, identify=False, on_close="leave") as device:
+        for _ in range(requests):
+            name = draw.choice(list(QUERIES))
+            await _ask_once(device, controller, name, tally, draw.choice(TIMEOUTS))
+    tally.faults = controller.happened
+    return tally
+
+
+async def _ask_once(
+    device: Any, controller: Noisy, name: str, tally: Tally, timeout: float
+) -> None:
+    before = controller.count
+    try:
+        values = await settled(getattr(device, name)(timeout=timeout))
+    except ReplyTimeout:
+        if not controller.noisy:
+            tally.wrong.append(f"{name}: no answer from a line that is well again")
+            return
+        tally.failed += 1
+        controller.noisy = False
+        await _ask_once(device, controller, name, tally, 3 * max(TIMEOUTS))
+        controller.noisy = True
+        return
+    except Exception as error:  # whatever it is, it is not what the documentation promises
+        tally.wrong.append(f"{name}: {error!r}")
+        return
+    verdict = judge(controller, before, QUERIES[name], values.message)
+    if verdict == "right":
+        tally.right += 1
+    elif verdict == "spoilt" and "packet" in controller.faults:
+        tally.spoilt += 1
+    else:
+        tally.wrong.append(f"{name}: {verdict}: {values}")
+
+
+def run(side: Side, requests: int, seed: int, faults: Iterable[str] = FAULTS) -> Tally:
+    controller = Noisy(seed, faults)
+    return side.run(controller, lambda bench: ask(bench, controller, requests, seed))
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--requests", type=int, default=100_000)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    failed = False
+    for side in SIDES:
+        for faults in (FAULTS, (*FAULTS, "packet")):
+            tally = run(side, options.requests, options.seed, faults)
+            print(f"{side}, {', '.join(faults)}: {tally}")
+            for text in tally.wrong[:20]:
+                print(f"  {text}")
+            failed = failed or bool(tally.wrong)
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,94 @@
+"""Jogs and velocity moves where the position rises, or falls, in direction 1: no sign is assumed."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+from recording_link import RecordedLine
+
+import stagewire_virtual as virtual
+from checkout import ROOT
+from stagewire.errors import LimitError
+from stagewire_apt import TDC001, aio, devices, stages
+from stagewire_apt.enumerations import MoveDirection
+from stagewire_virtual import stepped
+
+MM = 34304
+STEP = MM // 10  # of a new controller
+START, TRAVEL = 2 * MM, 5 * MM
+FORWARD, REVERSE = MoveDirection.FORWARD, MoveDirection.REVERSE
+
+ways = pytest.mark.parametrize(
+    ("quirk", "direction", "way"),
+    [
+        ("", FORWARD, 1),
+        ("", REVERSE, -1),
+        ("clockwise_is_negative", FORWARD, -1),
+        ("clockwise_is_negative", REVERSE, 1),
+    ],
+)
+
+
+def controller(quirk: str) -> virtual.VirtualController:
+    return virtual.TDC001(
+        stage=stages.Z8, travel=TRAVEL, position=START, quirks=[quirk] if quirk else []
+    )
+
+
+def expected(way: int) -> list[int]:
+    """Where a jog ends, and where a run to the end of the travel does."""
+    return [way * STEP, TRAVEL - START if way > 0 else -START]
+
+
+@ways
+def test_jogs_and_runs_for_threads(quirk: str, direction: MoveDirection, way: int) -> None:
+    with TDC001.open(RecordedLine(controller(quirk)), stage="Z8") as tdc:
+        ends = [tdc.jog(direction), tdc.move_velocity(direction)]
+    assert [end.values.position for end in ends if end.values is not None] == expected(way)
+
+
+@ways
+def test_jogs_and_runs_for_asyncio(quirk: str, direction: MoveDirection, way: int) -> None:
+    async def main() -> list[Any]:
+        url = f"virtual://TDC001?stage=Z8&travel={TRAVEL}&position={START}"
+        if quirk:
+            url += f"&quirks={quirk}"
+        async with aio.TDC001.open(url, stage="Z8") as tdc:
+            return [await tdc.jog(direction), await tdc.move_velocity(direction)]
+
+    ends = stepped.run(main())
+    assert [end.values.position for end in ends] == expected(way)
+
+
+@pytest.mark.parametrize("quirk", ["", "clockwise_is_negative"])
+@pytest.mark.parametrize("direction", [FORWARD, REVERSE])
+def test_a_jog_is_refused_only_where_it_leads_out_both_ways(
+    quirk: str, direction: MoveDirection
+) -> None:
+    line = RecordedLine(controller(quirk))
+    with TDC001.open(line, stage="Z8", travel_mm=(0, "0.15")) as tdc:
+        tdc.jog(direction)  # from 0 up, or out: nobody knows beforehand
+        tdc.set_pos_counter(mm="0.075")
+        with pytest.raises(LimitError, match=r"jog: from 0\.075\d* mm .* is outside the travel"):
+            tdc.jog(direction)
+
+
+WARNING = "whether the position counter rises or falls in the direction FORWARD"
+
+
+@pytest.mark.parametrize("package", [devices, aio])
+@pytest.mark.parametrize("call", ["jog", "start_jog", "move_velocity", "start_move_velocity"])
+def test_the_calls_warn(package: Any, call: str) -> None:
+    words = " ".join(getattr(package.TDC001, call).__doc__.split())
+    assert WARNING in words
+    assert "apt-clockwise-without-sign" in words
+
+
+@pytest.mark.parametrize("message", ["MOT_MOVE_JOG", "MOT_MOVE_VELOCITY"])
+def test_the_comments_in_c_warn(message: str) -> None:
+    header = (ROOT / "generated/c/stagewire_apt/messages/motor.h").read_text(encoding="utf-8")
+    found = re.search(rf"/\*\*\n \* {message} \(.*?\*/", header, re.S)
+    assert found is not None
+    assert WARNING in " ".join(found[0].replace("\n * ", " ").split())

@@ -1,0 +1,358 @@
+"""Motion: waited for, started, stopped; limits; the end of messages; what is left at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from recording_link import RecordedLine
+
+import stagewire_virtual as virtual
+from stagewire.errors import (
+    BadValueError,
+    LimitError,
+    MotionStopped,
+    MotionTimeout,
+    MotionUnderWayError,
+    OutOfRangeError,
+    UnsupportedError,
+)
+from stagewire.quantities import Scale, Stage
+from stagewire_apt import PROTOCOL, TDC001, TSC001, stages
+from stagewire_apt import enumerations as e
+from stagewire_apt import messages as m
+
+STOP = m.MotMoveStop(chan_ident=1, stop_mode=e.StopMode.PROFILED).pack(0x50, 0x01)
+
+
+@pytest.fixture
+def line() -> RecordedLine:
+    return RecordedLine(virtual.TDC001(stage=stages.Z8, travel=12 * 34304))
+
+
+@pytest.fixture
+def tdc(line: RecordedLine) -> Iterator[TDC001]:
+    with TDC001.open(line, stage=stages.Z8, travel_mm=12, line="rs232") as tdc:
+        line.forget()
+        yield tdc
+
+
+def test_home_and_move_wait_for_their_ends(tdc: TDC001, line: RecordedLine) -> None:
+    end = tdc.home()
+    assert end.message == m.MotMoveHomed(chan_ident=1)
+    assert 0 < end.seconds < 60
+    end = tdc.move_absolute(mm="1.5")
+    assert isinstance(end.message, m.MotMoveCompletedDc)
+    assert end.values is not None
+    assert end.values.exact("position_mm") == 1.5
+    assert line.names(PROTOCOL) == ["MOT_MOVE_HOME", "MOT_MOVE_ABSOLUTE"]
+
+
+def test_a_motion_that_was_started_is_waited_for_later(tdc: TDC001, line: RecordedLine) -> None:
+    motion = tdc.start_move_absolute(mm=1)
+    assert not motion.done
+    assert tdc.is_moving()
+    tdc.session.pause(30)
+    assert motion.done
+    assert not tdc.is_moving()
+    end = motion.wait()
+    assert 0.5 < end.seconds < 3  # not the time until somebody asked
+    assert motion.wait() is end
+
+
+def test_waiting_may_end_before_the_motion(tdc: TDC001) -> None:
+    motion = tdc.start_move_absolute(mm=5)
+    with pytest.raises(MotionTimeout, match="still waited for"):
+        motion.wait(0.1)
+    assert isinstance(motion.wait().message, m.MotMoveCompletedDc)
+
+
+def test_a_second_motion_is_refused_before_a_byte(tdc: TDC001, line: RecordedLine) -> None:
+    motion = tdc.start_move_absolute(mm=5)
+    line.forget()
+    with pytest.raises(MotionUnderWayError, match="is under way"):
+        tdc.move_absolute(mm=1)
+    assert line.raw == b""
+    assert tdc.stop() is not None  # the first one is still known
+    with pytest.raises(MotionStopped):
+        motion.wait()
+    tdc.move_absolute(mm=1)
+
+
+def test_a_stop_ends_the_motion_and_says_where(tdc: TDC001, line: RecordedLine) -> None:
+    motion = tdc.start_move_absolute(mm=5)
+    tdc.session.pause(1)
+    line.forget()
+    end = motion.stop()
+    assert line.raw == STOP
+    assert end is not None
+    assert isinstance(end.message, m.MotMoveStoppedDc)
+    assert motion.done
+    with pytest.raises(MotionStopped) as stopped:
+        motion.wait()
+    assert stopped.value.message is not None
+
+
+def test_after_a_timeout_a_status_settles_it(tdc: TDC001, line: RecordedLine) -> None:
+    with pytest.raises(MotionTimeout):
+        tdc.move_absolute(mm=5, timeout=0.5)
+    with pytest.raises(MotionUnderWayError):
+        tdc.move_absolute(mm=0)
+    assert tdc.is_moving()
+    line.twist = lambda data: b""  # the message at its end is lost
+    tdc.session.pause(20)
+    line.twist = bytes
+    assert not tdc.is_moving()
+    tdc.move_absolute(mm=0)
+
+
+def test_a_status_from_before_the_beginning_does_not_count(tdc: TDC001, line: RecordedLine) -> None:
+    still = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
+
+    def stale(data: bytes) -> bytes:
+        return still.pack(0x01, 0x50) if data[:2] == b"\x91\x04" else data
+
+    tdc.start_move_absolute(mm=5)
+    line.twist = stale
+    assert tdc.is_moving()
+    tdc.session.pause(1)
+    assert not tdc.is_moving()  # by now it would show
+
+
+def test_a_stop_that_is_no_stop_mode_is_refused(tdc: TDC001, line: RecordedLine) -> None:
+    with pytest.raises(OutOfRangeError):
+        tdc.stop(0x10000)
+    assert line.raw == b""
+
+
+# Limits
+
+
+@pytest.mark.parametrize(
+    "move",
+    [
+        lambda tdc: tdc.move_absolute(mm="12.001"),
+        lambda tdc: tdc.move_absolute(mm=-0.001),
+        lambda tdc: tdc.move_absolute(counts=12 * 34304 + 1),
+        lambda tdc: tdc.start_move_absolute(mm=13),
+        lambda tdc: tdc.move_relative(mm="12.001"),
+        lambda tdc: tdc.move_relative(mm="-12.001"),
+        lambda tdc: tdc.set_move_abs_params(mm=13),
+        lambda tdc: tdc.change_move_abs_params(mm=13),
+        lambda tdc: tdc.set_move_rel_params(mm=13),
+    ],
+)
+def test_a_target_outside_the_travel_is_refused_before_a_byte(
+    tdc: TDC001, line: RecordedLine, move: Callable[[TDC001], object]
+) -> None:
+    with pytest.raises(LimitError, match="the travel, 0 to 12 mm; nothing was sent"):
+        move(tdc)
+    assert line.raw == b""
+
+
+def test_both_ends_of_the_travel_can_be_reached(tdc: TDC001) -> None:
+    tdc.home()
+    tdc.move_absolute(mm=12)
+    assert tdc.get_pos_counter().mm == 12
+    tdc.move_absolute(mm=0)
+
+
+def test_a_distance_is_counted_from_the_position(tdc: TDC001, line: RecordedLine) -> None:
+    tdc.home()
+    tdc.move_absolute(mm=10)
+    line.forget()
+    with pytest.raises(LimitError, match=r"from 10 mm \+3 mm is outside the travel"):
+        tdc.move_relative(mm=3)
+    assert line.names(PROTOCOL) == ["MOT_REQ_DCSTATUSUPDATE"]
+    tdc.move_relative(mm=-3)
+    assert tdc.get_pos_counter().mm == 7
+
+
+def test_what_is_stored_is_held_against_the_travel(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8) as tdc:
+        tdc.set_move_abs_params(mm=5)
+        tdc.set_move_rel_params(mm=4)
+    with TDC001.open(line_to(line), stage=stages.Z8, travel_mm=3) as tdc:
+        with pytest.raises(LimitError, match="absolute_position, as it is stored"):
+            tdc.move_absolute_stored()
+        with pytest.raises(LimitError, match="relative_distance, as it is stored"):
+            tdc.move_relative_stored()
+    with TDC001.open(line_to(line), stage=stages.Z8, travel_mm=6) as tdc:
+        tdc.move_absolute_stored()
+        assert tdc.get_pos_counter().mm == 5
+
+
+def test_a_stored_distance_that_leads_out_of_the_travel_is_refused(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8, travel_mm=6) as tdc:
+        tdc.set_pos_counter(mm=3)
+        tdc.set_move_rel_params(mm=4)
+        with pytest.raises(LimitError, match=r"from 3 mm \+4 mm is outside the travel"):
+            tdc.move_relative_stored()
+        tdc.set_move_rel_params(mm=1)
+        tdc.move_relative_stored()
+
+
+def line_to(line: RecordedLine) -> RecordedLine:
+    """Another line to the same controller."""
+    return RecordedLine(line.controller)
+
+
+def test_a_travel_has_two_ends(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8, travel_mm=(-1, "2.5")) as tdc:
+        line.forget()
+        with pytest.raises(LimitError, match=r"the travel, -1 to 2\.5 mm"):
+            tdc.move_absolute(mm=-2)
+        tdc.set_move_abs_params(mm=-1)
+
+
+@pytest.mark.parametrize("travel", [0, -1, (2, 1), (1,), float("nan"), "far", (0, True)])
+def test_what_is_no_travel_is_refused(line: RecordedLine, travel: object) -> None:
+    with pytest.raises(BadValueError, match="travel_mm"):
+        TDC001.open(line, stage=stages.Z8, travel_mm=travel)  # type: ignore[arg-type]
+    assert line.raw == b""
+
+
+def test_without_a_travel_limits_are_not_checked(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8) as tdc:
+        assert "not checked; give travel_mm=" in str(tdc)
+        tdc.home()  # 0 is at the reverse end now
+        tdc.move_absolute(mm=11)
+
+
+def test_a_stop_is_told_in_words(tdc: TDC001) -> None:
+    motion = tdc.start_move_absolute(mm=3)
+    tdc.session.pause(0.2)
+    tdc.stop()
+    told = r"^TDC001: move_absolute was stopped before its end: position \d+, position_mm 0\.\d+, .*homed"
+    with pytest.raises(
+        MotionStopped, match=told.replace(".*homed", ".*status_bits .*settled")
+    ) as stop:
+        motion.wait()
+    assert isinstance(stop.value.message, m.MotMoveStoppedDc)
+
+
+def test_a_status_that_does_not_show_a_motion_yet_ends_nothing(
+    tdc: TDC001, line: RecordedLine
+) -> None:
+    """A controller may need a moment to begin; what it says until then is not the end."""
+    tdc.suspend_end_of_move_msgs()
+    standing = m.MotGetDcStatusUpdate(
+        chan_ident=1, position=0, velocity=0, reserved=0, status_bits=0
+    ).pack(0x01, 0x50)
+    line.twist = lambda data: standing if data[:2] == standing[:2] else data
+    tdc.start_move_absolute(mm=3)
+    assert tdc.is_moving()
+    tdc.session.pause(0.6)
+    line.twist = bytes
+    assert tdc.is_moving()
+    line.forget()
+    tdc.close()
+    assert STOP in line.raw
+
+
+# Messages at the end of moves that do not come
+
+
+def test_while_ends_are_suspended_nobody_waits_for_them(tdc: TDC001, line: RecordedLine) -> None:
+    tdc.suspend_end_of_move_msgs()
+    line.forget()
+    with pytest.raises(
+        UnsupportedError, match="while the messages at the end of moves are suspended"
+    ):
+        tdc.move_absolute(mm=1)
+    assert line.raw == b""
+    motion = tdc.start_move_absolute(mm=1)
+    with pytest.raises(UnsupportedError, match="suspended"):
+        motion.wait()
+    assert tdc.is_moving()
+    assert tdc.stop() is None  # it is with the line, and nobody says when it stood
+    tdc.session.pause(5)
+    assert not tdc.is_moving()
+    tdc.resume_end_of_move_msgs()
+    tdc.move_absolute(mm=1)
+
+
+def test_a_unit_that_says_nothing_after_a_stop_is_not_waited_for() -> None:
+    line = RecordedLine(virtual.TSC001())
+    with TSC001.open(line) as tsc:
+        line.forget()
+        assert tsc.stop() is None
+        assert line.raw == STOP
+
+
+# The end
+
+
+def test_what_was_started_is_stopped_at_the_end(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8) as tdc:
+        tdc.start_move_absolute(mm=5)
+        line.forget()
+    assert line.raw == STOP
+    tdc.close()
+    assert line.raw == STOP
+
+
+def test_what_was_started_can_be_left(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8, on_close="leave") as tdc:
+        tdc.start_move_absolute(mm=5)
+        line.forget()
+    assert line.raw == b""
+
+
+def test_what_has_ended_is_not_stopped(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8) as tdc:
+        tdc.move_absolute(mm=1)
+        with pytest.raises(OutOfRangeError):
+            tdc.move_absolute(mm=1e9)
+        line.forget()
+    assert line.raw == b""
+
+
+def test_what_was_stopped_is_not_stopped_again(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8) as tdc:
+        tdc.start_move_absolute(mm=2).stop()
+        line.forget()
+    assert line.raw == b""
+
+
+def test_what_timed_out_is_stopped_at_the_end(line: RecordedLine) -> None:
+    with TDC001.open(line, stage=stages.Z8) as tdc:
+        with pytest.raises(MotionTimeout):
+            tdc.move_absolute(mm=5, timeout=0.5)
+        with pytest.raises(MotionUnderWayError):
+            tdc.home()
+        line.forget()
+    assert line.raw == STOP
+
+
+def test_what_was_refused_changes_nothing_of_what_is_under_way(line: RecordedLine) -> None:
+    still = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
+    with TDC001.open(line, stage=stages.Z8) as tdc:
+        tdc.start_move_absolute(mm=5)
+        with pytest.raises(MotionUnderWayError):
+            tdc.start_move_absolute(mm=1)
+        line.twist = lambda data: still.pack(0x01, 0x50) if data[:2] == b"\x91\x04" else data
+        assert tdc.is_moving()
+        line.forget()
+    assert line.raw == STOP
+
+
+def test_an_exception_stops_what_was_started(line: RecordedLine) -> None:
+    def interrupted() -> None:
+        with TDC001.open(line, stage=stages.Z8) as tdc:
+            tdc.start_move_absolute(mm=5)
+            line.forget()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert line.raw == STOP
+
+
+def test_what_is_stored_is_not_asked_of_a_unit_whose_list_has_no_question_for_it() -> None:
+    line = RecordedLine(virtual.TSC001())
+    mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1000))
+    with TSC001.open(line, stage=mine, travel_mm=12) as tsc:
+        line.forget()
+        tsc.start_move_absolute_stored()
+        assert line.raw == m.MotMoveAbsoluteHeader(chan_ident=1).pack(0x50, 0x01)

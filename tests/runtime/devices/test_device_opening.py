@@ -1,0 +1,305 @@
+"""Opening: who is there, what is asked, what is refused, what is printed, and opening again."""
+
+from __future__ import annotations
+
+import logging
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from recording_link import RecordedLine
+
+import stagewire_apt
+import stagewire_virtual as virtual
+from stagewire import Scale, Stage
+from stagewire.errors import (
+    BadValueError,
+    LinkOpenError,
+    MotionUnderWayError,
+    OutOfRangeError,
+    ReplyTimeout,
+    TransportError,
+    TransportLost,
+    UnknownScaleError,
+    WrongUnitError,
+)
+from stagewire_apt import BBD102, BPC201, MST601, PROTOCOL, TDC001, TST001, stages
+from stagewire_apt import messages as m
+from stagewire_apt.devices.facts import FACTS
+from stagewire_ms2000 import MS2000
+
+
+def test_nothing_is_asked_but_what_it_is() -> None:
+    line = RecordedLine(virtual.TDC001())
+    with TDC001.open(line) as tdc:
+        assert line.names(PROTOCOL) == ["HW_REQ_INFO"]
+        assert tdc.serial_number == tdc.get_info().serial_number
+        assert tdc.info is not None
+
+
+def test_a_piezo_is_asked_for_the_settings_of_its_scales() -> None:
+    line = RecordedLine(virtual.BPC201())
+    with BPC201.open(line):
+        assert line.names(PROTOCOL) == ["HW_REQ_INFO", "PZ_REQ_MAXTRAVEL", "PZ_REQ_OUTPUTMAXVOLTS"]
+
+
+def test_it_can_be_opened_without_a_question() -> None:
+    line = RecordedLine(virtual.TDC001())
+    with TDC001.open(line, identify=False, line="rs232") as tdc:
+        assert line.raw == b""
+        assert tdc.info is None
+        assert tdc.serial_number is None
+        assert "it was not asked what it is" in str(tdc)
+
+
+def test_signs_of_life_are_sent_on_usb_alone() -> None:
+    alive = m.MotAckDcStatusUpdate().pack(0x50, 0x01)
+    for given, count in (("usb", 4), ("rs232", 0)):
+        line = RecordedLine(virtual.TDC001())
+        with TDC001.open(line, line=given) as tdc:  # type: ignore[arg-type]
+            tdc.session.pause(1.6)
+            assert line.raw.count(alive) == count
+
+
+def test_signs_of_life_go_to_every_bay() -> None:
+    line = RecordedLine(virtual.BBD102())
+    with BBD102.open(line) as rack:
+        rack.session.pause(0.1)
+        for bay in (0x21, 0x22):
+            assert m.MotAckDcStatusUpdate().pack(bay, 0x01) in line.raw
+        assert m.MotAckDcStatusUpdate().pack(0x11, 0x01) not in line.raw
+
+
+# Who is there
+
+
+def test_another_unit_is_refused() -> None:
+    line = RecordedLine(virtual.TST001())
+    with pytest.raises(
+        WrongUnitError,
+        match=r"is not a TDC001: .* 80\d+ and the model 'TST001', .* open it as TST001",
+    ):
+        TDC001.open(line)
+    with pytest.raises(TransportLost):  # it was closed
+        line.write(b"")
+
+
+def test_another_unit_is_used_all_the_same_without_a_question() -> None:
+    with TDC001.open(RecordedLine(virtual.TST001()), identify=False) as tdc:
+        assert tdc.get_pos_counter().position == 0
+
+
+def test_another_serial_number_is_refused() -> None:
+    controller = virtual.TDC001(serial_number=83000001)
+    with pytest.raises(WrongUnitError, match="the serial number 83000001, not 83000002"):
+        TDC001.open(RecordedLine(controller), serial_number=83000002)
+    with TDC001.open(RecordedLine(controller), serial_number=83000001) as tdc:
+        assert tdc.serial_number == 83000001
+
+
+def test_a_newer_unit_is_named(caplog: pytest.LogCaptureFixture) -> None:
+    line = RecordedLine(virtual.TDC001(serial_number=27000001))
+    with caplog.at_level(logging.WARNING, "stagewire"), TDC001.open(line) as tdc:
+        text = "KDC101: K-Cube DC servo driver, newer than the document; messages of TDC001 apply"
+        assert text in str(tdc)
+        assert text in caplog.text
+
+
+def test_a_newer_unit_is_not_taken_for_any_other() -> None:
+    line = RecordedLine(virtual.TST001(serial_number=27000001))
+    with pytest.raises(WrongUnitError, match=r"the number is that of KDC101 \(K-Cube DC servo"):
+        TST001.open(line)
+    with pytest.raises(
+        WrongUnitError, match=r"is that of BPC103 or BPC203 or BPC303 .*, the model that of BPC201"
+    ):
+        BPC201.open(RecordedLine(virtual.BPC201(serial_number=71000001)))
+
+
+@pytest.mark.parametrize("name", sorted(FACTS.units))
+def test_every_virtual_unit_passes_for_what_it_is(name: str) -> None:
+    unit: type[Any] = getattr(stagewire_apt, name)
+    controller = virtual.rack(name) if unit.unit.kind == "bay" else getattr(virtual, name)()
+    with unit.open(RecordedLine(controller)) as device:
+        assert device.serial_number is not None
+        assert name in str(device)
+
+
+def test_nobody_there() -> None:
+    line = RecordedLine(virtual.TDC001())
+    line.twist = lambda data: b""
+    with pytest.raises(
+        ReplyTimeout, match=r"no TDC001 answers at virtual://TDC001: .*identify=False"
+    ):
+        TDC001.open(line, timeout=0.5)
+    assert line.clock() == pytest.approx(0.5, abs=0.01)
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "text"),
+    [
+        ({"lines": "usb"}, BadValueError, "open has no option lines"),
+        ({"line": "tcp"}, BadValueError, "line 'tcp' is not one of usb, rs232"),
+        ({"on_close": "halt"}, BadValueError, "on_close 'halt' is not one of stop, leave"),
+        ({"stages": {2: "Z8"}}, BadValueError, r"stages: there is no 2 \(there are: 1\)"),
+        (
+            {"stage": "Z9"},
+            UnknownScaleError,
+            r"no stage Z9 is known \(known on TDC001: Z8, Z806, Z812, Z825\)",
+        ),
+        ({"stage": 8}, BadValueError, "stage takes a stage or the name of one"),
+        ({"stage": stages.MLS203}, UnknownScaleError, "MLS203 is not known on TDC001"),
+        ({"stages": ["Z8"]}, BadValueError, "stages takes a dictionary, such as {1: …}"),
+        ({"max_volts": 75}, BadValueError, "max_volts: no value of a TDC001 depends on it"),
+        ({"travel_mm": 12}, UnknownScaleError, "travel_mm would limit nothing: .* give stage="),
+        ({"serial_number": "8"}, BadValueError, "serial_number takes a whole number, not '8'"),
+        (
+            {"serial_number": 8, "identify": False},
+            BadValueError,
+            "serial_number: the controller is not asked",
+        ),
+        (
+            {"stage": Stage.of_user("mine", positon=Scale.counts_per("mm", 1))},
+            BadValueError,
+            r"stage mine: there is no quantity positon of a stage \(there are: acceleration",
+        ),
+        ({"timeout": -1}, OutOfRangeError, "reply_timeout"),
+        ({"pacing": -1}, OutOfRangeError, "pacing"),
+    ],
+)
+def test_an_option_that_cannot_be_is_refused_before_a_line_is_opened(
+    options: dict[str, object], error: type[Exception], text: str
+) -> None:
+    with pytest.raises(error, match=text):
+        TDC001.open("virtual://NO_SUCH_UNIT", **options)  # type: ignore[arg-type]
+
+
+def test_an_option_with_named_choices_takes_them_in_any_case() -> None:
+    options: dict[str, Any] = {"line": "RS232", "on_close": "Leave"}
+    line = RecordedLine(virtual.TDC001())
+    with TDC001.open(line, **options) as tdc:
+        tdc.start_move_velocity("forward")
+        line.forget()
+    assert line.raw == b""  # no stop, as `leave` says
+
+
+@pytest.mark.parametrize(
+    ("unit", "options", "error", "text"),
+    [
+        (BPC201, {"max_volts": 0}, BadValueError, "max_volts takes a number above 0"),
+        (BPC201, {"max_volts": float("nan")}, BadValueError, "max_volts takes a number in V"),
+        (BPC201, {"travel_mm": 1}, UnknownScaleError, "a BPC201 has none in mm"),
+        (BBD102, {"address": 0x50}, BadValueError, "address: a BBD102 has those of the document"),
+        (MS2000, {"serial_number": 1}, BadValueError, "has no message that tells its own"),
+    ],
+)
+def test_an_option_without_effect_is_refused(
+    unit: Any, options: dict[str, object], error: type[Exception], text: str
+) -> None:
+    with pytest.raises(error, match=text):
+        unit.open("virtual://NO_SUCH_UNIT", **options)
+
+
+@pytest.mark.parametrize("url", [None, 3, Path("/dev/ttyUSB0")])
+def test_a_line_is_named_by_text(url: Any) -> None:
+    with pytest.raises(BadValueError, match="open takes a URL or the name of a port as text"):
+        TDC001.open(url)
+
+
+@pytest.mark.parametrize("bay", [0, 11, True, "1"])
+def test_a_module_stands_in_a_bay(bay: object) -> None:
+    with pytest.raises(OutOfRangeError, match="a rack has bays 1 to 10"):
+        MST601.open("virtual://NO_SUCH_UNIT", bay=bay)  # type: ignore[arg-type]
+
+
+def test_a_line_is_closed_where_its_log_cannot_be_written(tmp_path: Path) -> None:
+    line = RecordedLine(virtual.TDC001())
+    with pytest.raises(TransportError):
+        TDC001.open(line, log=tmp_path / "missing" / "log.txt")
+    with pytest.raises(TransportLost, match="closed"):
+        line.write(b"")
+
+
+# Printed
+
+
+def test_a_device_says_what_it_is() -> None:
+    controller = virtual.TDC001(stage=stages.Z8, serial_number=83000001)
+    with TDC001.open(RecordedLine(controller), stage="Z8", travel_mm=12) as tdc:
+        lines = str(tdc).splitlines()
+        assert lines[:4] == [
+            "TDC001: 1 channel T-Cube DC servo driver, at virtual://TDC001",
+            "  serial number 83000001, model TDC001, firmware 1.0.0",
+            "  channel 1: stage Z8",
+            "    travel: 0 to 12 mm (as travel_mm says)",
+        ]
+        assert "    position: 34304 counts per mm (Z8, page 56 of the document)" in lines
+        assert "    status_velocity in counts only: Z8 has no such scale on TDC001" in lines
+        assert "milliseconds" not in str(tdc)  # which are as the document gives them
+        assert repr(tdc) == "<TDC001 at virtual://TDC001>"
+
+
+def test_channels_that_are_alike_are_said_once() -> None:
+    with BBD102.open(RecordedLine(virtual.BBD102()), stage="MLS203") as rack:
+        assert "  bays 1, 2: stage MLS203\n    travel: unknown" in str(rack)
+        assert str(rack).count("position: 20000 counts per mm") == 2  # position, encoder_position
+    with BBD102.open(RecordedLine(virtual.BBD102()), stages={2: "MLS203"}) as rack:
+        assert "  bay 1: no stage\n    travel: unknown" in str(rack)
+        assert str(rack).count(" position, ") == str(rack).count("give stage= (the document") == 1
+        assert "  bay 2: stage MLS203" in str(rack)
+
+
+# Again
+
+
+def test_reconnecting_asks_again_and_sends_nothing_again() -> None:
+    with TDC001.open("virtual://TDC001?stage=Z8", stage="Z8", travel_mm=12) as tdc:
+        first = tdc.session
+        tdc.start_move_absolute(mm=5)
+        tdc.reconnect()
+        assert first.closed
+        assert tdc.serial_number is not None
+        while tdc.is_moving():  # a motion may show in the status only after a moment
+            time.sleep(0.05)
+        with pytest.raises(Exception, match="outside the travel"):
+            tdc.move_absolute(mm=13)
+
+
+def test_behind_a_lost_line_a_motion_may_go_on(tmp_path: Path) -> None:
+    with virtual.TDC001(stage=stages.Z8, travel=12 * 34304).tcp() as served:
+        log = tmp_path / "session.txt"
+        with TDC001.open(served.url, stage="Z8", log=log, reconnect_pause=0) as tdc:
+            motion = tdc.start_move_absolute(mm=5)
+            served.unplug()
+            with pytest.raises(TransportLost):
+                motion.wait()
+            tdc.reconnect()
+            assert tdc.is_moving()
+            with pytest.raises(
+                MotionUnderWayError, match="when its line was lost or closed, and may still"
+            ):
+                tdc.move_absolute(mm=1)
+            tdc.stop()
+            tdc.move_absolute(counts=tdc.get_pos_counter().position)
+        assert "MOT_MOVE_ABSOLUTE" in log.read_text()
+        assert "MOT_MOVE_STOP" in log.with_stem("session-2").read_text()
+
+
+def test_a_line_of_somebody_else_cannot_be_opened_again() -> None:
+    with (
+        TDC001.open(RecordedLine(virtual.TDC001())) as tdc,
+        pytest.raises(LinkOpenError, match="was opened elsewhere"),
+    ):
+        tdc.reconnect()
+
+
+def test_a_lost_line_is_one_error_for_every_call() -> None:
+    line = RecordedLine(virtual.TDC001())
+    with TDC001.open(line) as tdc:
+        line.controller.unplug()
+        for call in (tdc.get_info, tdc.home, tdc.stop, tdc.is_moving):
+            with pytest.raises(TransportLost):
+                call()

@@ -1,0 +1,193 @@
+"""Piezos and strain gauges: scales by settings, which the controller tells."""
+
+from __future__ import annotations
+
+import pytest
+from recording_link import RecordedLine
+
+import stagewire_virtual as virtual
+from stagewire.errors import OutOfRangeError, UnknownScaleError, UnsupportedError
+from stagewire_apt import BPC002, BPC201, BPC202, MPZ601, PROTOCOL, TPZ001, TSG001
+from stagewire_apt import enumerations as e
+from stagewire_apt import messages as m
+
+STOP = m.PzStopLutOutput(chan_ident=1).pack(0x50, 0x01)
+
+
+def test_volts_are_a_share_of_the_maximum_that_the_controller_tells() -> None:
+    line = RecordedLine(virtual.BPC201())
+    with BPC201.open(line) as bpc:
+        assert bpc.get_output_max_volts().volts == 75
+        line.forget()
+        bpc.set_output_volts(volts=30)
+        expected = m.PzSetOutputVolts(chan_ident=1, voltage=13107)
+        assert line.raw == expected.pack(0x50, 0x01)
+        assert "maximum_volts 75 V, as PZ_GET_OUTPUTMAXVOLTS says" in str(bpc)
+
+
+def test_another_maximum_makes_another_scale() -> None:
+    line = RecordedLine(virtual.BPC201())
+    with BPC201.open(line) as bpc:
+        read = bpc.get_output_volts()
+        bpc.set_output_volts(voltage=16384)
+        before = bpc.get_output_volts()
+        bpc.set_output_max_volts(volts=150, flags=0)
+        line.forget()
+        bpc.set_output_volts(volts=30)
+        expected = m.PzSetOutputVolts(chan_ident=1, voltage=6553)
+        assert line.raw == expected.pack(0x50, 0x01)
+        assert read.volts == 0
+        assert before.volts == pytest.approx(37.5, abs=0.01)  # as it was when it was read
+
+
+def test_a_setting_that_comes_unasked_is_taken_in() -> None:
+    line = RecordedLine(virtual.BPC201())
+    with BPC201.open(line) as bpc:
+        line.controller.write(
+            m.PzSetOutputMaxVolts(chan_ident=1, voltage=1500, flags=0).pack(0x50, 0x01)
+        )  # by somebody else
+        bpc.session.pause(0.1)
+        line.forget()
+        bpc.set_output_volts(volts=30)
+        expected = m.PzSetOutputVolts(chan_ident=1, voltage=6553)
+        assert line.raw == expected.pack(0x50, 0x01)
+
+
+def test_a_maximum_out_of_a_table_has_its_volts() -> None:
+    line = RecordedLine(virtual.TPZ001())
+    with TPZ001.open(line) as tpz:
+        tpz.change_tpz_io_settings(voltage_limit=e.VoltageLimit.VOLTAGELIMIT_150V)
+        line.forget()
+        tpz.set_output_volts(volts=75)
+        expected = m.PzSetOutputVolts(chan_ident=1, voltage=16384)
+        assert line.raw == expected.pack(0x50, 0x01)
+
+
+def test_more_than_the_maximum_is_refused_before_a_byte() -> None:
+    line = RecordedLine(virtual.BPC201())
+    with BPC201.open(line) as bpc:
+        line.forget()
+        with pytest.raises(OutOfRangeError, match=r"volts takes -75.*to 75 V, not 75\.01"):
+            bpc.set_output_volts(volts=75.01)
+        assert line.raw == b""
+
+
+def test_what_nobody_tells_has_to_be_given() -> None:
+    line = RecordedLine(virtual.TPZ001())
+    with TPZ001.open(line) as tpz:
+        line.forget()
+        with pytest.raises(UnknownScaleError, match=r"maximum_travel.*give max_travel_um= when"):
+            tpz.set_output_pos(um=1)
+        assert line.raw == b""
+    with TPZ001.open(RecordedLine(line.controller), max_travel_um=20) as tpz:
+        tpz.set_pos_control_mode(mode=e.PositionControlMode.CLOSED_LOOP)
+        tpz.set_output_pos(um=10)
+        assert tpz.get_output_pos().um == pytest.approx(10, abs=0.001)
+        assert "maximum_travel 20 um, as max_travel_um says" in str(tpz)
+
+
+def test_without_a_question_the_maximum_has_to_be_given() -> None:
+    line = RecordedLine(virtual.BPC201())
+    with BPC201.open(line, identify=False) as bpc:
+        with pytest.raises(UnknownScaleError, match=r"give max_volts=.* or send PZ_REQ_OUTPUTMAXV"):
+            bpc.set_output_volts(volts=30)
+        assert line.raw == b""
+        bpc.get_output_max_volts()
+        bpc.set_output_volts(volts=30)
+
+
+def test_samples_are_what_the_keyword_says_unless_it_is_known_otherwise() -> None:
+    line = RecordedLine(virtual.TPZ001())
+    with TPZ001.open(line, max_volts=150, identify=False) as tpz:
+        tpz.set_output_lut(index=2, volts=10)
+        expected = m.PzSetOutputLut(chan_ident=1, index=2, output=2184)
+        assert line.raw == expected.pack(0x50, 0x01)
+        line.forget()
+        with pytest.raises(UnknownScaleError, match="by the maximum output voltage only"):
+            tpz.set_output_lut(index=2, um=10)
+        assert line.raw == b""
+        with pytest.raises(UnknownScaleError, match="depends on lut_value_type"):
+            _ = tpz.get_output_lut().volts
+        said = "    lut_output in counts only: it depends on lut_value_type, which nothing tells"
+        assert said in str(tpz).splitlines()
+
+
+def test_a_waveform_is_stopped_at_the_end() -> None:
+    for stops in (0, 1):
+        line = RecordedLine(virtual.BPC201())
+        with BPC201.open(line) as bpc:
+            bpc.start_lut_output()
+            for _ in range(stops):
+                assert bpc.stop_lut_output() is None
+            line.forget()
+        assert line.raw == (b"" if stops else STOP)
+
+
+def test_a_waveform_can_be_left() -> None:
+    line = RecordedLine(virtual.BPC201())
+    with BPC201.open(line, on_close="leave") as bpc:
+        bpc.start_lut_output()
+        line.forget()
+    assert line.raw == b""
+
+
+def test_a_reading_is_in_the_unit_of_the_display() -> None:
+    line = RecordedLine(virtual.TSG001())
+    with TSG001.open(line) as tsg:
+        values = tsg.values(m.PzGetTsgReading(chan_ident=1, reading=16384, smoothed=0))
+        assert values is not None
+        assert values.exact("um") == pytest.approx(10, abs=0.01)
+        with pytest.raises(UnknownScaleError, match="is in um and not in N while display_mode is"):
+            values.exact("newtons")
+        assert "as PZ_GET_MAXTRAVEL says; display_mode is DISPUNITS_POSITION)" in str(tsg)
+        assert str(tsg).count("strain_gauge_reading") == 1
+        tsg.change_tsg_io_settings(display_mode=e.DisplayMode.DISPUNITS_FORCE)
+        now = tsg.values(values.message)
+        assert now is not None
+        assert now.exact("newtons") == pytest.approx(15, abs=0.01)
+        assert values.exact("um") == pytest.approx(10, abs=0.01)  # when it was said
+
+
+def test_bays_are_asked_for_their_settings_where_they_are_fitted() -> None:
+    line = RecordedLine(virtual.BPC202(empty_bays=[1]))
+    with BPC202.open(line) as rack:
+        assert line.names(PROTOCOL) == [
+            "HW_REQ_INFO",
+            "RACK_REQ_BAYUSED",
+            "PZ_REQ_MAXTRAVEL",
+            "PZ_REQ_OUTPUTMAXVOLTS",
+            "RACK_REQ_BAYUSED",
+        ]
+        rack.bay(1).set_output_volts(volts=1)
+        with pytest.raises(UnknownScaleError):
+            rack.bay(2).set_output_volts(volts=1)
+
+
+def test_each_channel_has_the_maximum_that_it_was_told() -> None:
+    line = RecordedLine(virtual.BPC002())
+    with BPC002.open(line) as bpc:
+        first, second = bpc.channels
+        first.set_output_max_volts(volts=150, flags=0)
+        line.forget()
+        for channel in (first, second):
+            channel.set_output_volts(volts=30)
+        assert line.raw == b"".join(
+            m.PzSetOutputVolts(chan_ident=channel, voltage=voltage).pack(0x50, 0x01)
+            for channel, voltage in ((1, 6553), (2, 13107))
+        )
+
+
+def test_channels_of_a_module_have_their_own_settings() -> None:
+    line = RecordedLine(virtual.rack("MPZ601"))
+    with MPZ601.open(line, max_volts=75) as module:
+        first, second = module.channels
+        first.set_output_volts(volts=1)
+        second.set_output_volts(volts=1)
+
+
+def test_a_unit_that_cannot_be_asked_whether_it_moves_says_so() -> None:
+    with (
+        BPC201.open(RecordedLine(virtual.BPC201())) as bpc,
+        pytest.raises(UnsupportedError, match="BPC201 has no message that asks whether it moves"),
+    ):
+        bpc.is_moving()

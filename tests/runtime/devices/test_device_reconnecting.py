@@ -1,0 +1,116 @@
+"""Opening a line again: when the first byte goes out, to whom, and what is stopped where nobody answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any
+
+import pytest
+from reopened_link import URL, KeptController, Side, lines_to
+
+from stagewire.errors import BadValueError, ReplyTimeout, TransportLost, WrongUnitError
+from stagewire_virtual.clock import SECOND
+
+
+class Bench:
+    """A device on a controller that outlives its lines."""
+
+    def __init__(self, side: Side) -> None:
+        self.side = side
+        self.kept = KeptController()
+
+    def open(self, **options: Any) -> Any:
+        cls = import_module(self.side.package).TDC001
+        return self.side.run(lambda: cls.open(URL, background=False, **options))
+
+    def lose(self, device: Any) -> None:
+        self.kept.unplug()
+        with pytest.raises(TransportLost):
+            self.side.run(lambda: device.is_moving())
+
+
+@pytest.fixture(params=[False, True], ids=["threads", "asyncio"])
+def bench(request: pytest.FixtureRequest) -> Iterator[Bench]:
+    made = Bench(Side(request.param))
+    with lines_to(lambda: made.kept):
+        yield made
+    made.side.close()
+
+
+@pytest.mark.parametrize(("options", "pause"), [({}, 1.5), ({"reconnect_pause": 0}, 0)])
+def test_after_a_loss_the_controller_may_give_up_what_was_cut_off(
+    bench: Bench, options: dict[str, Any], pause: float
+) -> None:
+    tdc = bench.open(**options)
+    bench.lose(tdc)
+    lost_at = bench.kept.controller.clock.now / SECOND
+    bench.side.run(lambda: tdc.reconnect())
+    assert bench.kept.first_byte_at is not None
+    waited = bench.kept.first_byte_at - lost_at
+    assert pause <= waited < pause + 0.1
+    bench.side.run(lambda: tdc.close())
+
+
+def test_a_line_that_was_closed_in_order_needs_no_pause(bench: Bench) -> None:
+    tdc = bench.open()
+    bench.side.run(lambda: tdc.close())
+    closed_at = bench.kept.controller.clock.now / SECOND
+    bench.side.run(lambda: tdc.reconnect())
+    assert bench.kept.first_byte_at is not None
+    assert bench.kept.first_byte_at - closed_at < 0.1
+    bench.side.run(lambda: tdc.close())
+
+
+def test_another_controller_on_the_line_is_refused(bench: Bench) -> None:
+    tdc = bench.open()
+    first = bench.kept
+    bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
+    bench.lose(tdc)
+    bench.kept = KeptController(serial_number=83_000_002)
+    with pytest.raises(WrongUnitError, match="serial number 83000002 now, and had 83000001"):
+        bench.side.run(lambda: tdc.reconnect())
+    assert not bench.kept.moves
+    bench.kept = first
+    bench.side.run(lambda: tdc.reconnect())
+    assert bench.side.run(lambda: tdc.is_moving())
+    assert first.may_move  # no stop was sent to either
+    bench.side.run(lambda: tdc.close())
+
+
+@pytest.mark.parametrize("on_close", ["stop", "leave"])
+def test_where_nobody_answers_what_may_move_is_stopped(bench: Bench, on_close: str) -> None:
+    tdc = bench.open(on_close=on_close)
+    bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
+    bench.lose(tdc)
+    bench.kept.mute = True
+    with pytest.raises(ReplyTimeout):
+        bench.side.run(lambda: tdc.reconnect())
+    assert bench.kept.may_move == (on_close == "leave")
+
+
+def test_a_close_after_a_loss_warns_of_what_may_still_move(
+    bench: Bench, caplog: pytest.LogCaptureFixture
+) -> None:
+    tdc = bench.open()
+    bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
+    bench.lose(tdc)
+    bench.side.run(lambda: tdc.close())
+    assert "no stop was sent; may still be moving: TDC001: move_absolute" in caplog.text
+
+
+@pytest.mark.parametrize("pause", [-1, True, "1", float("inf"), float("nan")])
+def test_what_is_no_pause_is_refused(bench: Bench, pause: object) -> None:
+    with pytest.raises(BadValueError, match="reconnect_pause takes seconds, 0 or more"):
+        bench.open(reconnect_pause=pause)
+
+
+@pytest.mark.parametrize("timeout", [0, -1, 0.0])
+def test_a_stop_is_sent_whatever_time_is_left(bench: Bench, timeout: float) -> None:
+    tdc = bench.open()
+    bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
+    bench.side.pass_time(bench.kept, 2)  # it has come to speed, and needs a while to stop
+    with pytest.raises(ReplyTimeout, match="stop it again, or read the status"):
+        bench.side.run(lambda: tdc.stop(timeout=timeout))
+    assert not bench.kept.may_move
+    bench.side.run(lambda: tdc.close())

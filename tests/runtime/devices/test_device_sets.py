@@ -1,0 +1,345 @@
+"""Parameter sets: read, written whole, changed; in counts and in units."""
+
+from __future__ import annotations
+
+import copy
+import threading
+from collections.abc import Iterator
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+from recording_link import RecordedLine
+
+import stagewire_virtual as virtual
+from stagewire import Scale, Stage
+from stagewire.errors import (
+    BadValueError,
+    MissingFieldError,
+    OutOfRangeError,
+    ReplyTimeout,
+    UnknownFieldError,
+    UnknownScaleError,
+)
+from stagewire_apt import BPC301, PROTOCOL, TDC001, stages
+from stagewire_apt import enumerations as e
+from stagewire_apt import messages as m
+
+
+@pytest.fixture
+def line() -> RecordedLine:
+    return RecordedLine(virtual.TDC001(stage=stages.Z8))
+
+
+@pytest.fixture
+def tdc(line: RecordedLine) -> Iterator[TDC001]:
+    with TDC001.open(line, stage=stages.Z8, line="rs232") as tdc:
+        line.forget()
+        yield tdc
+
+
+def test_get_gives_counts_and_units(tdc: TDC001, line: RecordedLine) -> None:
+    values = tdc.get_vel_params()
+    assert values.max_velocity == 1534735
+    assert values.max_velocity_mm_per_s == pytest.approx(2)
+    assert values.exact("max_velocity_mm_per_s") == Fraction(1534735) / Fraction(35970351104, 46875)
+    assert values.chan_ident is e.Channel.CHAN1
+    assert line.raw == m.MotReqVelParams(chan_ident=1).pack(0x50, 0x01)
+
+
+def test_set_writes_one_frame(tdc: TDC001, line: RecordedLine) -> None:
+    tdc.set_vel_params(min_velocity=0, acceleration=100, max_velocity_mm_per_s="1.5")
+    counts = stages.Z8.scale("velocity", "TDC001").to_counts("1.5")
+    expected = m.MotSetVelParams(
+        chan_ident=1, min_velocity=0, acceleration=100, max_velocity=counts
+    )
+    assert line.raw == expected.pack(0x50, 0x01)
+    assert tdc.get_vel_params().max_velocity == counts
+
+
+@pytest.mark.parametrize("value", [0.1, Decimal("0.1"), Fraction(1, 10), "0.1"])
+def test_numbers_of_all_kinds_are_exact(tdc: TDC001, line: RecordedLine, value: object) -> None:
+    tdc.set_pos_counter(mm=value)  # type: ignore[arg-type]
+    assert line.raw == m.MotSetPosCounter(chan_ident=1, position=3430).pack(0x50, 0x01)
+
+
+def test_counts_round_to_nearest_on_both_sides_of_zero(tdc: TDC001, line: RecordedLine) -> None:
+    for mm, counts in ((Fraction(3, 2 * 34304), 2), (Fraction(-3, 2 * 34304), -2)):
+        line.forget()
+        tdc.set_pos_counter(mm=mm)
+        assert line.raw == m.MotSetPosCounter(chan_ident=1, position=counts).pack(0x50, 0x01)
+
+
+class _Quantity:
+    """What a quantity of pint looks like from here."""
+
+    def __init__(self, magnitude: float, unit: str) -> None:
+        self.magnitude = magnitude
+        self.unit = unit
+
+    def to(self, unit: str) -> _Quantity:
+        if (self.unit, unit) == ("um", "mm"):
+            return _Quantity(self.magnitude / 1000, unit)
+        raise ValueError(f"cannot convert {self.unit} to {unit}")
+
+
+def test_a_quantity_is_converted_to_the_unit_of_the_keyword(
+    tdc: TDC001, line: RecordedLine
+) -> None:
+    tdc.set_pos_counter(mm=_Quantity(1500, "um"))  # type: ignore[arg-type]
+    assert line.raw == m.MotSetPosCounter(chan_ident=1, position=51456).pack(0x50, 0x01)
+    line.forget()
+    with pytest.raises(BadValueError, match="mm is in mm: cannot convert s to mm"):
+        tdc.set_pos_counter(mm=_Quantity(1, "s"))  # type: ignore[arg-type]
+    assert line.raw == b""
+
+
+def test_a_number_that_counts_as_an_integer_is_taken_for_counts(
+    tdc: TDC001, line: RecordedLine
+) -> None:
+    numpy = pytest.importorskip("numpy")
+    tdc.set_pos_counter(position=numpy.int64(7))
+    assert line.raw == m.MotSetPosCounter(chan_ident=1, position=7).pack(0x50, 0x01)
+    line.forget()
+    tdc.set_pos_counter(mm=numpy.float64(1.5))
+    assert line.raw == m.MotSetPosCounter(chan_ident=1, position=51456).pack(0x50, 0x01)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "text"),
+    [
+        ({}, MissingFieldError, "lacks position or mm"),
+        ({"mm": 1, "position": 1}, BadValueError, "position and mm are the same value"),
+        ({"mm": float("nan")}, BadValueError, "mm takes a number in mm: nan is not a finite"),
+        ({"mm": float("inf")}, BadValueError, "mm takes a number in mm: inf is not a finite"),
+        ({"mm": True}, BadValueError, "mm takes a number in mm: True is not a number"),
+        ({"mm": "far"}, BadValueError, "mm takes a number in mm: 'far' is not a number"),
+        ({"mm": [1]}, BadValueError, "mm takes a number in mm"),
+        ({"mm": 1e9}, OutOfRangeError, "mm takes -62601.*to 62601.* mm, not 1000000000.0"),
+        ({"position": 1.5}, BadValueError, "position takes an integer"),
+        ({"position": True}, BadValueError, "position takes an integer"),
+        ({"position": 1 << 31}, OutOfRangeError, "position takes -2147483648 to 2147483647"),
+    ],
+)
+def test_what_is_wrong_is_refused_before_a_byte(
+    tdc: TDC001, line: RecordedLine, given: dict[str, object], error: type[Exception], text: str
+) -> None:
+    with pytest.raises(error, match=text):
+        tdc.set_pos_counter(**given)  # type: ignore[arg-type]
+    assert line.raw == b""
+
+
+def test_set_wants_every_value(tdc: TDC001, line: RecordedLine) -> None:
+    with pytest.raises(
+        MissingFieldError, match="lacks min_velocity or min_velocity_mm_per_s, accel"
+    ):
+        tdc.set_vel_params(max_velocity=1)
+    assert line.raw == b""
+
+
+# change
+
+
+def test_change_reads_and_writes_once(tdc: TDC001, line: RecordedLine) -> None:
+    before = tdc.get_vel_params()
+    line.forget()
+    written = tdc.change_vel_params(max_velocity_mm_per_s=1)
+    assert line.names(PROTOCOL) == ["MOT_REQ_VELPARAMS", "MOT_SET_VELPARAMS"]
+    assert written == tdc.get_vel_params()
+    assert written.acceleration == before.acceleration
+    assert written.max_velocity_mm_per_s == pytest.approx(1)
+
+
+def test_change_checks_what_is_given_before_it_asks(tdc: TDC001, line: RecordedLine) -> None:
+    with pytest.raises(OutOfRangeError, match="max_velocity_mm_per_s takes"):
+        tdc.change_vel_params(max_velocity_mm_per_s=1e9)
+    with pytest.raises(MissingFieldError, match="lacks at least one of"):
+        tdc.change_vel_params()
+    assert line.raw == b""
+
+
+def test_change_writes_nothing_where_what_is_held_may_not_be_written(
+    tdc: TDC001, line: RecordedLine
+) -> None:
+    def illegal(data: bytes) -> bytes:
+        """Let a proportional gain of 40000 be held; the document ends at 32767."""
+        return data.replace((65).to_bytes(4, "little"), (40000).to_bytes(4, "little"))
+
+    line.twist = illegal
+    assert tdc.get_dc_pid_params().proportional == 40000
+    line.forget()
+    with pytest.raises(OutOfRangeError, match=r"holds a value that cannot be written back.*prop"):
+        tdc.change_dc_pid_params(integral=1)
+    assert line.names(PROTOCOL) == ["MOT_REQ_DCPIDPARAMS"]
+    changed = tdc.change_dc_pid_params(proportional=100)
+    assert (changed.proportional, changed.filter_control) == (100, 15)
+
+
+def test_change_writes_back_no_value_that_its_enumeration_does_not_list(
+    tdc: TDC001, line: RecordedLine
+) -> None:
+    """A newer controller holds jog mode 7: reading shows it, and only an explicit value replaces it."""
+    held = m.MotGetJogParams(
+        chan_ident=1, jog_mode=7, jog_step_size=1, jog_min_velocity=0, jog_acceleration=2,
+        jog_max_velocity=3, jog_stop_mode=2,
+    )  # fmt: skip
+    line.twist = lambda data: held.pack(0x01, 0x50) if data[:2] == b"\x18\x04" else data
+    assert tdc.get_jog_params().jog_mode == 7
+    line.forget()
+    with pytest.raises(OutOfRangeError) as refused:
+        tdc.change_jog_params(jog_step_size=5)
+    assert str(refused.value) == (
+        "TDC001: change_jog_params: the controller holds a value that cannot be written back: jog_mode 7 "
+        "is not one of CONTINUOUS (1), SINGLE_STEP (2); nothing was written. Pass this value as well, or "
+        "write all values with set_jog_params"
+    )
+    assert line.names(PROTOCOL) == ["MOT_REQ_JOGPARAMS"]
+    changed = tdc.change_jog_params(jog_step_size=5, jog_mode="single_step")
+    assert (changed.jog_mode, changed.jog_step_size) == (e.JogMode.SINGLE_STEP, 5)
+
+
+def test_change_writes_back_unknown_bits() -> None:
+    """Bits that a newer controller has set stay set; a caller cannot set them."""
+    line = RecordedLine(virtual.BPC301())
+    with BPC301.open(line, line="rs232", identify=False) as bpc:
+        held = bpc.get_output_lut_params().message.values() | {"mode": 0x8001}
+        reply = m.PzGetOutputLutParams(**held).pack(0x01, 0x50)
+        line.twist = lambda data: reply if data[:2] == reply[:2] else data
+        line.forget()
+        with pytest.raises(OutOfRangeError, match=r"mode 32769 is not one of outputlut_continuous"):
+            bpc.change_output_lut_params(mode=0x8001)
+        assert line.raw == b""
+        assert bpc.change_output_lut_params(num_cycles=3).mode == 0x8001
+        assert m.PzSetOutputLutParams(**held | {"num_cycles": 3}).pack(0x50, 0x01) in line.sent
+
+
+@pytest.mark.parametrize(
+    ("direction", "said"),
+    [
+        ("forwards", "TDC001: jog direction 'forwards' is not one of FORWARD, REVERSE"),
+        (3, "TDC001: jog direction 3 is not one of FORWARD (1), REVERSE (2)"),
+        (0, "TDC001: jog direction 0 is not one of FORWARD (1), REVERSE (2)"),
+        (True, "TDC001: jog direction True is not one of FORWARD (1), REVERSE (2)"),
+        (
+            e.StopMode.PROFILED,
+            "TDC001: jog direction StopMode.PROFILED is not one of FORWARD (1), REVERSE (2)",
+        ),
+    ],
+)
+def test_an_error_lists_the_choices(
+    tdc: TDC001, line: RecordedLine, direction: int | str, said: str
+) -> None:
+    with pytest.raises((BadValueError, OutOfRangeError)) as refused:
+        tdc.jog(direction)
+    assert str(refused.value) == said
+    assert line.raw == b""
+
+
+def test_changes_of_several_threads_are_all_kept() -> None:
+    with TDC001.open("virtual://TDC001", pacing=0) as tdc:
+        tdc.set_vel_params(min_velocity=0, acceleration=0, max_velocity=0)
+        changes = [{"min_velocity": 1}, {"acceleration": 2}, {"max_velocity": 3}]
+        threads = [
+            threading.Thread(target=tdc.change_vel_params, kwargs=change) for change in changes
+        ]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        values = tdc.get_vel_params()
+        assert (values.min_velocity, values.acceleration, values.max_velocity) == (1, 2, 3)
+
+
+# Scales
+
+
+def test_without_a_stage_there_are_counts_only() -> None:
+    line = RecordedLine(virtual.TDC001(stage=stages.Z8))
+    with TDC001.open(line, line="rs232") as tdc:
+        line.forget()
+        with pytest.raises(
+            UnknownScaleError, match=r"give stage= \(the document has Z8, Z806, Z812, Z825\)"
+        ):
+            tdc.move_absolute(mm=1)
+        assert line.raw == b""
+        values = tdc.get_pos_counter()
+        assert values.position == 0
+        with pytest.raises(UnknownScaleError, match="depends on the stage"):
+            _ = values.mm
+        assert "mm=" not in repr(values)
+        assert "position=0" in repr(values)
+
+
+def test_a_scale_that_the_document_does_not_give_is_not_guessed(
+    tdc: TDC001, line: RecordedLine
+) -> None:
+    with pytest.raises(UnknownScaleError, match="no figure is taken; raw counts need none"):
+        tdc.change_vel_params(acceleration_mm_per_s2=1)
+    assert line.raw == b""
+
+
+def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordedLine) -> None:
+    mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1000))
+    with TDC001.open(line, stage=mine) as tdc:
+        line.forget()
+        tdc.set_pos_counter(mm=2)
+        assert line.raw == m.MotSetPosCounter(chan_ident=1, position=2000).pack(0x50, 0x01)
+        with pytest.raises(
+            UnknownScaleError,
+            match="no scale of velocity in mm/s is known on TDC001: mine was given none",
+        ):
+            tdc.change_vel_params(max_velocity_mm_per_s=1)
+        assert "position: 1000 counts per mm (mine, a stage of yours)" in str(tdc)
+    mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1))
+    with TDC001.open(RecordedLine(line.controller), stage=mine) as tdc:
+        assert "position: 1 counts per mm (mine, a stage of yours)" in str(tdc)
+
+
+def test_a_scale_of_a_user_in_another_unit_is_refused(line: RecordedLine) -> None:
+    mine = Stage.of_user("mine", position=Scale.counts_per("um", 1))
+    with pytest.raises(
+        BadValueError, match="stage mine: position takes a Scale in mm, not <Scale 1"
+    ):
+        TDC001.open(line, stage=mine)
+    assert line.raw == b""
+
+
+def test_exact_knows_values_in_units_alone(tdc: TDC001) -> None:
+    with pytest.raises(UnknownFieldError, match="has no value position in units: mm"):
+        tdc.get_pos_counter().exact("position")
+
+
+def test_values_are_what_was_said_and_cannot_be_set(tdc: TDC001) -> None:
+    params = tdc.get_vel_params()
+    for name in ("max_velocity", "max_velocity_mm_per_s", "max_velocty", "message"):
+        with pytest.raises(AttributeError, match=f"setting {name} would write nothing"):
+            setattr(params, name, 3)
+    assert copy.deepcopy(params) == params
+
+
+def test_values_are_equal_by_what_was_said(tdc: TDC001) -> None:
+    first, second = tdc.get_vel_params(), tdc.get_vel_params()
+    assert first == second
+    assert hash(first) == hash(second)
+    assert first != tdc.get_pos_counter()
+    assert first != first.message
+
+
+@pytest.mark.parametrize("timeout", [0, -1, float("nan"), True, "1"])
+def test_a_timeout_is_a_number_of_seconds(tdc: TDC001, line: RecordedLine, timeout: object) -> None:
+    with pytest.raises(BadValueError, match="timeout takes seconds"):
+        tdc.get_vel_params(timeout=timeout)  # type: ignore[arg-type]
+    assert line.raw == b""
+
+
+def test_a_silent_controller_ends_in_a_timeout(tdc: TDC001, line: RecordedLine) -> None:
+    line.twist = lambda data: b""
+    before = line.clock()
+    with pytest.raises(ReplyTimeout):
+        tdc.get_vel_params(timeout=0.2)
+    with pytest.raises(ReplyTimeout):
+        tdc.change_vel_params(min_velocity=0, timeout=0.2)
+    assert line.clock() - before == pytest.approx(0.4, abs=0.01)
+    assert line.names(PROTOCOL) == [
+        "MOT_REQ_VELPARAMS"
+    ]  # the second question waits for the late reply

@@ -1,0 +1,223 @@
+"""What lines for threads do beside what all lines do: time limits, waking, threads, lines that stall."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+from far_ends import KINDS, FarEnd
+from hosts import PATIENCE
+
+from stagewire.errors import TransportLost
+from stagewire.links import Link, open_link
+from stagewire.links.pumped import PumpedLink
+from stagewire.links.readiness import Readiness
+
+pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated")
+_SOON = 0.02  # seconds that a read waits in a test, where nothing comes
+
+
+@pytest.fixture
+def link(far_end: FarEnd) -> Iterator[Link]:
+    with open_link(far_end.url) as opened:
+        yield opened
+
+
+@contextmanager
+def thread(call: Callable[[], Any]) -> Iterator[list[Any]]:
+    """Run a call beside; the list has what it returned or raised when the block is left."""
+    ended: list[Any] = []
+
+    def run() -> None:
+        try:
+            ended.append(call())
+        except TransportLost as error:
+            ended.append(error)
+
+    beside = threading.Thread(target=run)
+    begun = time.monotonic()
+    beside.start()
+    yield ended
+    beside.join(PATIENCE)
+    assert not beside.is_alive()
+    assert time.monotonic() - begun < PATIENCE / 2, "it ended because its time did"
+
+
+def heard_more(link: Link) -> bytes:
+    more = link.read(PATIENCE)
+    assert more
+    return more
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.001)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+class TestReading:
+    def test_nothing_comes(self, link: Link) -> None:
+        assert link.read(_SOON) == b""
+        assert link.read(0) == b""
+        assert link.read(-1) == b""
+
+    def test_what_came_is_there_without_waiting(self, link: Link) -> None:
+        heard = bytearray()
+        link.write(b"heard")
+        until(lambda: len(heard.__iadd__(link.read(0))) == 5)
+        assert heard == b"heard"
+
+    def test_woken_in_the_midst(self, link: Link) -> None:
+        with thread(lambda: link.read(PATIENCE)) as ended:
+            link.wake()
+        assert ended == [b""]
+
+    def test_woken_before(self, link: Link) -> None:
+        link.wake()
+        link.wake()
+        assert link.read(PATIENCE) == b""
+        assert link.read(_SOON) == b""
+
+    def test_a_waking_takes_nothing_away(self, link: Link) -> None:
+        heard = b""
+        link.write(b"whole")
+        for _ in range(1000):
+            link.wake()
+            heard += link.read(PATIENCE)
+            if len(heard) == 5:
+                break
+            time.sleep(0.001)
+        assert heard == b"whole"
+
+    def test_another_thread_writes_meanwhile(self, link: Link) -> None:
+        with thread(lambda: link.read(PATIENCE)) as ended:
+            link.write(b"!")
+        assert ended == [b"!"]
+
+    def test_another_thread_closes_meanwhile(self, link: Link) -> None:
+        with thread(lambda: link.read(PATIENCE)) as ended:
+            link.close()
+        assert "closed by this side" in str(ended[0])
+
+    def test_read_when_closed(self, link: Link) -> None:
+        link.close()
+        for timeout in (0, PATIENCE):
+            with pytest.raises(TransportLost, match="closed by this side"):
+                link.read(timeout)
+        link.wake()
+        link.write_now(b"x")
+
+    def test_written_from_many_threads(self, link: Link) -> None:
+        """Each write goes out whole."""
+        heard = b""
+        words = [bytes([letter]) * 50 for letter in b"abcd"]
+
+        def write(word: bytes) -> None:
+            for _ in range(20):
+                link.write(word)
+
+        beside = [threading.Thread(target=write, args=(word,)) for word in words]
+        for one in beside:
+            one.start()
+        while len(heard) < 4 * 20 * 50:
+            heard += heard_more(link)
+        for one in beside:
+            one.join()
+        assert sorted(heard[at : at + 50] for at in range(0, len(heard), 50)) == sorted(words * 20)
+
+    def test_written_now(self, link: Link) -> None:
+        link.write_now(b"stop")
+        heard = b""
+        while len(heard) < 4:
+            heard += heard_more(link)
+        assert heard == b"stop"
+
+
+class TestStalled:
+    """The far end is there, and takes nothing."""
+
+    @pytest.fixture
+    def deaf(self) -> Iterator[tuple[str, socket.socket]]:
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            yield f"socket://127.0.0.1:{listener.getsockname()[1]}", listener
+
+    def test_gone_after_a_while(self, deaf: tuple[str, socket.socket]) -> None:
+        with open_link(deaf[0], stall_timeout=0.05) as link:
+            with pytest.raises(TransportLost, match=r"for 0.05 s it took no byte"):
+                link.write(bytes(50_000_000))
+            with pytest.raises(TransportLost, match="took no byte"):
+                link.read(PATIENCE)
+
+    def test_closed_meanwhile(self, deaf: tuple[str, socket.socket]) -> None:
+        with open_link(deaf[0], stall_timeout=3600) as link:
+            with thread(lambda: link.write(bytes(50_000_000))) as ended:
+                time.sleep(0.05)  # so that it is in the midst
+                link.close()
+            assert "closed by this side" in str(ended[0])
+
+    def test_gone_when_interrupted_in_its_midst(
+        self, deaf: tuple[str, socket.socket], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """What is written next would be taken for the rest of what was being written."""
+
+        def interrupted(readiness: Readiness, timeout: float) -> bool:
+            raise KeyboardInterrupt
+
+        with open_link(deaf[0]) as link:
+            monkeypatch.setattr(Readiness, "writable", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                link.write(bytes(50_000_000))
+            monkeypatch.undo()
+            with pytest.raises(TransportLost, match="interrupted in its midst"):
+                link.write(b"stop")
+
+    def test_what_is_taken_slowly_is_sent_whole(self, deaf: tuple[str, socket.socket]) -> None:
+        size = 8_000_000
+        with open_link(deaf[0], stall_timeout=PATIENCE) as link:
+            far = deaf[1].accept()[0]
+            with far, thread(lambda: link.write(bytes(size))):
+                while size:
+                    size -= len(far.recv(min(size, 65_536)))
+
+    def test_a_stop_written_before_closing_arrives(self, deaf: tuple[str, socket.socket]) -> None:
+        """Although nobody reads what the controller said, and the controller has much to read first."""
+        link = open_link(deaf[0])
+        far = deaf[1].accept()[0]
+        with far:
+            far.sendall(bytes(100_000))
+            until(lambda: link.read(0) != b"")
+            link.write(bytes(1_000_000) + b"stop")
+            link.close()
+            heard = bytearray()
+            while data := far.recv(65_536):
+                heard += data
+            assert heard.endswith(b"stop")
+
+
+def test_a_port_whose_read_ends_early_is_gone() -> None:
+    """Nobody cancelled it, and it has no time limit; no second read, which might wait for ever."""
+
+    class Port:
+        port = "COM9"
+        in_waiting = 3
+
+        def __init__(self) -> None:
+            self.said = [b"a", b"bc"]
+
+        def read(self, size: int) -> bytes:
+            return self.said.pop(0)
+
+        def close(self) -> None:
+            pass
+
+    with PumpedLink("COM9", Port()) as link:
+        assert link.read(PATIENCE) == b"abc"
+        with pytest.raises(TransportLost, match="hung up"):
+            link.read(PATIENCE)

@@ -1,0 +1,115 @@
+"""Ctrl-C at every moment of a call: the session is as good as before."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from types import FrameType
+
+import pytest
+from scripted_links import USB, TestLink, answer, velocity
+
+from stagewire.session import interrupts
+from stagewire.session.options import SessionOptions
+from stagewire.session.synchronous import FramedSession
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+
+QUICK = SessionOptions(pacing=0, quiet=0.001)
+STRIDE = 7  # of the moments: all of them take a minute
+
+
+class CtrlC:
+    """Presses Ctrl-C after so many steps at which Python would see it."""
+
+    def __init__(self, steps: int) -> None:
+        self.left = steps
+        self.pressed = False
+
+    def __call__(self, frame: FrameType, event: str, argument: object) -> None:
+        if self.pressed or event not in ("call", "c_return"):
+            return
+        self.left -= 1
+        if self.left < 0:
+            self.pressed = True
+            sys.setprofile(None)
+            signal.raise_signal(signal.SIGINT)
+
+
+def ask(session: FramedSession) -> None:
+    session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), USB)
+
+
+def send(session: FramedSession) -> None:
+    session.send(m.ModIdentify(), USB)
+
+
+def stop(session: FramedSession) -> None:
+    session.halt(m.MotMoveStop(1, 2), None, USB)
+
+
+def press_within(session: FramedSession, call: Callable[[FramedSession], None], steps: int) -> bool:
+    """Return whether the call lasted long enough to be interrupted."""
+    ctrl_c = CtrlC(steps)
+    came = False
+    try:
+        sys.setprofile(ctrl_c)
+        call(session)
+        sys.setprofile(None)
+        until = time.monotonic() + 10
+        while ctrl_c.pressed and time.monotonic() < until:
+            time.sleep(0.001)  # it comes, if later
+    except KeyboardInterrupt:
+        came = True
+    finally:
+        sys.setprofile(None)
+    assert came == ctrl_c.pressed
+    return came
+
+
+@pytest.mark.parametrize("call", [ask, send, stop])
+@pytest.mark.parametrize("background", [True, False], ids=["background", "no thread"])
+def test_an_interrupt_leaves_the_session_as_it_was(
+    call: Callable[[FramedSession], None], background: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(interrupts, "_AGAIN", 0.001)
+    link = TestLink(answer)
+    with FramedSession(PROTOCOL, link, background=background, options=QUICK) as session:
+        for steps in range(0, 10_000, STRIDE):
+            if not press_within(session, call, steps):
+                break
+            frame = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), USB)
+            assert frame.message == velocity(1, USB)
+    assert steps > 20
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there no wait of a lock is interrupted")
+def test_an_interrupt_while_it_waits_comes_at_once() -> None:
+    with FramedSession(PROTOCOL, TestLink()) as session:
+        main = threading.main_thread().ident
+        assert main is not None
+        timer = threading.Timer(0.05, lambda: signal.pthread_kill(main, signal.SIGINT))
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), USB, timeout=60)
+        timer.join()
+
+
+def test_a_handler_of_the_user_stays() -> None:
+    def handler(number: int, frame: object) -> None: ...
+
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        with FramedSession(PROTOCOL, TestLink()):
+            assert signal.getsignal(signal.SIGINT) is handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_after_the_session_the_default_is_back() -> None:
+    with FramedSession(PROTOCOL, TestLink()):
+        assert signal.getsignal(signal.SIGINT) is interrupts.on_interrupt
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -1,0 +1,251 @@
+"""Sessions for threads: several callers at once."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+
+import pytest
+from scripted_links import BAYS, HOST, TestLink, answer, jog, velocity
+
+from stagewire.errors import ReplyTimeout, StagewireError
+from stagewire.links import LineSettings
+from stagewire.session.options import SessionOptions
+from stagewire.session.synchronous import FramedSession
+from stagewire.session.waiting import Waiter
+from stagewire_apt import PROTOCOL
+from stagewire_apt import messages as m
+from stagewire_virtual.linking import open_link
+
+CALLS = 100
+THREADS = 8
+
+reading = pytest.mark.parametrize("background", [True, False], ids=["background", "no thread"])
+
+
+def run_all(threads: list[threading.Thread]) -> None:
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+        assert not thread.is_alive()
+
+
+@reading
+def test_each_of_eight_threads_gets_its_own_replies(background: bool) -> None:
+    wrong: list[object] = []
+
+    def call(number: int) -> None:
+        dest = BAYS[number % len(BAYS)]
+        for turn in range(CALLS):
+            if (number + turn) % 2:
+                got = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), dest)
+                expected: object = velocity(1, dest)
+            else:
+                got = session.ask(m.MotReqJogParams(1), (m.MotGetJogParams,), dest)
+                expected = jog(1, dest)
+            if got.message != expected or got.source != dest:
+                wrong.append((got, expected))
+
+    with FramedSession(PROTOCOL, TestLink(answer), background=background) as session:
+        run_all([threading.Thread(target=call, args=(n,)) for n in range(THREADS)])
+    assert not wrong
+
+
+@reading
+def test_whoever_leaves_lets_another_one_read(background: bool) -> None:
+    """The first to wait gives up before the reply to the second comes."""
+    link = TestLink()
+    got: list[object] = []
+
+    def impatient() -> None:
+        with pytest.raises(StagewireError):
+            session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[0], 0.1)
+        link.say(velocity(1, BAYS[1]).pack(1, BAYS[1]))
+
+    def patient() -> None:
+        while not link.written:
+            time.sleep(0.001)
+        message = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[1], 30).message
+        got.append(message)
+
+    with FramedSession(PROTOCOL, link, background=background) as session:
+        run_all([threading.Thread(target=impatient), threading.Thread(target=patient)])
+    assert got == [velocity(1, BAYS[1])]
+
+
+@reading
+def test_a_frame_that_has_to_wait_is_written_when_its_time_has_come(background: bool) -> None:
+    """Frames without a reply are paced, whichever threads send them."""
+    link = TestLink()
+    times: dict[int, float] = {}
+    write = link.write
+
+    def timed(data: bytes) -> None:
+        times[len(times)] = time.monotonic()
+        write(data)
+
+    link.write = timed  # type: ignore[method-assign]
+    options = SessionOptions(pacing=0.02)
+    with FramedSession(PROTOCOL, link, background=background, options=options) as session:
+        run_all(
+            [
+                threading.Thread(target=session.send, args=(m.HwStopUpdateMsgs(), BAYS[0], 5))
+                for _ in range(3)
+            ]
+        )
+    assert len(times) == 3
+    assert all(later - earlier >= 0.019 for earlier, later in itertools.pairwise(times.values()))
+
+
+@reading
+def test_a_virtual_controller_serves_eight_threads(background: bool) -> None:
+    def call(number: int) -> None:
+        for _ in range(20):
+            if number % 2:
+                got = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50).message
+            else:
+                got = session.ask(m.MotReqJogParams(1), (m.MotGetJogParams,), 0x50).message
+            right.append(isinstance(got, m.MotGetVelParams if number % 2 else m.MotGetJogParams))
+
+    right: list[bool] = []
+    link = open_link("virtual://TDC001", LineSettings())
+    with FramedSession(PROTOCOL, link, background=background) as session:
+        run_all([threading.Thread(target=call, args=(n,)) for n in range(THREADS)])
+    assert right == [True] * (20 * THREADS)
+
+
+@reading
+def test_a_call_keeps_its_time_while_another_ones_bytes_are_not_taken(background: bool) -> None:
+    """The line takes nothing: who writes may wait as long as the line lets it, and nobody else does."""
+    taken, writing = threading.Event(), threading.Event()
+
+    def take_slowly(data: bytes) -> bytes:
+        writing.set()
+        taken.wait(60)
+        return answer(data)
+
+    link = TestLink(take_slowly)
+    with FramedSession(PROTOCOL, link, background=background) as session:
+        first = threading.Thread(
+            target=session.ask, args=(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[0], 60)
+        )
+        first.start()
+        assert writing.wait(60)
+        for call in (
+            lambda: session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[1], 0.05),
+            lambda: session.send(m.ModIdentify(), BAYS[1], 0.05),
+        ):
+            with pytest.raises(ReplyTimeout, match="was not sent"):
+                call()
+            assert first.is_alive()
+        with pytest.raises(ReplyTimeout, match="it goes out as soon as the line does"):
+            session.halt(m.MotMoveStop(1, 2), None, BAYS[0], 0.05)
+        taken.set()
+        first.join(60)
+        session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[2])
+    stop = m.MotMoveStop(1, 2).pack(BAYS[0], HOST)
+    assert b"".join(link.written).count(stop) == 1
+
+
+def test_two_may_wake_a_thread_at_once() -> None:
+    waiter = Waiter()
+    waiter.end()
+    waiter.nudge()
+    assert waiter.done
+    assert waiter.sleep(0)
+    assert not waiter.sleep(0)
+
+
+@reading
+def test_a_question_after_half_a_frame_is_answered(background: bool) -> None:
+    """The reply is not taken for the rest of what nobody sends."""
+    status = m.MotGetDcStatusUpdate(chan_ident=1, position=5, velocity=0, status_bits=0)
+    raw = status.pack(HOST, BAYS[0])
+    link = TestLink(answer)
+    with FramedSession(PROTOCOL, link, background=background) as session:
+        for length in range(1, len(raw)):
+            with session.subscribe(m.MotGetDcStatusUpdate) as updates:
+                link.say(raw + raw[:length])  # the half has been read when the whole one is there
+                assert updates.get(30).frame.message.chan_ident == 1
+            for dest in BAYS[:2]:
+                frame = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), dest, 30)
+                assert frame.message == velocity(1, dest)
+
+
+def test_only_the_thread_that_reads_concludes_that_a_line_is_silent() -> None:
+    """It is held up between two reads while the rest of a reply waits, and another thread has its turn."""
+    reply = velocity(1, BAYS[0]).pack(HOST, BAYS[0])
+    link = TestLink(lambda data: reply[:10] if data[4] == BAYS[0] else b"")
+    held_up, goes_on = threading.Event(), threading.Event()
+    read = link.read
+    has_read = False
+
+    def held_up_once(timeout: float) -> bytes:
+        nonlocal has_read
+        if has_read and not held_up.is_set():
+            held_up.set()
+            goes_on.wait(30)
+            return reply[10:]
+        data = read(timeout)
+        has_read = has_read or bool(data)
+        return data
+
+    link.read = held_up_once  # type: ignore[method-assign]
+    got: list[object] = []
+
+    def ask() -> None:
+        frame = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[0], 30)
+        got.append(frame.message)
+
+    with FramedSession(PROTOCOL, link) as session:
+        link.wake()  # the read that began before it was replaced
+        asking = threading.Thread(target=ask)
+        asking.start()
+        assert held_up.wait(30)
+        with pytest.raises(ReplyTimeout):  # which lasts longer than a silence
+            session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[1], 0.2)
+        goes_on.set()
+        asking.join(30)
+    assert got == [velocity(1, BAYS[0])]
+
+
+class CountingLink(TestLink):
+    """A line that says whether something on it was not read."""
+
+    def has_unread(self) -> bool:
+        return bool(self._said)
+
+
+def test_nothing_is_asked_while_the_thread_that_reads_is_held_up() -> None:
+    """A reply came before the question, and has not been read: it is no answer."""
+    link = CountingLink(answer)
+    held_up, goes_on = threading.Event(), threading.Event()
+    read = link.read
+
+    def held_up_once(timeout: float) -> bytes:
+        if not held_up.is_set():
+            held_up.set()
+            goes_on.wait(30)
+        return read(timeout)
+
+    link.read = held_up_once  # type: ignore[method-assign]
+    got: list[object] = []
+
+    def ask() -> None:
+        frame = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[0], 30)
+        got.append(frame.message)
+
+    with FramedSession(PROTOCOL, link) as session:
+        link.wake()  # the read that began before it was replaced
+        assert held_up.wait(30)
+        link.say(velocity(7, BAYS[0]).pack(HOST, BAYS[0]))
+        early = m.MotGetVelParams(1, 1, 1, 1)
+        link.say(early.pack(HOST, BAYS[0]))
+        asking = threading.Thread(target=ask)
+        asking.start()
+        session.halt(m.MotMoveStop(1, 2), None, BAYS[1], 30)  # a stop does not wait
+        goes_on.set()
+        asking.join(30)
+    assert got == [velocity(1, BAYS[0])]
