@@ -20,7 +20,7 @@ from stagewire_cli.conformance import codec_session
 if TYPE_CHECKING:
     from conftest import Result, Stagewire
 
-PROGRAM = str(TESTS / "conformance" / "bad_testee.py")
+PROGRAM = str(TESTS / "conformance" / "testees" / "bad_testee.py")
 OURS = [sys.executable, "-c", "from stagewire_cli.main import run; run()", "testee"]
 STUMBLES = "asi_ms2000/WRITE_TARGET_POSITION/request/encode/plain"
 RIGHT = "asi_ms2000/WRITE_TARGET_POSITION/request/decode/[!r]*"

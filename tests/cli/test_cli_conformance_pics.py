@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from attached import URL, attached
+from attached_controller import URL, attached
 
 import stagewire_virtual as virtual
 from stagewire_conformance.device.pics.file import read_pics

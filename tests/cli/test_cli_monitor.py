@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from attached import URL, Written, attached
+from attached_controller import URL, Written, attached
 
 import stagewire_virtual as virtual
 from stagewire.capture import read_capture

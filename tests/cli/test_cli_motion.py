@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from attached import URL, Written, attached
+from attached_controller import URL, Written, attached
 
 import stagewire_virtual as virtual
 from parts import every_nth

@@ -17,7 +17,7 @@ ELSEWHERE = {
     "docs/build-systems.md": "tests/packaging/build_systems/test_build_systems_page.py",
     "docs/c.md": "tests/generated/c/test_c_page.py",
     "docs/contributing.md": "tests/documentation/walkthrough/test_contributing.py",
-    "docs/vectors.md": "tests/conformance/test_cases.py",
+    "docs/vectors.md": "tests/conformance/testees/test_cases.py",
     "docs/your-own-protocol.md": "tests/documentation/walkthrough/test_your_own_protocol.py",
     "examples/c/README.md": "tests/generated/c/test_c_examples.py",
 }

@@ -15,7 +15,7 @@ from typing import Any
 
 import jsonschema
 import streams
-from accidents import damaged_bytes, damaged_text, damaged_tree, word
+from malformed_text import damaged_bytes, damaged_text, damaged_tree, word
 from sandbox import Case, Content, Ran, Wrong
 
 from stagewire_apt import PROTOCOL

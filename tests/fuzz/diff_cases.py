@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from random import Random
 
-from accidents import word
+from malformed_text import word
 from sandbox import Case, Content, Ran
 from spec_cases import FILES, damaged_texts, damaged_trees, good
 

@@ -19,8 +19,8 @@ from random import Random
 from typing import Any
 
 import yaml
-from accidents import damaged_bytes, damaged_text, damaged_tree, word
 from junitparser import JUnitXml
+from malformed_text import damaged_bytes, damaged_text, damaged_tree, word
 from sandbox import Case, Content, Link, Ran, Wrong
 
 __all__ = [

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from random import Random
 
-from accidents import damaged_bytes, damaged_text, word
+from malformed_text import damaged_bytes, damaged_text, word
 from sandbox import Case
 
 __all__ = ["bench", "fault", "replay"]

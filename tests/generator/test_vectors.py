@@ -1,7 +1,7 @@
 """The cases of the vectors: nothing that the registry says of a message is without one; all fit the schema.
 
 What there has to be is counted from the JSON of the registry, and what there is in the JSON of the vectors.
-That the answers are right, the testees say (``tests/conformance/test_cases.py``, ``tests/generated/c``).
+That the answers are right, the testees say (``conformance/testees/test_cases.py``, ``generated/c``).
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from echo_instrument import Notebook
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from virtual_parrot import Notebook
 
 from stagewire_apt import stages
 from stagewire_virtual.clock import SteppedClock

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from echo_instrument import TICK, EchoInstrument, Notebook
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from virtual_parrot import TICK, Notebook, Parrot
 
 import stagewire_virtual as virtual
 from stagewire.commands import ReplyReceived, TextReceived
@@ -24,12 +24,12 @@ REQ_INFO = bytes.fromhex("05 00 00 00 50 01")
 START_UPDATES = bytes.fromhex("11 00 00 00 50 01")
 
 
-def parrot(clock: SteppedClock | None = None) -> VirtualController:
-    return VirtualController(Parrot, clock, "parrot")
+def echo_link(clock: SteppedClock | None = None) -> VirtualController:
+    return VirtualController(EchoInstrument, clock, "echo")
 
 
 def test_what_is_written_is_answered_at_once_and_read_once() -> None:
-    with parrot() as link:
+    with echo_link() as link:
         assert link.write(b"hello") == 5
         assert (link.link.received, link.link.sent) == (5, 1)
         assert link.read(2) == b"he"
@@ -40,13 +40,13 @@ def test_what_is_written_is_answered_at_once_and_read_once() -> None:
 
 @pytest.mark.parametrize("data", [bytearray(b"abc"), memoryview(b"abc")])
 def test_whatever_is_bytes_can_be_written(data: bytes) -> None:
-    with parrot() as link:
+    with echo_link() as link:
         link.write(data)
         assert link.read() == b"abc"
 
 
 def test_text_is_no_bytes() -> None:
-    with parrot() as link, pytest.raises(BadValueError, match="bytes, not str"):
+    with echo_link() as link, pytest.raises(BadValueError, match="bytes, not str"):
         link.write("abc")  # type: ignore[arg-type]
 
 
@@ -65,7 +65,7 @@ def test_text_is_no_bytes() -> None:
 def test_a_read_lets_time_pass_until_there_is_enough(
     size: int | None, timeout: float, read: bytes, passed: float
 ) -> None:
-    with parrot() as link:
+    with echo_link() as link:
         link.write(b"t")
         assert link.read(size, timeout) == read
         assert link.clock.now == pytest.approx(passed * SECOND)
@@ -75,13 +75,13 @@ def test_a_read_lets_time_pass_until_there_is_enough(
     ("size", "timeout"), [(-1, 0), (1, -1), (1, float("nan")), (1, float("inf")), (1, 1e300)]
 )
 def test_a_read_of_less_than_nothing_or_without_end_is_refused(size: int, timeout: float) -> None:
-    with parrot() as link, pytest.raises(BadValueError, match=r"0 or more, .* has an end"):
+    with echo_link() as link, pytest.raises(BadValueError, match=r"0 or more, .* has an end"):
         link.read(size, timeout)
 
 
 def test_controllers_on_one_clock_see_the_same_time() -> None:
     clock = SteppedClock()
-    with parrot(clock) as one, parrot(clock) as other:
+    with echo_link(clock) as one, echo_link(clock) as other:
         one.write(b"t")
         clock.advance(0.005)
         other.write(b"t")
@@ -92,11 +92,11 @@ def test_controllers_on_one_clock_see_the_same_time() -> None:
 
 def test_in_memory_time_is_stepped() -> None:
     with pytest.raises(VirtualError, match=r"SteppedClock, not RealClock; tcp\(\) and pty\(\)"):
-        VirtualController(Parrot, virtual.RealClock())  # type: ignore[arg-type]
+        VirtualController(EchoInstrument, virtual.RealClock())  # type: ignore[arg-type]
 
 
 def test_unplugged_it_gives_what_came_before_and_then_raises() -> None:
-    with parrot() as link:
+    with echo_link() as link:
         link.write(b"before, unread")
         link.unplug()
         link.plug_in()
@@ -114,7 +114,7 @@ def test_unplugged_it_gives_what_came_before_and_then_raises() -> None:
 
 
 def test_what_is_said_while_it_is_unplugged_is_lost() -> None:
-    with parrot() as link:
+    with echo_link() as link:
         link.write(b"t")
         link.unplug()
         link.advance(1)
@@ -128,7 +128,7 @@ def test_memory_is_bounded_and_only_whole_frames_are_dropped(
 ) -> None:
     monkeypatch.setattr(MemoryLink, "limit", 12)
     book = Notebook()
-    link = MemoryLink(Parrot(SteppedClock()), observer=book)
+    link = MemoryLink(EchoInstrument(SteppedClock()), observer=book)
     for chunk in (b"12345", b"abcde", b"ABCDE", b"12"):
         link.write(chunk)
     assert link.dropped == 1
@@ -140,7 +140,7 @@ def test_memory_is_bounded_and_only_whole_frames_are_dropped(
 def test_an_observer_hears_bytes_and_times() -> None:
     book = Notebook()
     clock = SteppedClock()
-    link = MemoryLink(Parrot(clock), label="p", observer=book)
+    link = MemoryLink(EchoInstrument(clock), label="p", observer=book)
     clock.advance(0.5)
     link.write(b"x")
     link.write(b"t")
@@ -297,7 +297,7 @@ def test_the_same_bytes_at_the_same_times_give_the_same_bytes(
 
 
 def test_closing_is_harmless_when_done_twice() -> None:
-    link = parrot()
+    link = echo_link()
     link.close()
     link.close()
     with pytest.raises(StagewireError):
@@ -318,7 +318,7 @@ def test_a_fault_that_begins_at_once_is_noted_too(fault: str, noted: str) -> Non
 
 def test_faults_and_refusals_are_noted() -> None:
     book = Notebook()
-    line = FaultyLine(Parrot(SteppedClock()), ["to_host drop frame at=1"])
+    line = FaultyLine(EchoInstrument(SteppedClock()), ["to_host drop frame at=1"])
     link = MemoryLink(line, observer=book)
     link.write(b"lost")
     link.write(b"heard")

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 import serial
-from virtual_parrot import TICK, Notebook, Parrot
+from echo_instrument import TICK, EchoInstrument, Notebook
 
 import stagewire_virtual as virtual
 from stagewire_virtual.clock import Clock, SteppedClock
@@ -28,8 +28,8 @@ PATIENCE = 20.0
 EVERY_BYTE = bytes(range(256))
 
 
-def parrot(clock: SteppedClock | None = None) -> VirtualController:
-    return VirtualController(Parrot, clock, "parrot")
+def echo_link(clock: SteppedClock | None = None) -> VirtualController:
+    return VirtualController(EchoInstrument, clock, "echo")
 
 
 def port(url: str) -> serial.Serial:
@@ -45,14 +45,14 @@ def until(condition: Callable[[], bool]) -> None:
 
 
 def test_a_program_takes_it_for_a_serial_port_and_every_byte_passes() -> None:
-    with parrot().pty() as served, port(served.url) as line:
+    with echo_link().pty() as served, port(served.url) as line:
         line.write(EVERY_BYTE)
         assert line.read(256) == EVERY_BYTE
 
 
 def test_raw_from_the_first_byte() -> None:
     """Without pyserial, which makes a port raw by itself: no echo, no translation, no signals."""
-    with parrot(SteppedClock()).pty() as served:
+    with echo_link(SteppedClock()).pty() as served:
         line = os.open(served.url, os.O_RDWR | os.O_NOCTTY)
         try:
             os.write(line, b"\x03\x04\r\n\x11\x13")
@@ -66,7 +66,7 @@ def test_raw_from_the_first_byte() -> None:
 
 
 def test_a_program_that_closes_may_come_again() -> None:
-    with parrot().pty() as served:
+    with echo_link().pty() as served:
         for number in range(5):
             with port(served.url) as line:
                 line.write(b"%d" % number)
@@ -74,13 +74,13 @@ def test_a_program_that_closes_may_come_again() -> None:
 
 
 def test_it_speaks_in_real_time() -> None:
-    with parrot().pty() as served, port(served.url) as line:
+    with echo_link().pty() as served, port(served.url) as line:
         line.write(b"t")
         assert line.read(15) == 3 * TICK
 
 
 def test_hanging_up_is_an_error_to_the_program_and_there_is_another_one() -> None:
-    with parrot().pty() as served:
+    with echo_link().pty() as served:
         book = served.link.observer = Notebook()
         first = served.url
         with port(first) as line:
@@ -98,7 +98,7 @@ def test_what_was_said_before_can_be_read_after_the_plug_was_pulled() -> None:
     """Systems throw away what waits in a terminal that hangs up: a frame of which half came is that half."""
 
     def make(clock: Clock) -> FaultyLine:
-        return FaultyLine(Parrot(clock), ["to_host disconnect at=7"])
+        return FaultyLine(EchoInstrument(clock), ["to_host disconnect at=7"])
 
     with VirtualController(make).pty() as served:
         first = served.url
@@ -112,7 +112,7 @@ def test_what_was_said_before_can_be_read_after_the_plug_was_pulled() -> None:
 
 def test_what_nobody_reads_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stagewire_virtual.serving.pty._GRACE", 0.02)
-    with parrot().pty() as served, port(served.url) as line:
+    with echo_link().pty() as served, port(served.url) as line:
         device = Path(served.url)
         line.write(b"left")
         until(lambda: line.in_waiting == 4)
@@ -121,7 +121,7 @@ def test_what_nobody_reads_is_not_waited_for_for_ever(monkeypatch: pytest.Monkey
 
 
 def test_closing_does_not_wait_for_what_nobody_reads() -> None:
-    with parrot().pty() as served, port(served.url) as line:
+    with echo_link().pty() as served, port(served.url) as line:
         line.write(b"left")
         until(lambda: line.in_waiting == 4)
         device = Path(served.url)
@@ -132,7 +132,7 @@ def test_closing_does_not_wait_for_what_nobody_reads() -> None:
 
 def test_a_symbolic_link_is_there_for_as_long(tmp_path: Path) -> None:
     name = tmp_path / "x-stage"
-    with parrot().pty(name) as served:
+    with echo_link().pty(name) as served:
         assert served.url == str(name)
         device = os.readlink(name)
         with port(str(name)) as line:
@@ -154,10 +154,10 @@ def answers(name: Path) -> bool:
 
 def test_what_an_earlier_server_left_behind_is_replaced(tmp_path: Path) -> None:
     name = tmp_path / "x-stage"
-    with parrot().pty() as served:
+    with echo_link().pty() as served:
         gone = Path(served.url).with_name("999999")
     name.symlink_to(gone)
-    with parrot().pty(name):
+    with echo_link().pty(name):
         assert answers(name)
     assert not name.is_symlink()
 
@@ -165,19 +165,19 @@ def test_what_an_earlier_server_left_behind_is_replaced(tmp_path: Path) -> None:
 def test_the_same_pseudo_terminal_again_is_no_other_server(tmp_path: Path) -> None:
     """Systems give the lowest number that is free, so that a server that was killed finds its own link."""
     name = tmp_path / "x-stage"
-    with parrot().pty() as served:
+    with echo_link().pty() as served:
         device = served.url
     name.symlink_to(device)
-    with parrot().pty(name):
+    with echo_link().pty(name):
         if os.readlink(name) == device:  # nobody else came first
             assert answers(name)
 
 
 def test_the_link_of_another_server_is_not_taken_over(tmp_path: Path) -> None:
     name = tmp_path / "x-stage"
-    with parrot().pty(name):
+    with echo_link().pty(name):
         with pytest.raises(ServingError, match=r"symbolic link .*: File exists; choose a name"):
-            parrot().pty(name)
+            echo_link().pty(name)
         assert answers(name)
 
 
@@ -192,14 +192,14 @@ def test_nothing_else_is_overwritten(tmp_path: Path, kind: str) -> None:
         name = tmp_path / "link"
         name.symlink_to(tmp_path / "taken")
     with pytest.raises(ServingError, match=r"(?s)symbolic link .*: File exists; choose a name"):
-        parrot().pty(name)
+        echo_link().pty(name)
     assert kind == "folder" or (tmp_path / "taken").read_text() == "precious"
     assert name.exists()
 
 
 def test_a_link_that_somebody_else_has_taken_over_is_left_alone(tmp_path: Path) -> None:
     name = tmp_path / "x-stage"
-    with parrot().pty(name):
+    with echo_link().pty(name):
         name.unlink()
         name.symlink_to("elsewhere")
     assert os.readlink(name) == "elsewhere"
@@ -207,12 +207,12 @@ def test_a_link_that_somebody_else_has_taken_over_is_left_alone(tmp_path: Path) 
 
 def test_a_folder_that_is_not_there_is_an_error_for_people(tmp_path: Path) -> None:
     with pytest.raises(ServingError, match="a folder that you may write to"):
-        parrot().pty(tmp_path / "no" / "x-stage")
+        echo_link().pty(tmp_path / "no" / "x-stage")
 
 
 def test_a_program_that_does_not_read_costs_bounded_memory() -> None:
     frame = 1000
-    with parrot().pty() as served, port(served.url) as line:
+    with echo_link().pty() as served, port(served.url) as line:
 
         def flood() -> int:
             for number in range(100):
@@ -242,7 +242,7 @@ def test_a_system_without_pseudo_terminals_says_so(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(ServingError, match="no pseudo-terminals; serve it by TCP"):
-        parrot().pty()
+        echo_link().pty()
 
 
 def test_a_real_unit_answers() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
-from virtual_parrot import TICK, Notebook, Parrot
+from echo_instrument import TICK, EchoInstrument, Notebook
 
 from stagewire_virtual.clock import SECOND, RealClock, SteppedClock
 from stagewire_virtual.errors import ServingError
@@ -35,7 +35,7 @@ def test_timers_run_at_their_own_instants() -> None:
     async def test() -> None:
         book = Notebook()
         async with Server() as server:
-            link = TcpLink(Parrot(server.clock, period=0.02), "127.0.0.1", 0, observer=book)
+            link = TcpLink(EchoInstrument(server.clock, period=0.02), "127.0.0.1", 0, observer=book)
             await server.open(link)
             reader, writer = await connect(link)
             writer.write(b"t")
@@ -63,10 +63,10 @@ def test_a_server_with_nothing_due_sets_no_alarm(monkeypatch: pytest.MonkeyPatch
 
         monkeypatch.setattr(loop, "call_later", counted)
         async with Server() as server:
-            parrot = Parrot(server.clock, period=30)
-            await server.open(TcpLink(parrot, "127.0.0.1", 0))
+            instrument = EchoInstrument(server.clock, period=30)
+            await server.open(TcpLink(instrument, "127.0.0.1", 0))
             assert alarms == []
-            server.run(lambda: parrot.receive(b"t"))
+            server.run(lambda: instrument.receive(b"t"))
             assert [round(delay) for delay in alarms] == [30]
             server.run(lambda: None)
             assert len(alarms) == 1  # nothing has become due earlier
@@ -123,7 +123,7 @@ def test_a_stepped_clock_is_served_too_and_goes_by_no_alarm() -> None:
     async def test() -> None:
         clock = SteppedClock()
         async with Server(clock) as server:
-            link = TcpLink(Parrot(clock, period=1), "127.0.0.1", 0)
+            link = TcpLink(EchoInstrument(clock, period=1), "127.0.0.1", 0)
             await server.open(link)
             reader, writer = await connect(link)
             writer.write(b"tx")
@@ -139,7 +139,7 @@ def test_a_stepped_clock_is_served_too_and_goes_by_no_alarm() -> None:
 def test_closing_frees_the_port_and_is_harmless_when_done_twice() -> None:
     async def test() -> None:
         server = Server()
-        link = TcpLink(Parrot(server.clock), "127.0.0.1", 0)
+        link = TcpLink(EchoInstrument(server.clock), "127.0.0.1", 0)
         await server.open(link)
         reader, writer = await connect(link)
         await server.close()
@@ -150,7 +150,7 @@ def test_closing_frees_the_port_and_is_harmless_when_done_twice() -> None:
             await reader.readexactly(1)
         writer.close()
         again = Server()
-        await again.open(TcpLink(Parrot(again.clock), "127.0.0.1", link.port))
+        await again.open(TcpLink(EchoInstrument(again.clock), "127.0.0.1", link.port))
         await again.close()
 
     run(test)

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 import pytest
 import serial
-from virtual_parrot import TICK, Notebook, Parrot
+from echo_instrument import TICK, EchoInstrument, Notebook
 
 import stagewire_virtual as virtual
 from stagewire_virtual.clock import SECOND, Clock, SteppedClock
@@ -27,8 +27,8 @@ REQ_INFO = bytes.fromhex("05 00 00 00 50 01")
 START_UPDATES = bytes.fromhex("11 00 00 00 50 01")
 
 
-def parrot(clock: SteppedClock | None = None) -> VirtualController:
-    return VirtualController(Parrot, clock, "parrot")
+def echo_link(clock: SteppedClock | None = None) -> VirtualController:
+    return VirtualController(EchoInstrument, clock, "echo")
 
 
 @contextmanager
@@ -84,13 +84,13 @@ def test_updates_come_by_themselves() -> None:
 
 @pytest.mark.parametrize("address", ["127.0.0.1:0", "[::1]:0"])
 def test_addresses_of_this_machine(address: str) -> None:
-    with parrot().tcp(address) as served, host(served) as line:
+    with echo_link().tcp(address) as served, host(served) as line:
         line.sendall(b"hello")
         assert read(line, 5) == b"hello"
 
 
 def test_a_second_host_is_turned_away_with_a_note() -> None:
-    with parrot().tcp() as served:
+    with echo_link().tcp() as served:
         book = served.link.observer = Notebook()
         with host(served) as first:
             first.sendall(b"first")
@@ -105,7 +105,7 @@ def test_a_second_host_is_turned_away_with_a_note() -> None:
 
 
 def test_one_host_after_another() -> None:
-    with parrot().tcp() as served:
+    with echo_link().tcp() as served:
         for number in range(20):
             with host(served) as line:
                 line.sendall(b"%02d" % number)
@@ -113,7 +113,7 @@ def test_one_host_after_another() -> None:
 
 
 def test_what_is_said_to_nobody_is_lost() -> None:
-    with parrot(SteppedClock()).tcp() as served:
+    with echo_link(SteppedClock()).tcp() as served:
         with host(served) as line:
             line.sendall(b"t")
             served.advance(0.01)
@@ -143,7 +143,7 @@ def test_what_a_fault_holds_back_does_not_reach_the_next_host() -> None:
 
 def test_a_host_that_does_not_read_costs_bounded_memory_and_loses_whole_frames() -> None:
     frame = 1000
-    with parrot().tcp() as served, host(served) as line:
+    with echo_link().tcp() as served, host(served) as line:
         until(lambda: served.link.connected)
 
         def flood(frames: int) -> int:
@@ -165,7 +165,7 @@ def test_a_host_that_does_not_read_costs_bounded_memory_and_loses_whole_frames()
 
 
 def test_stepped_time_goes_on_after_what_the_host_has_sent() -> None:
-    with parrot(SteppedClock()).tcp() as served:
+    with echo_link(SteppedClock()).tcp() as served:
         for _ in range(20):
             with host(served) as line:
                 line.sendall(b"t")
@@ -178,7 +178,12 @@ def test_stepped_time_goes_on_after_what_the_host_has_sent() -> None:
 
 def test_controllers_that_share_a_clock_go_on_together() -> None:
     clock = SteppedClock()
-    with parrot(clock).tcp() as one, parrot(clock).tcp() as other, host(one) as a, host(other) as b:
+    with (
+        echo_link(clock).tcp() as one,
+        echo_link(clock).tcp() as other,
+        host(one) as a,
+        host(other) as b,
+    ):
         a.sendall(b"t")
         b.sendall(b"t")
         one.advance(0.02)
@@ -187,14 +192,14 @@ def test_controllers_that_share_a_clock_go_on_together() -> None:
 
 def test_real_time_cannot_be_stepped() -> None:
     with (
-        parrot().tcp() as served,
+        echo_link().tcp() as served,
         pytest.raises(VirtualError, match=r"real time .* clock=SteppedClock"),
     ):
         served.advance(1)
 
 
 def test_unplugging_breaks_the_connection_and_the_host_may_come_again() -> None:
-    with parrot().tcp() as served:
+    with echo_link().tcp() as served:
         with host(served) as line:
             line.sendall(b"hello")
             assert read(line, 5) == b"hello"
@@ -215,22 +220,22 @@ def test_a_fault_disconnects_in_mid_frame() -> None:
 
 
 def test_a_port_that_is_taken_is_named() -> None:
-    with parrot().tcp() as served:
+    with echo_link().tcp() as served:
         address = served.url.removeprefix("socket://")
         with pytest.raises(
             ServingError, match=rf"cannot listen on {address}: address already in use"
         ):
-            parrot().tcp(address)
+            echo_link().tcp(address)
         with pytest.raises(ServingError, match="already in use"):
-            parrot().tcp(int(address.rpartition(":")[2]))
+            echo_link().tcp(int(address.rpartition(":")[2]))
 
 
 def test_a_network_address_wants_to_be_allowed() -> None:
     with pytest.raises(ServingError, match="obey whoever reaches them"):
-        parrot().tcp("0.0.0.0:0")
+        echo_link().tcp("0.0.0.0:0")
     with pytest.raises(ServingError, match="empty address"):
-        parrot().tcp(bind="")
-    with parrot().tcp(bind="0.0.0.0") as served:
+        echo_link().tcp(bind="")
+    with echo_link().tcp(bind="0.0.0.0") as served:
         assert served.url.startswith("socket://0.0.0.0:")
 
 
@@ -239,25 +244,25 @@ def test_the_thread_ends_with_the_last_controller() -> None:
         return [thread.name for thread in threading.enumerate()]
 
     assert "stagewire-virtual" not in threads()
-    one, other = parrot().tcp(), parrot().tcp()
+    one, other = echo_link().tcp(), echo_link().tcp()
     assert threads().count("stagewire-virtual") == 1
     one.close()
     one.close()
     assert "stagewire-virtual" in threads()
     other.close()
     assert "stagewire-virtual" not in threads()
-    with pytest.raises(VirtualError, match="parrot is not served any more"):
+    with pytest.raises(VirtualError, match="echo is not served any more"):
         one.power_cycle()
 
 
 def test_closing_the_controller_closes_what_was_served_from_it() -> None:
-    with parrot() as in_memory:
+    with echo_link() as in_memory:
         served = in_memory.tcp()
     assert "(closed)" in repr(served)
 
 
 def test_calls_run_in_the_thread_and_raise_here() -> None:
-    with parrot().tcp() as served:
+    with echo_link().tcp() as served:
         assert served.call(threading.current_thread).name == "stagewire-virtual"
         assert served.call(lambda: served.call(divmod, 7, 2)) == (3, 1)
         with pytest.raises(ZeroDivisionError):
@@ -268,15 +273,15 @@ def test_calls_run_in_the_thread_and_raise_here() -> None:
 
 
 def test_a_call_that_exits_does_so_here_and_serving_goes_on() -> None:
-    with parrot().tcp() as served:
+    with echo_link().tcp() as served:
         with pytest.raises(SystemExit, match="3"):
             served.call(sys.exit, 3)
         assert speaks(served)
 
 
 def test_in_the_thread_that_serves_nothing_is_served_or_closed() -> None:
-    with parrot().tcp() as served:
-        for waits_for_itself in (served.close, parrot().tcp):
+    with echo_link().tcp() as served:
+        for waits_for_itself in (served.close, echo_link().tcp):
             with pytest.raises(VirtualError, match="do it from the thread that called"):
                 served.call(waits_for_itself)
         assert speaks(served)
@@ -285,13 +290,13 @@ def test_in_the_thread_that_serves_nothing_is_served_or_closed() -> None:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 def test_a_process_that_is_forked_serves_by_itself() -> None:
-    with parrot().tcp() as served:
+    with echo_link().tcp() as served:
         child = os.fork()
         if not child:
             signal.alarm(round(PATIENCE))  # a wait without an end is a failure
             status = 1
             try:
-                with parrot().tcp() as own:
+                with echo_link().tcp() as own:
                     assert speaks(own)
                 with pytest.raises(VirtualError, match="not in this process"):
                     served.close()
@@ -307,7 +312,7 @@ def test_a_stepped_clock_goes_on_where_its_controllers_are_served() -> None:
     threads: list[str] = []
     clock.call_later(1, lambda: threads.append(threading.current_thread().name))
     clock.call_later(SECOND, lambda: threads.append(threading.current_thread().name))
-    with parrot(clock) as in_memory, in_memory.tcp() as served, host(served) as line:
+    with echo_link(clock) as in_memory, in_memory.tcp() as served, host(served) as line:
         line.sendall(b"t")
         in_memory.advance(0.01)
         assert read(line, 5) == TICK
@@ -317,32 +322,32 @@ def test_a_stepped_clock_goes_on_where_its_controllers_are_served() -> None:
 
 
 def test_a_controller_that_fails_is_not_passed_over_in_silence() -> None:
-    served = parrot().tcp()
+    served = echo_link().tcp()
     with host(served) as line:
         line.sendall(b"!")
         assert line.recv(1) == b""
-    with pytest.raises(VirtualError, match="a parrot fell off its perch"):
+    with pytest.raises(VirtualError, match="the instrument failed"):
         served.close()
 
 
 def test_one_that_fails_does_not_keep_others_from_being_closed() -> None:
-    in_memory = parrot()
+    in_memory = echo_link()
     one, other = in_memory.tcp(), in_memory.tcp()
     with host(other) as line:
         line.sendall(b"!")
         assert line.recv(1) == b""
-    with pytest.raises(VirtualError, match="fell off its perch"):
+    with pytest.raises(VirtualError, match="the instrument failed"):
         in_memory.close()
     assert all("(closed)" in repr(served) for served in (one, other))
     assert all(thread.name != "stagewire-virtual" for thread in threading.enumerate())
 
 
 def test_what_cannot_be_made_is_refused_before_anything_is_served() -> None:
-    def refuse(clock: Clock) -> Parrot:
+    def refuse(clock: Clock) -> EchoInstrument:
         if not isinstance(clock, SteppedClock):
-            raise VirtualError("no parrot today")
-        return Parrot(clock)
+            raise VirtualError("no instrument today")
+        return EchoInstrument(clock)
 
-    with pytest.raises(VirtualError, match="no parrot today"):
+    with pytest.raises(VirtualError, match="no instrument today"):
         VirtualController(refuse).tcp()
     assert all(thread.name != "stagewire-virtual" for thread in threading.enumerate())

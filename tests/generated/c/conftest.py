@@ -16,7 +16,7 @@ from checkout import TESTS
 from parts import first_of
 
 # The tests of the testee in Python are run again, with the one in C beside it.
-sys.path.append(str(TESTS / "conformance"))
+sys.path.append(str(TESTS / "conformance" / "testees"))
 
 Once = Callable[[str, Callable[[Path], object]], Path]
 
@@ -51,10 +51,10 @@ def testees(once: Once) -> Testees:
 @pytest.fixture(scope="module")
 def asks_both(testees: Testees) -> Iterator[None]:
     """Whatever a test asks the testee in Python is asked the one in C, too, and has to be answered alike."""
-    import asking
+    import testee_calls
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(asking, "serve", testees.serve)
+        patch.setattr(testee_calls, "serve", testees.serve)
         yield
 
 

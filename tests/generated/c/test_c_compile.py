@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from everything import everything
+from all_declarations import everything
 from toolchain import (
     C_STANDARDS,
     C_WARNINGS,

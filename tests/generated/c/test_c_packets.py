@@ -9,7 +9,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from everything import everything
+from all_declarations import everything
 from packet_parser import Parser, PythonParser, Seen, joined
 from packet_shapes import CAROUSEL, FRAMINGS, Made, make
 from testees import Json, lines

@@ -12,7 +12,7 @@ from random import Random
 from types import ModuleType
 
 import pytest
-from invented_frames import INVENTED, invent, table_of
+from random_frames import INVENTED, invent, table_of
 from stream_program import Program, Step, cut, in_python, joined, steps_of
 from toolchain import ROOT, C, compiles, need, run
 

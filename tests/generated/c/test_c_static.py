@@ -7,7 +7,7 @@ from pathlib import Path
 
 import callgraph
 import pytest
-from everything import everything
+from all_declarations import everything
 from toolchain import C, Package, compiles, need, of_each_package, run, symbols
 
 COMMENT_OR_STRING = re.compile(

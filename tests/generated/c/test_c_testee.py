@@ -16,7 +16,7 @@ from typing import Any
 
 import jsonschema_rs
 import pytest
-from asking import SCHEMA  # of tests/conformance
+from testee_calls import SCHEMA  # of tests/conformance
 from testee_requests import broken_lines, decoding, encodings, streams
 from testees import (
     PROTOCOLS,

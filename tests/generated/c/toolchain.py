@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import tools
-from generated import ROOT, generated
+from generated_c import ROOT, generated
 
 __all__ = [
     "CORTEX_M0",

@@ -1,0 +1,146 @@
+"""Runs of the checks of Thorlabs APT that change something, on virtual controllers in stepped time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from faulty_apt_link import FaultyAptLink, LinkFault
+
+import stagewire_virtual
+from stagewire.links import Link
+from stagewire.quantities import Limit
+from stagewire_apt import PROTOCOL, stages
+from stagewire_conformance.device.checks.apt.requests import requests_of
+from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.lines.apt_line import AptLine
+from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.report import Outcome, Report
+from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.run import run
+from stagewire_virtual import VirtualController
+from stagewire_virtual.linking import SteppedLink
+
+UNITS = {entry["name"]: entry for entry in PROTOCOL.registry()["units"]}
+CASES = [(name, stage) for name, entry in UNITS.items() for stage in (None, *entry["stages"])]
+"""Every unit, without a stage and with each that it may have."""
+
+SETTINGS = ("readback", "counters", "channels", "bays-apart", "loops", "eeprom")
+OUTPUTS = (
+    "enable", "digital-outputs", "piezo-volts", "piezo-position", "piezo-mode", "piezo-slew", "piezo-lut",
+    "piezo-zero", "solenoid-state", "solenoid-mode", "interlock-mode",
+)  # fmt: skip
+MOVES = (
+    "move-absolute", "move-relative", "move-stored", "move-jog", "move-velocity", "move-stop", "suspend",
+    "move-updates", "limits", "move-alone",
+)  # fmt: skip
+EVERY = (*SETTINGS, *OUTPUTS, "home", *MOVES)
+
+_SERIES_TRAVEL = {"Z8": "25", "MLS203": "110", "APT_STEPPER": "25"}
+"""Millimetres on the bench, for stages whose travel the registry leaves unknown."""
+
+
+@dataclass
+class Bench:
+    """A virtual controller, and how it is declared.
+
+    :param motion: what may be moved to.
+    """
+
+    controller: VirtualController
+    declared: Declared
+    motion: str
+
+    @property
+    def link(self) -> SteppedLink:
+        return SteppedLink(self.controller)
+
+    def allowed(self, motion: str | None = None) -> Permissions:
+        return Permissions(settings=True, motion=Range.parse(motion or self.motion), eeprom=True)
+
+    def behaviour(self, channel: int = 1, bay: int | None = None) -> Any:
+        instrument: Any = self.controller.instrument
+        where = {} if bay is None else {"bay": bay}
+        return instrument.channel(channel, **where).behaviour
+
+
+def bench(
+    unit: str, stage: str | None = None, seed: int = 0, *, ends: bool = True, **options: Any
+) -> Bench:
+    """Return a unit on a bench, declared as it is; ``ends`` says whether its travel is declared, too."""
+    facts = UNITS[unit]
+    motion = "0..2000000counts" if "MOT_MOVE_HOME" in facts["messages"] else "-10000..20000counts"
+    pics = Pics(unit=unit)
+    if stage is not None:
+        options["stage"] = getattr(stages, stage)
+        length = _travel_mm(stage)
+        travel = Range.parse(f"0..{length}mm") if ends else None
+        fitted = [ChannelPics(number=n, stage=stage, travel=travel) for n in (1, 2)]
+        pics = replace(pics, channels=tuple(fitted))
+        motion = f"0..{min(float(length), 12):g}mm"
+    if facts["address"] == "bay":
+        pics = replace(pics, bays=(BayPics(number=1, unit=unit),))
+    controller = getattr(stagewire_virtual, unit)(seed=seed, **options)
+    return Bench(controller, declare(pics), motion)
+
+
+def _travel_mm(stage: str) -> str:
+    """Return the travel of a stage in millimetres: that of the registry, where it has one."""
+    limit = getattr(stages, stage).limits["travel"]
+    return str(limit.value) if isinstance(limit, Limit) else _SERIES_TRAVEL[stage]
+
+
+def run_on(
+    on: Bench,
+    only: Iterable[str],
+    *,
+    link: Link | None = None,
+    allowed: Permissions | None = None,
+    seed: int = 1,
+) -> Report:
+    """Run the checks of some kinds, or some checks by their ids."""
+    allowed = on.allowed() if allowed is None else allowed
+    wanted = set(only)
+    checks = [
+        check
+        for check in plan(on.declared, allowed)
+        if check.id in wanted or (check.kind is not None and check.kind.name in wanted)
+    ]
+    report = run(link or on.link, checks, on.declared, allowed, seed)
+    if report.defect is not None:
+        raise report.defect
+    assert not report.unfinished, report.unfinished
+    return report
+
+
+def faulty_link(on: Bench, spoil: LinkFault) -> FaultyAptLink:
+    """Return a line to a controller that breaks a rule."""
+    return FaultyAptLink(on.link, spoil)
+
+
+def complaints(report: Report) -> dict[str, str]:
+    """Return what was found to be wrong, by check."""
+    return {
+        outcome.check.id: words_of(outcome)
+        for outcome in report.outcomes
+        if outcome.result in (Result.FAIL, Result.NON_STRICT)
+    }
+
+
+def words_of(outcome: Outcome) -> str:
+    return "; ".join(f"{finding.result}: {finding.text}" for finding in outcome.findings)
+
+
+def readable(on: Bench, leave_out: Sequence[str] = ()) -> dict[str, str]:
+    """Ask for everything that can be asked, and return what was said, by what was asked."""
+    line = AptLine(on.link, on.declared, Permissions())
+    said = {}
+    for place in on.declared.places:
+        for request in requests_of(on.declared, place):
+            if request.name not in leave_out:
+                heard = line.ask(request.message, place.address)
+                said[request.id] = "nothing" if heard is None else heard.text
+    return said

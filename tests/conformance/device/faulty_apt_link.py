@@ -1,0 +1,149 @@
+"""A line between the suite and a virtual Thorlabs APT controller that changes frames, so that rules break."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from stagewire.framing import End
+from stagewire.links import Link
+from stagewire_apt import PROTOCOL
+
+DATA_FLAG = 0x80
+IDS = {
+    entry["name"]: entry["id"]
+    for entry in PROTOCOL.registry()["messages"]
+    if entry["id"] is not None
+}
+
+Change = Callable[[bytes], bytes]
+"""Takes the bytes of a frame, and returns those that go on; none, or several frames."""
+
+
+def as_it_is(raw: bytes) -> bytes:
+    return raw
+
+
+@dataclass
+class LinkFault:
+    """A way to break a rule.
+
+    :param to_host: changes what the controller sends, frame by frame.
+    :param to_controller: changes what is written, each write being a frame or what stands for one.
+    :param late: seconds by which all that comes is late.
+    """
+
+    to_host: Change = as_it_is
+    to_controller: Change = as_it_is
+    late: float = 0.0
+
+
+class FaultyAptLink(Link):
+    """A stepped line that changes what passes."""
+
+    def __init__(self, link: Link, spoil: LinkFault) -> None:
+        self.url = link.url
+        self.clock = link.clock
+        self._link = link
+        self._spoil = spoil
+        self._framer = PROTOCOL.framer(End.HOST)
+
+    def read(self, timeout: float) -> bytes:
+        data = self._link.read(timeout)
+        if data and self._spoil.late:
+            data += self._link.read(self._spoil.late)
+        return b"".join(self._spoil.to_host(event.raw) for event in self._framer.feed(data))
+
+    def write(self, data: bytes) -> None:
+        if changed := self._spoil.to_controller(data):
+            self._link.write(changed)
+
+    def write_now(self, data: bytes) -> None:
+        self.write(data)
+
+    def wake(self) -> None:
+        self._link.wake()
+
+    def close(self) -> None:
+        self._link.close()
+
+
+def name_of(raw: bytes) -> str:
+    """Return the name of the message that bytes have the id of; empty where no message has it."""
+    id = int.from_bytes(raw[:2], "little")
+    return next((name for name, each in IDS.items() if each == id), "")
+
+
+def of(names: str | Iterable[str], change: Change) -> Change:
+    """Change the frames of some messages, and no others."""
+    wanted = {names} if isinstance(names, str) else set(names)
+    return lambda raw: change(raw) if name_of(raw) in wanted else raw
+
+
+def of_source(source: int, change: Change) -> Change:
+    """Change the frames that come from an address."""
+    return lambda raw: change(raw) if raw[5] == source else raw
+
+
+def byte(at: int, value: int) -> Change:
+    """Give a byte of the frame another value."""
+    return lambda raw: raw[:at] + bytes((value,)) + raw[at + 1 :] if len(raw) > at else raw
+
+
+def plus(at: int, by: int) -> Change:
+    """Add to a byte of the frame, modulo 256."""
+    return lambda raw: raw[:at] + bytes(((raw[at] + by) % 256,)) + raw[at + 1 :]
+
+
+def flip(at: int, mask: int) -> Change:
+    """Turn bits of a byte over."""
+    return lambda raw: raw[:at] + bytes((raw[at] ^ mask,)) + raw[at + 1 :]
+
+
+def renamed(name: str) -> Change:
+    """Give a frame the id of another message."""
+    return lambda raw: IDS[name].to_bytes(2, "little") + raw[2:]
+
+
+def shorter(raw: bytes) -> bytes:
+    """Take a byte from the packet, as the header then says."""
+    return raw[:2] + (len(raw) - 7).to_bytes(2, "little") + raw[4:-1]
+
+
+def dropped(raw: bytes) -> bytes:
+    return b""
+
+
+def twice(raw: bytes) -> bytes:
+    return raw + raw
+
+
+def followed_by(more: bytes) -> Change:
+    return lambda raw: raw + more
+
+
+def every(count: int, change: Change) -> Change:
+    """Change each ``count``-th frame only."""
+    seen = [0]
+
+    def changed(raw: bytes) -> bytes:
+        seen[0] += 1
+        return change(raw) if seen[0] % count == 0 else raw
+
+    return changed
+
+
+def from_the(number: int, change: Change) -> Change:
+    """Change the ``number``-th frame and all after it."""
+    seen = [0]
+
+    def changed(raw: bytes) -> bytes:
+        seen[0] += 1
+        return change(raw) if seen[0] >= number else raw
+
+    return changed
+
+
+def frame(name: str, param1: int = 0, param2: int = 0, dest: int = 1, source: int = 0x50) -> bytes:
+    """Return a header."""
+    return IDS[name].to_bytes(2, "little") + bytes((param1, param2, dest, source))

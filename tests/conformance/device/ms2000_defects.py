@@ -1,0 +1,62 @@
+"""How a broken MS-2000 is described: what is wrong with it, and which check has to find it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from faulty_ms2000_link import FaultyMs2000Link, Make
+
+from stagewire.commands import CommandFrame
+from stagewire_conformance.device.results import Result
+from stagewire_ms2000 import messages as m
+
+X, Y = 0x18, 0x19
+POSITIONS = (m.ReadMotorPosition, m.ReadMotorPositionAndStatus)
+STATUSES = (m.ReadStatusByte, m.ReadMotorPositionAndStatus)
+MOVES = (m.WriteTargetPosition, m.IncrementMoveUp, m.IncrementMoveDown, m.WriteVectorSpeed)
+ACK = b":A"
+
+
+@dataclass
+class Defect:
+    """What is broken, which check has to find it, and a word of what it has to say."""
+
+    make: Make
+    check: str
+    says: str
+    result: Result = Result.FAIL
+    pics: Mapping[str, Any] = field(default_factory=dict)
+    strategies: Mapping[str, str] = field(default_factory=dict)
+    hides: bool = False
+    """Whether it does something that nothing tells, so that it cannot be put back."""
+
+
+def bits(set_: int = 0, clear: int = 0) -> Callable[[bytes, CommandFrame], bytes]:
+    """Return what sets and clears bits of a status byte, the last byte of its replies."""
+    return lambda raw, frame: raw[:-1] + bytes((raw[-1] & ~clear | set_,))
+
+
+def named(**defects: Defect) -> dict[str, Defect]:
+    return defects
+
+
+class Stateful(FaultyMs2000Link):
+    """A line with something to remember."""
+
+    def __init__(self, controller: Any) -> None:
+        super().__init__(controller)
+        self.memory: dict[Any, Any] = {}
+
+
+def changed(
+    command: type, change: Callable[[bytes], bytes]
+) -> Callable[[CommandFrame, bytes], list[bytes]]:
+    """Return what changes the data of a command on its way."""
+
+    def instead(frame: CommandFrame, raw: bytes) -> list[bytes]:
+        hit = isinstance(frame.message, command)
+        return [raw[:3] + change(raw[3:-1]) + raw[-1:] if hit else raw]
+
+    return instead

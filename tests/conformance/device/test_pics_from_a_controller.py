@@ -1,0 +1,163 @@
+"""A first PICS, written by asking a controller what it answers: nothing is set, and nothing moves."""
+
+from __future__ import annotations
+
+import tomllib
+from collections import Counter
+
+import pytest
+from watched_links import DeadLink, WatchedLink, controller_of
+
+import stagewire_virtual
+from stagewire.commands import CommandProtocol, CommandReceived
+from stagewire.errors import StagewireError
+from stagewire.framed import FramedProtocol
+from stagewire.framing import End
+from stagewire_apt import messages as m
+from stagewire_conformance.device.declared import Declared, declare, known_units
+from stagewire_conformance.device.errors import NothingAnswersError
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.pics import Pics
+from stagewire_conformance.device.pics.asking import ask_pics
+from stagewire_conformance.device.pics.file import parse_pics
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.run import run
+from stagewire_virtual import VirtualController
+from stagewire_virtual.linking import SteppedLink
+
+UNITS = sorted(known_units())
+
+
+def asked(controller: VirtualController, unit: str = "") -> tuple[Pics, WatchedLink]:
+    link = WatchedLink(SteppedLink(controller))
+    return parse_pics(ask_pics(link, unit).encode()), link
+
+
+def named(declared: Declared, writes: list[bytes]) -> Counter[tuple[str, bytes]]:
+    """Return how often each message was sent, by its name and its bytes."""
+    protocol = declared.protocol
+    if isinstance(protocol, FramedProtocol):
+        events = protocol.framer(End.DEVICE).feed(b"".join(writes))
+        return Counter((event.frame.message.layout.message, event.raw) for event in events)
+    assert isinstance(protocol, CommandProtocol)
+    events = protocol.framer().feed(b"".join(writes))
+    assert all(isinstance(event, CommandReceived) for event in events)
+    return Counter((event.frame.message.layout.message, event.raw) for event in events)
+
+
+class DeafLink(WatchedLink):
+    """A line that takes no request for the velocity of bay 2."""
+
+    def write(self, data: bytes) -> None:
+        if data != m.MotReqVelParams(1).pack(0x22, 0x01):
+            super().write(data)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_controller_that_answers_everything_supports_everything(unit: str) -> None:
+    pics, link = asked(controller_of(unit), unit)
+    assert pics.unit == unit
+    assert pics.unsupported == {}
+    assert all(not bay.unsupported for bay in pics.bays or ())
+    declared = declare(pics)
+    effects = {name: entry["effect"] for name, entry in declared.registry.messages.items()}
+    sent = named(declared, link.writes)
+    switches = {"SWITCH_TO_LOW_LEVEL", "SWITCH_TO_HIGH_LEVEL"}  # an MS-2000 may take text at first
+    assert {effects[name] for name, _ in sent if name not in switches} == {"none"}
+    if isinstance(declared.protocol, FramedProtocol):
+        found_out_before = {"HW_REQ_INFO", "RACK_REQ_BAYUSED"}
+        assert all(times == 1 for (name, _), times in sent.items() if name not in found_out_before)
+
+
+def test_a_rack_of_modules_says_what_is_in_its_bays() -> None:
+    pics, _ = asked(controller_of("RACK"), "RACK")
+    assert [(bay.number, bay.unit) for bay in pics.bays or ()] == [(1, "MST601"), (3, "MPZ601")]
+    assert [(channel.bay, channel.number) for channel in pics.channels] == [(1, 1), (1, 2)]
+
+
+def test_a_rack_of_cards_says_which_of_its_bays_are_empty() -> None:
+    pics, _ = asked(stagewire_virtual.BBD103(empty_bays=[1]), "BBD103")
+    assert [bay.number for bay in pics.bays or ()] == [1, 3]
+
+
+def test_axes_that_are_not_fitted_are_left_out() -> None:
+    pics, _ = asked(stagewire_virtual.MS2000(), "MS2000")
+    assert [channel.axis for channel in pics.channels] == ["X", "Y", "Z"]
+
+
+@pytest.mark.parametrize("unit", ["TDC001", "TPZ001", "TSC001", "BBD102", "BSC103", "BMS002"])
+def test_a_controller_is_asked_what_it_is(unit: str) -> None:
+    assert asked(controller_of(unit))[0].unit == unit
+
+
+def test_a_rack_of_modules_is_told_by_its_own_name() -> None:
+    assert asked(stagewire_virtual.MST601())[0].unit == "RACK"
+
+
+def test_what_does_not_answer_is_not_supported_and_is_skipped_then() -> None:
+    fault = "to_host drop frame message=MOT_GET_POTPARAMS"
+    pics, _ = asked(stagewire_virtual.TDC001(faults=[fault]))
+    assert pics.unsupported == {"MOT_REQ_POTPARAMS": "did not answer"}
+    link = SteppedLink(stagewire_virtual.TDC001(faults=[fault]))
+    declared, allowed = declare(pics), Permissions()
+    checks = plan(declared, allowed, only=["answers"])
+    report = run(link, checks, declared, allowed, seed=1)
+    results = {outcome.check.id: outcome.result for outcome in report.outcomes}
+    skipped = {id for id, result in results.items() if result is Result.SKIP}
+    assert skipped == {"answers/0x50/MOT_REQ_POTPARAMS/1"}
+    assert set(results.values()) == {Result.PASS, Result.SKIP}
+
+
+def test_what_is_lost_once_is_asked_again() -> None:
+    fault = "to_host drop frame message=MOT_GET_POTPARAMS at=1"
+    assert asked(stagewire_virtual.TDC001(faults=[fault]))[0].unsupported == {}
+
+
+def test_what_one_bay_does_not_answer_is_said_of_that_bay() -> None:
+    link = DeafLink(SteppedLink(stagewire_virtual.BBD102()))
+    pics = parse_pics(ask_pics(link).encode())
+    assert pics.unsupported == {}
+    assert [dict(bay.unsupported) for bay in pics.bays or ()] == [
+        {},
+        {"MOT_REQ_VELPARAMS": "did not answer"},
+    ]
+
+
+def test_another_unit_than_was_named_answers_what_it_answers() -> None:
+    pics, _ = asked(stagewire_virtual.TST001(), "TDC001")
+    assert set(pics.unsupported) == {"MOT_REQ_DCPIDPARAMS", "MOT_REQ_DCSTATUSUPDATE"}
+
+
+@pytest.mark.parametrize("unit", ["", "TDC001", "MS2000", "RACK"])
+def test_nothing_at_the_other_end_is_told_in_seconds(unit: str) -> None:
+    link = DeadLink()
+    with pytest.raises(NothingAnswersError, match=r"socket://192\.0\.2\.1:4001"):
+        ask_pics(link, unit)
+    assert link.now < 5
+
+
+def test_a_unit_that_is_none_is_refused_before_anything_is_sent() -> None:
+    link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
+    with pytest.raises(StagewireError, match="there is no unit TDC002"):
+        ask_pics(link, "TDC002")
+    assert link.writes == []
+
+
+def test_what_a_controller_says_of_itself_becomes_no_toml() -> None:
+    text = ask_pics(SteppedLink(stagewire_virtual.TDC001()), "TDC001")
+    told = [line for line in text.splitlines() if line.startswith("# ")]
+    assert any("model_number: TDC001" in line for line in told)
+    assert tomllib.loads(text) == {
+        "schema_version": 1,
+        "protocol": "thorlabs_apt",
+        "unit": "TDC001",
+        "line": "usb",
+        "channel": [{"number": 1}],
+    }
+
+
+def test_each_question_is_told_before_it_is_asked() -> None:
+    said: list[str] = []
+    ask_pics(SteppedLink(stagewire_virtual.BBD102()), "", said.append)
+    assert {"bay 1", "bay 2", "0x22 MOT_REQ_VELPARAMS"} <= set(said)

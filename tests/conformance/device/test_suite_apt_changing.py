@@ -1,0 +1,261 @@
+"""The checks of Thorlabs APT that change something: virtual controllers pass, and are then as they were."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import pytest
+from apt_runs import (
+    CASES,
+    EVERY,
+    MOVES,
+    OUTPUTS,
+    SETTINGS,
+    UNITS,
+    bench,
+    complaints,
+    faulty_link,
+    readable,
+    run_on,
+)
+from faulty_apt_link import LinkFault, byte, of
+
+from parts import chosen, every_nth
+from stagewire_conformance.device.declared import declare
+from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.results import Result
+
+GIVING_UP = ("home", "piezo-zero")
+"""These change for good what counts as 0, and say so before."""
+
+PUTTING_BACK = tuple(
+    kind for kind in (*SETTINGS, *OUTPUTS, *MOVES) if kind not in (*GIVING_UP, "limits")
+)
+"""These leave everything as it was. Limits can be run to where 0 is known."""
+
+UNDECIDED = {"MPZ601": {"piezo-position", "piezo-zero"}}
+"""What cannot be looked at: no page says what the status bits of a unit mean."""
+
+
+QUIRKS = ("header_only_completion", "long_status", "unswapped_addresses", "fault_codes_in_response")
+FAULTS = (
+    "to_host drop frame every=7",
+    "to_controller drop frame every=25",
+    "to_host drop byte p=0.002",
+    "to_controller drop byte p=0.001",
+    "to_host duplicate frame every=9",
+    "to_host flip p=0.001",
+)
+STAGED = dict(CASES)
+"""The last stage of each unit that has one."""
+
+
+@pytest.mark.parametrize(
+    ("unit", "stage"), chosen(CASES, lambda case: STAGED[case[0]] == case[1] or case[0] == "TDC001")
+)
+def test_virtual_controller_passes_and_is_as_it_was(unit: str, stage: str | None) -> None:
+    on = bench(unit, stage)
+    before = readable(on)
+    report = run_on(on, PUTTING_BACK)
+    assert not complaints(report)
+    assert readable(on) == before
+    later = run_on(on, (*GIVING_UP, "limits"))
+    assert not complaints(later)
+    outcomes = [*report.outcomes, *later.outcomes]
+    undecided = {outcome.kind.name for outcome in outcomes if outcome.result is Result.INFO}
+    assert undecided == UNDECIDED.get(unit, set())
+    lacking = dict.fromkeys(why for _, why in [*report.not_run, *later.not_run])
+    assert not lacking or stage is None
+    assert all("declares no travel" in why for why in lacking)
+
+
+@pytest.mark.matrix
+@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize("unit", ["TDC001", "BBD102", "MST601", "BPC103", "TPZ001", "TSC001"])
+def test_other_seeds_pass_and_put_back_as_well(unit: str, seed: int) -> None:
+    on = bench(unit, seed=seed)
+    before = readable(on)
+    report = run_on(on, PUTTING_BACK, seed=seed)
+    assert not complaints(report)
+    assert readable(on) == before
+
+
+@pytest.mark.parametrize("state", [1, 2])
+def test_channel_that_was_disabled_is_disabled_afterwards(state: int) -> None:
+    on = bench("TDC001", "Z8")
+    on.link.write(bytes((0x10, 0x02, 1, state, 0x50, 1)))
+    before = readable(on)
+    assert not complaints(run_on(on, PUTTING_BACK))
+    assert readable(on) == before
+
+
+@pytest.mark.parametrize("unit", ["BPC301", "TPZ001"])
+def test_piezo_in_closed_loop_stays_so(unit: str) -> None:
+    on = bench(unit)
+    on.link.write(bytes((0x40, 0x06, 1, 2, 0x50, 1)))
+    before = readable(on)
+    report = run_on(on, PUTTING_BACK)
+    assert not complaints(report)
+    passed = {o.kind.name for o in report.outcomes if o.result is Result.PASS}
+    assert {"piezo-position", "piezo-mode", "enable"} <= passed
+    assert readable(on) == before
+
+
+def test_zeroing_puts_back_all_but_the_zero() -> None:
+    on = bench("BPC301")
+    on.link.write(bytes.fromhex("4306 0400 d001 0100 0010"))
+    bits = "PZ_REQ_PZSTATUSBITS"
+    before = readable(on, leave_out=(bits,))
+    assert not complaints(run_on(on, ("piezo-zero",)))
+    assert readable(on, leave_out=(bits,)) == before
+
+
+def test_motor_goes_back_to_where_it_stood_though_it_counts_otherwise() -> None:
+    on = bench("TDC001", "Z8", travel=34304 * 25)
+    report = run_on(on, ("home",))
+    assert not complaints(report)
+    assert on.behaviour().position()["position"] == pytest.approx(34304 * 5, abs=4000)
+
+
+@pytest.mark.parametrize(
+    ("unit", "quirk"),
+    every_nth(product(("TDC001", "BBD103", "BSC002", "BPC301", "TSC001"), QUIRKS), 6),
+)
+def test_what_real_controllers_are_known_to_do_is_not_strict_at_most(unit: str, quirk: str) -> None:
+    on = bench(unit, quirks={quirk})
+    assert Result.FAIL not in {outcome.result for outcome in run_on(on, EVERY).outcomes}
+
+
+@pytest.mark.parametrize(
+    ("unit", "stage", "backlash"),
+    every_nth(
+        [
+            (unit, stage, backlash)
+            for backlash in (0, 300, -300)
+            for unit, stage in (
+                ("TDC001", "Z8"),
+                ("TDC001", None),
+                ("BSC103", "APT_STEPPER"),
+                ("MST601", None),
+            )
+        ],
+        5,
+    ),
+)
+def test_counter_that_falls_clockwise_is_no_fault(
+    unit: str, stage: str | None, backlash: int
+) -> None:
+    """No page says whether it rises; the limit switches and the bits of motion are those of the direction."""
+    on = bench(unit, stage, quirks={"clockwise_is_negative"})
+    for place in on.declared.places:
+        for channel in place.channels:
+            backlash_parameters = bytes((0x3A, 0x04, 6, 0, place.address | 0x80, 1, channel, 0))
+            on.link.write(backlash_parameters + backlash.to_bytes(4, "little", signed=True))
+    before = readable(on)
+    report = run_on(on, PUTTING_BACK)
+    assert not complaints(report)
+    assert readable(on) == before
+    later = run_on(on, (*GIVING_UP, "limits"))
+    assert not complaints(later)
+    outcomes = [*report.outcomes, *later.outcomes]
+    passed = {outcome.kind.name for outcome in outcomes if outcome.result is Result.PASS}
+    assert {"move-jog", "move-velocity", "move-absolute", "home"} <= passed
+    assert ("limits" in passed) == (stage is not None)
+
+
+@pytest.mark.parametrize("unit", ["TDC001", "BSC002", "BPC301", "TSC001"])
+def test_addresses_of_zero_are_not_strict_where_they_can_be_one_unit_s_only(unit: str) -> None:
+    on = bench(unit, quirks={"zero_addresses"})
+    results = {outcome.result for outcome in run_on(on, EVERY).outcomes}
+    assert Result.NON_STRICT in results
+    assert Result.FAIL not in results
+
+
+@pytest.mark.parametrize(
+    ("unit", "fault"), every_nth(product(("TDC001", "BBD102", "BPC103", "TSC001"), FAULTS), 10)
+)
+def test_on_a_bad_line_every_check_comes_to_its_end(unit: str, fault: str) -> None:
+    on = bench(unit, faults=[fault])
+    report = run_on(on, EVERY)
+    assert len(report.outcomes) + len(report.not_run) > 5
+
+
+def taken_back() -> Iterator[tuple[str, str]]:
+    """Give units, each with messages that a PICS may take back."""
+    for unit in ("TDC001", "MST601", "BPC103", "TSC001"):
+        names = [name for name in UNITS[unit]["messages"] if not name.startswith("HW_")]
+        for name in names[:: max(1, len(names) // 12)]:
+            yield unit, name
+
+
+@pytest.mark.parametrize(("unit", "name"), every_nth(taken_back(), 6))
+def test_what_the_pics_takes_back_is_skipped_and_not_sent(unit: str, name: str) -> None:
+    on = bench(unit)
+    on.declared = declare(replace(on.declared.pics, unsupported={name: "not fitted"}))
+    report = run_on(on, EVERY)
+    id = on.declared.registry.messages[name]["id"].to_bytes(2, "little")
+    sent = [
+        outcome.check.id
+        for outcome in report.outcomes
+        for entry in outcome.entries
+        if entry.sent and entry.raw[:2] == id
+    ]
+    assert not sent
+    for outcome in report.outcomes:
+        if outcome.result is Result.SKIP:
+            assert name in outcome.findings[0].text
+
+
+def test_value_that_the_document_does_not_allow_is_told_and_put_back() -> None:
+    on = bench("BPC301")
+    link = faulty_link(on, LinkFault(to_host=of("PZ_GET_OUTPUTLUTPARAMS", byte(12, 0))))
+    found = complaints(run_on(on, ("readback",), link=link))
+    assert list(found) == ["readback/0x50/PZ_SET_OUTPUTLUTPARAMS/1"]
+    assert "num_cycles is 0; the document has 1 to 2147483647" in found[next(iter(found))]
+
+
+def test_ids_do_not_depend_on_what_is_allowed() -> None:
+    for unit in UNITS:
+        on = bench(unit)
+        ids = [
+            [check.id for check in plan(on.declared, allowed)]
+            for allowed in (
+                Permissions(),
+                on.allowed(),
+                Permissions(motion=Range.parse("5..6V")),
+                Permissions(motion=Range.parse("1..2mm"), settings=True),
+            )
+        ]
+        assert all(each == ids[0] for each in ids)
+
+
+def test_every_check_that_needs_something_says_what_it_does() -> None:
+    for unit, stage in CASES:
+        on = bench(unit, stage)
+        for check in plan(on.declared, on.allowed()):
+            assert bool(check.does) == bool(check.needs), check.id
+
+
+def test_range_in_a_unit_that_says_nothing_is_told_and_nothing_is_run() -> None:
+    on = bench("TDC001")
+    report = run_on(on, EVERY, allowed=Permissions(motion=Range.parse("0..1mm"), settings=True))
+    not_run = {check.kind.name: why for check, why in report.not_run if check.kind}
+    assert set(MOVES) - {"move-alone"} <= set(not_run)
+    assert "nothing says how many counts make one mm" in not_run["move-absolute"]
+
+
+def test_voltages_and_positions_of_piezos_are_ranges_of_their_own() -> None:
+    for motion, runs, lacks in (
+        ("0..20V", {"piezo-volts", "piezo-lut", "piezo-zero", "enable"}, {"piezo-position"}),
+        ("0..5um", {"piezo-position"}, {"piezo-volts", "piezo-lut", "piezo-zero", "enable"}),
+    ):
+        on = bench("BPC001")
+        allowed = Permissions(motion=Range.parse(motion), settings=True)
+        report = run_on(on, OUTPUTS, allowed=allowed)
+        assert not complaints(report)
+        passed = {o.kind.name for o in report.outcomes if o.result is Result.PASS}
+        assert runs <= passed
+        assert lacks == {check.kind.name for check, _ in report.not_run if check.kind}

@@ -1,0 +1,300 @@
+"""The checks of Thorlabs APT that only ask: virtual controllers pass, and every broken rule is found."""
+
+from __future__ import annotations
+
+import itertools
+import random
+from collections.abc import Sequence
+
+import pytest
+from broken_apt import BROKEN, ENABLED, FAIL
+from faulty_apt_link import FaultyAptLink, LinkFault, dropped, frame, name_of, of, plus
+from watched_links import WatchedLink, controller_of, declared_as
+
+import stagewire_virtual
+from parts import every_nth
+from stagewire_apt import PROTOCOL
+from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.pics import BayPics, Pics, Timing
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.report import Outcome
+from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.run import run
+from stagewire_virtual import VirtualController
+from stagewire_virtual.linking import SteppedLink
+
+UNITS = [entry["name"] for entry in PROTOCOL.registry()["units"]]
+READING = (
+    "quiet", "identification", "bays", "frames", "answers", "status", "identify", "back-to-back", "timing",
+    "unknown-id", "wrong-length", "foreign-destination", "truncated", "garbage", "updates", "keep-alive",
+)  # fmt: skip
+NOTHING = Permissions()
+PATIENT = tuple(name for name in READING if name != "updates")  # without the thirty seconds
+
+
+def outcomes(
+    link: WatchedLink | SteppedLink | FaultyAptLink,
+    declared: Declared,
+    only: Sequence[str] = READING,
+    allowed: Permissions = NOTHING,
+    seed: int = 1,
+) -> list[Outcome]:
+    checks = [
+        check
+        for check in plan(declared, allowed)
+        if check.kind and (check.kind.name in only or check.id in only)
+    ]
+    report = run(link, checks, declared, allowed, seed)
+    assert not report.unfinished, report.unfinished
+    return list(report.outcomes)
+
+
+def words_of(outcome: Outcome) -> str:
+    return "; ".join(f"{finding.result}: {finding.text}" for finding in outcome.findings)
+
+
+def complaints(found: Sequence[Outcome]) -> dict[str, str]:
+    """Return what was found to be wrong, by check."""
+    return {
+        outcome.check.id: words_of(outcome)
+        for outcome in found
+        if outcome.result in (Result.FAIL, Result.NON_STRICT)
+    }
+
+
+@pytest.mark.parametrize("unit", [*UNITS, "RACK"])
+def test_virtual_controller_passes(unit: str) -> None:
+    found = outcomes(SteppedLink(controller_of(unit)), declared_as(unit))
+    assert not complaints(found)
+    undecided = {outcome.check.kind for outcome in found if outcome.result is not Result.PASS}
+    assert {kind.name for kind in undecided if kind} == {"timing"}  # nothing is promised
+    kinds = {outcome.kind.name for outcome in found}
+    assert kinds >= {*READING} - {"bays", "keep-alive"}
+
+
+@pytest.mark.matrix
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("unit", ["TDC001", "BBD103", "MPZ601"])
+def test_other_seeds_pass_as_well(unit: str, seed: int) -> None:
+    found = outcomes(SteppedLink(controller_of(unit)), declared_as(unit), PATIENT, seed=seed)
+    assert not complaints(found)
+
+
+def test_nothing_is_sent_that_does_more_than_ask() -> None:
+    for unit in ("BBD102", "BPC301", "TSC001"):
+        link = WatchedLink(SteppedLink(controller_of(unit)))
+        outcomes(link, declared_as(unit))
+        entries = {entry["id"]: entry for entry in PROTOCOL.registry()["messages"]}
+        sent = {int.from_bytes(raw[:2], "little") for raw in link.writes if len(raw) >= 6}
+        effects = {entries[id]["effect"] for id in sent if id in entries}
+        assert effects == {"none", "stream"}
+
+
+def test_empty_bay_is_declared_and_left_alone() -> None:
+    controller = stagewire_virtual.BSC103(empty_bays={1})
+    bays = (BayPics(number=1), BayPics(number=3))
+    found = outcomes(SteppedLink(controller), declare(Pics(unit="BSC103", bays=bays)), PATIENT)
+    assert not complaints(found)
+    assert not any("0x22" in outcome.check.id for outcome in found)
+
+
+def test_on_rs232_nobody_is_to_be_kept_alive() -> None:
+    controller = stagewire_virtual.TDC001(line="rs232")
+    found = outcomes(SteppedLink(controller), declare(Pics(unit="TDC001", line="rs232")))
+    assert not complaints(found)
+    assert "keep-alive" not in {outcome.kind.name for outcome in found}
+
+
+def test_what_the_pics_takes_back_is_skipped_with_its_reason() -> None:
+    pics = Pics(
+        unit="TDC001",
+        unsupported={
+            "MOT_REQ_POTPARAMS": "no potentiometer",
+            "HW_START_UPDATEMSGS": "none",
+            "MOT_REQ_DCSTATUSUPDATE": "none, either",
+        },
+    )
+    found = outcomes(SteppedLink(controller_of("TDC001")), declare(pics))
+    assert not complaints(found)
+    skipped = {each.check.id: words_of(each) for each in found if each.result is Result.SKIP}
+    assert "no potentiometer" in skipped["answers/0x50/MOT_REQ_POTPARAMS/1"]
+    assert {"status/0x50/1", "updates/start-stop", "updates/rate", "keep-alive"} < set(skipped)
+
+
+@pytest.mark.parametrize(
+    ("unit", "quirk", "where"),
+    [
+        ("TDC001", "long_status", "answers/0x50/MOT_REQ_DCSTATUSUPDATE/1"),
+        ("BMS002", "long_status", "updates/start-stop"),
+        ("TDC001", "zero_addresses", "answers/0x50/HW_REQ_INFO"),
+        ("BSC001", "zero_addresses", "frames/0x50"),
+        ("BBD102", "unswapped_addresses", "answers/0x22/HW_REQ_INFO"),
+        ("TDC001", "serial_number_of_another_model", "identification/0x50"),
+    ],
+)
+def test_what_real_controllers_do_otherwise_is_no_failure(
+    unit: str, quirk: str, where: str
+) -> None:
+    controller: VirtualController = getattr(stagewire_virtual, unit)(quirks=[quirk])
+    found = complaints(outcomes(SteppedLink(controller), declare(unit)))
+    assert where in found
+    assert not [words for words in found.values() if "FAIL" in words]
+
+
+@pytest.mark.parametrize("unit", ["TDC001", "BBD102"])
+def test_errors_in_answer_to_what_is_wrong_are_no_failure(unit: str) -> None:
+    controller: VirtualController = getattr(stagewire_virtual, unit)(answer_unsupported=True)
+    found = outcomes(SteppedLink(controller), declare(unit), PATIENT)
+    assert not complaints(found)
+    unknown = next(each for each in found if each.check.id == "unknown-id/header")
+    assert "HW_RESPONSE" in words_of(unknown) or unit == "BBD102"
+
+
+@pytest.mark.parametrize("seed", every_nth(range(4), 4))
+def test_loop_that_holds_a_stage_within_some_counts_is_no_failure(seed: int) -> None:
+    chance = random.Random(seed)
+
+    def dithering(raw: bytes) -> bytes:
+        return plus(8, chance.choice((0, 0, 1, 1, 2, 3)))(raw)
+
+    names = ("MOT_GET_DCSTATUSUPDATE", "MOT_GET_POSCOUNTER", "MOT_GET_ENCCOUNTER")
+    link = FaultyAptLink(SteppedLink(controller_of("BBD102")), LinkFault(of(names, dithering)))
+    assert not complaints(outcomes(link, declare("BBD102"), ["status", "answers"]))
+
+
+def test_updates_that_somebody_left_on_are_stopped() -> None:
+    link = SteppedLink(controller_of("BBD102"))
+    link.write(frame("HW_START_UPDATEMSGS", dest=0x22, source=1))
+    (quiet,) = outcomes(link, declare("BBD102"), ["quiet"])
+    assert quiet.result is Result.PASS
+    assert "were stopped" in words_of(quiet)
+
+
+def test_channel_that_sends_no_updates_is_left_open() -> None:
+    """Page 77 and others: the channel of a status message is always channel 1."""
+
+    def of_channel_one(raw: bytes) -> bytes:
+        return b"" if name_of(raw) == "PZ_GET_PZSTATUSUPDATE" and raw[6] == 2 else raw
+
+    link = FaultyAptLink(SteppedLink(controller_of("BPC002")), LinkFault(of_channel_one))
+    found = outcomes(link, declare("BPC002"))
+    assert not complaints(found)
+    results = {outcome.check.id: outcome.result for outcome in found}
+    assert results["status/0x50/2"] is Result.INFO
+    assert results["status/0x50/1"] is results["updates/start-stop"] is Result.PASS
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_broken_rule_is_found_and_named(what: str) -> None:
+    unit, spoil, where, result, words = BROKEN[what]
+    declared = declare(Pics(unit=unit, timing=Timing(reply_p99_ms=10)))
+    link = FaultyAptLink(SteppedLink(controller_of(unit)), spoil)
+    (outcome,) = outcomes(link, declared, [where], Permissions(settings=True))
+    assert outcome.result is result, words_of(outcome)
+    assert words in words_of(outcome)
+
+
+def test_every_kind_fails_for_somebody() -> None:
+    failed = {broken.where.split("/")[0] for broken in BROKEN.values() if broken.result is FAIL}
+    assert failed == {*READING} - {"quiet"}  # which has its own tests
+
+
+def test_what_comes_by_itself_is_found() -> None:
+    """A message every now and then, though nothing is asked."""
+
+    class Talkative(SteppedLink):
+        def read(self, timeout: float) -> bytes:
+            return super().read(timeout) or (frame(ENABLED, 1, 1) if timeout > 0.2 else b"")
+
+    (quiet,) = outcomes(Talkative(controller_of("TDC001")), declare("TDC001"), ["quiet"])
+    assert quiet.result is Result.FAIL
+    assert "though nothing was asked, there came MOD_GET_CHANENABLESTATE" in words_of(quiet)
+
+
+def test_updates_that_do_not_end_are_found() -> None:
+    stepped = SteppedLink(controller_of("BBD102"))
+    stepped.write(frame("HW_START_UPDATEMSGS", dest=0x22, source=1))
+    link = FaultyAptLink(stepped, LinkFault(to_controller=of("HW_STOP_UPDATEMSGS", dropped)))
+    (quiet,) = outcomes(link, declare("BBD102"), ["quiet"])
+    assert quiet.result is Result.FAIL
+    assert "though they had been stopped, first MOT_GET_DCSTATUSUPDATE" in words_of(quiet)
+
+
+def test_controller_that_never_falls_silent_is_found() -> None:
+    controller = stagewire_virtual.TDC001(line="rs232")
+    (outcome,) = outcomes(SteppedLink(controller), declare("TDC001"), ["keep-alive"])
+    assert outcome.result is Result.FAIL
+    assert "times without MOT_ACK_DCSTATUSUPDATE, and goes on" in words_of(outcome)
+
+
+def test_updates_that_are_seldom_are_not_taken_for_silence() -> None:
+    """Once in a second: fifty of them take longer than the check waits."""
+    numbers = itertools.count(1)
+    seldom = of("MOT_GET_DCSTATUSUPDATE", lambda raw: raw if next(numbers) % 10 == 0 else b"")
+    controller = stagewire_virtual.TDC001(line="rs232")
+    link = FaultyAptLink(SteppedLink(controller), LinkFault(seldom))
+    (outcome,) = outcomes(link, declare("TDC001"), ["keep-alive"])
+    assert outcome.result is Result.INFO
+    assert "too seldom to see" in words_of(outcome)
+
+
+def test_bays_counted_from_one_as_printed_are_not_strict() -> None:
+    """The table of page 23 counts from 1, its example from 0."""
+
+    def one_more(raw: bytes) -> bytes:
+        return plus(2, 1)(raw) if name_of(raw) == "RACK_GET_BAYUSED" else raw
+
+    def one_less(raw: bytes) -> bytes:
+        is_request = name_of(raw) == "RACK_REQ_BAYUSED"
+        return (b"" if raw[2] == 0 else plus(2, 255)(raw)) if is_request else raw
+
+    link = FaultyAptLink(SteppedLink(controller_of("BSC103")), LinkFault(one_more, one_less))
+    (outcome,) = outcomes(link, declare("BSC103"), ["bays/used"])
+    assert outcome.result is Result.NON_STRICT
+    assert "the first bay is named 1" in words_of(outcome)
+
+
+def test_damage_that_locks_the_controller_is_not_laid_at_the_next_check() -> None:
+    """It waits for the rest of a header for ever; zeros are its rest."""
+    rest = [0]
+
+    def waiting(raw: bytes) -> bytes:
+        if len(raw) < 6:
+            rest[0] = (rest[0] + len(raw)) % 6
+            return b""
+        return b"" if rest[0] else raw
+
+    link = FaultyAptLink(SteppedLink(controller_of("TDC001")), LinkFault(to_controller=waiting))
+    found = outcomes(link, declare("TDC001"), ["truncated/header", "foreign-destination"])
+    results = {outcome.check.id: outcome.result for outcome in found}
+    assert results.pop("truncated/header") is Result.FAIL
+    assert set(results.values()) == {Result.PASS}
+
+
+def test_setting_that_is_not_whole_is_put_back() -> None:
+    broken = BROKEN["a setting that is not whole, and taken"]
+    controller = controller_of(broken.unit)
+    before = dict(controller.instrument.channel(1).parameters)
+    outcomes(
+        FaultyAptLink(SteppedLink(controller), broken.spoil),
+        declare(broken.unit),
+        [broken.where],
+        Permissions(settings=True),
+    )
+    assert dict(controller.instrument.channel(1).parameters) == before
+
+
+def test_promise_is_kept_or_cannot_be_judged() -> None:
+    pics = Pics(unit="TDC001", timing=Timing(reply_p99_ms=10))
+    (timing,) = outcomes(SteppedLink(controller_of("TDC001")), declare(pics), ["timing"])
+    assert timing.result is Result.PASS
+    assert timing.figures == {"p50_ms": 0.0, "p99_ms": 0.0, "jitter_ms": 0.0}
+
+    class Sleepy(SteppedLink):
+        def read(self, timeout: float) -> bytes:
+            return super().read(timeout + 0.003 if 0 < timeout < 0.01 else timeout)
+
+    (timing,) = outcomes(Sleepy(controller_of("TDC001")), declare(pics), ["timing"])
+    assert timing.result is Result.INFO
+    assert "too late to tell" in words_of(timing)

@@ -1,0 +1,174 @@
+"""Ranges in millimetres have the scales of the controller that answers, and not those of its class."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+from apt_runs import MOVES, Bench, readable, run_on
+from faulty_apt_link import Change, FaultyAptLink, LinkFault, of, of_source
+from test_suite_apt_range import MOVING, id_of
+from watched_links import WatchedLink
+
+import stagewire_virtual
+from stagewire_apt import stages
+from stagewire_conformance.device.declared import RACK, declare
+from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.report import Report
+from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.run import run
+from stagewire_conformance.reports.facts import facts
+
+MM_OF_TST001 = 25_600
+MM_OF_KST101 = 409_600
+TARGETED = ("move-absolute", "move-relative", "move-stored")
+
+
+def on_bench(
+    model: str = "KST101",
+    serial_number: int = 26_000_001,
+    *,
+    travel: str | None = None,
+    position: int = 0,
+) -> Bench:
+    """Return a controller that takes the messages of the TST001, declared as a TST001.
+
+    :param position: what its counter says.
+    """
+    controller = stagewire_virtual.TST001(
+        model=model,
+        serial_number=serial_number,
+        stage=stages.APT_STEPPER,
+        travel=25 * MM_OF_KST101,
+        position=10 * MM_OF_KST101,
+    )
+    fitted = ChannelPics(stage="APT_STEPPER", travel=Range.parse(travel) if travel else None)
+    on = Bench(controller, declare(Pics(unit="TST001", channels=(fitted,))), "2..5mm")
+    on.link.write(bytes.fromhex("1004 0600 d001 0100") + position.to_bytes(4, "little"))
+    return on
+
+
+def of_model(model: bytes, source: int) -> Change:
+    """Give what an address reports another model."""
+    return of_source(
+        source, of("HW_GET_INFO", lambda raw: raw[:10] + model.ljust(8, b"\0") + raw[18:])
+    )
+
+
+def targets(writes: Iterable[bytes]) -> list[int]:
+    """Return the positions of the absolute moves that were sent."""
+    return [
+        int.from_bytes(raw[8:12], "little", signed=True)
+        for raw in writes
+        if MOVING.get(id_of(raw)) == "MOT_MOVE_ABSOLUTE" and len(raw) > 6
+    ]
+
+
+def moving(writes: Iterable[bytes]) -> list[str]:
+    return [MOVING[id_of(raw)] for raw in writes if id_of(raw) in MOVING]
+
+
+def not_run(report: Report) -> dict[str, str]:
+    return {check.id: why for check, why in report.not_run}
+
+
+def test_range_has_the_scale_of_the_alias_that_is_reported() -> None:
+    on = on_bench(position=3 * MM_OF_KST101)
+    before = readable(on)
+    link = WatchedLink(on.link)
+    report = run_on(on, TARGETED, link=link)
+    assert {outcome.result for outcome in report.outcomes} == {Result.PASS}
+    assert all(2 <= target / MM_OF_KST101 <= 5 for target in targets(link.writes))
+    assert readable(on) == before
+    [said] = [fact.value for fact in facts(report) if fact.key.startswith("place")]
+    assert said == "TST001; identified as KST101; channel 1: APT_STEPPER"
+
+
+def test_unit_of_the_document_keeps_its_own_scale() -> None:
+    on = on_bench("TST001", 80_000_001, position=3 * MM_OF_TST001)
+    link = WatchedLink(on.link)
+    report = run_on(on, TARGETED, link=link)
+    assert {outcome.result for outcome in report.outcomes} == {Result.PASS}
+    assert all(2 <= target / MM_OF_TST001 <= 5 for target in targets(link.writes))
+    assert report.declared is on.declared
+
+
+def test_declared_travel_has_the_scale_of_the_alias() -> None:
+    on = on_bench(travel="0..25mm")
+    report = run_on(on, TARGETED)
+    assert report.declared.places[0].travel_of(1) == (0, 25 * MM_OF_KST101)
+
+
+@pytest.mark.parametrize(
+    ("model", "serial_number", "who"),
+    [
+        ("KST201", 26_000_001, "APT_STEPPER on KST201"),
+        ("", 26_000_001, "APT_STEPPER on KST101 or KST201"),
+        ("TDC001", 83_000_001, "APT_STEPPER on a controller with the serial number 83000001 and"),
+        ("TST001", 26_000_001, "APT_STEPPER on KST101 or KST201 or TST001"),
+    ],
+)
+def test_without_a_scale_nothing_moves_and_the_reason_is_given(
+    model: str, serial_number: int, who: str
+) -> None:
+    on = on_bench(model or "KST101", serial_number)
+    line = on.link if model else FaultyAptLink(on.link, LinkFault(to_host=of_model(b"", 0x50)))
+    link = WatchedLink(line)
+    report = run_on(on, MOVES, link=link)
+    assert report.outcomes == ()
+    assert moving(link.writes) == []
+    for why in not_run(report).values():
+        assert who in why
+        assert why.endswith("; allow counts, or give counts_per_mm in a PICS")
+
+
+def test_counts_need_no_scale() -> None:
+    on = on_bench("KST201")
+    report = run_on(on, TARGETED, allowed=on.allowed("0..500000counts"))
+    assert {outcome.result for outcome in report.outcomes} == {Result.PASS}
+
+
+def test_scale_of_the_pics_applies_to_every_controller() -> None:
+    on = on_bench("KST201", position=3 * MM_OF_KST101)
+    fitted = ChannelPics(counts_per_mm=MM_OF_KST101)
+    on.declared = declare(Pics(unit="TST001", channels=(fitted,)))
+    link = WatchedLink(on.link)
+    report = run_on(on, TARGETED, link=link)
+    assert {outcome.result for outcome in report.outcomes} == {Result.PASS}
+    assert all(2 <= target / MM_OF_KST101 <= 5 for target in targets(link.writes))
+
+
+def test_declared_travel_without_a_scale_ends_the_run_before_the_first_check() -> None:
+    on = on_bench("KST201", travel="0..25mm")
+    link = WatchedLink(on.link)
+    report = run(link, plan(on.declared, on.allowed()), on.declared, on.allowed(), seed=1)
+    assert report.unfinished == (
+        "0x50: travel 0..25mm: nothing says how many counts make one mm on KST201; give counts_per_mm, or "
+        "the travel in counts, in the PICS"
+    )
+    assert report.outcomes == ()
+    assert moving(link.writes) == []
+    assert report.defect is None
+
+
+def test_each_module_of_a_rack_is_identified() -> None:
+    """The MST602 shares the prefix of the MST601, and has 16 times its microsteps."""
+    rack = stagewire_virtual.rack("MST601", "MST601")
+    bays = tuple(BayPics(number=number, unit="MST601") for number in (1, 2))
+    fitted = tuple(
+        ChannelPics(bay=bay, number=number, stage="APT_STEPPER")
+        for bay in (1, 2)
+        for number in (1, 2)
+    )
+    on = Bench(rack, declare(Pics(unit=RACK, bays=bays, channels=fitted)), "0..5mm")
+    link = WatchedLink(FaultyAptLink(on.link, LinkFault(to_host=of_model(b"MST602", 0x22))))
+    report = run_on(
+        on, ("move-absolute",), link=link, allowed=Permissions(motion=on.allowed().motion)
+    )
+    assert report.outcomes == ()
+    assert moving(link.writes) == []
+    assert set(not_run(report).values()) == {
+        "its motors are declared alike but report different controllers; give counts_per_mm of each in a PICS"
+    }

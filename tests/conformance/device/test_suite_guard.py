@@ -1,0 +1,224 @@
+"""Nothing is ever sent to a controller that was not allowed, whatever a check does."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from itertools import product
+
+import pytest
+from watched_links import MOTION, WatchedLink, controller_of, declared_as, made, run_made
+
+import stagewire_virtual
+from parts import every_nth
+from stagewire.commands import CommandProtocol, CommandReceived
+from stagewire.framed import FramedProtocol
+from stagewire.framing import End, Received
+from stagewire_apt import messages as m
+from stagewire_apt import stages
+from stagewire_conformance.device.declared import Declared, declare, known_units
+from stagewire_conformance.device.errors import NotAllowedError
+from stagewire_conformance.device.lines.apt_line import AptLine
+from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.pics import ChannelPics, Pics
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.run import run
+from stagewire_virtual.linking import SteppedLink
+
+UNITS = sorted(known_units())
+PERMISSIONS = {
+    "no": Permissions(),
+    "settings": Permissions(settings=True),
+    "motion": Permissions(motion=MOTION),
+    "eeprom": Permissions(eeprom=True),
+    "settings+motion": Permissions(settings=True, motion=MOTION),
+}
+OPEN = {"none", "stream", "stop"}
+
+
+def opened(declared: Declared, allowed: Permissions) -> set[str]:
+    """Return the effects that are opened, as the user reads it, and not as the suite computes it."""
+    effects = set(OPEN)
+    if allowed.settings:
+        effects.add("settings")
+        if isinstance(declared.protocol, CommandProtocol):
+            effects.add("connection")  # mode switches
+    if allowed.motion:
+        effects.add("motion")
+    if allowed.eeprom:
+        effects.add("eeprom")
+    return effects
+
+
+def said(declared: Declared, writes: list[bytes]) -> Iterator[str]:
+    """Give the names of all messages that a controller finds in what was written."""
+    protocol = declared.protocol
+    if isinstance(protocol, FramedProtocol):
+        for event in protocol.framer(End.DEVICE).feed(b"".join(writes)):
+            if isinstance(event, Received):
+                yield event.frame.message.layout.message
+    else:
+        assert isinstance(protocol, CommandProtocol)
+        for event in protocol.framer().feed(b"".join(writes)):
+            if isinstance(event, CommandReceived):
+                yield event.frame.message.layout.message
+
+
+@pytest.mark.parametrize(("unit", "granted"), every_nth(product(UNITS, PERMISSIONS), 4))
+def test_no_run_sends_what_is_not_allowed(unit: str, granted: str) -> None:
+    allowed = PERMISSIONS[granted]
+    declared = declared_as(unit)
+    link = WatchedLink(SteppedLink(controller_of(unit)))
+    checks = plan(declared, allowed)
+    if allowed.granted:  # those that only ask are run without
+        checks = [check for check in checks if check.needs]
+    report = run(link, checks, declared, allowed, seed=3)
+    assert not report.unfinished, report.unfinished
+    entries = declared.registry.messages
+    effects = {name: entries[name]["effect"] for name in said(declared, link.writes)}
+    if isinstance(declared.protocol, CommandProtocol):
+        # Into the format of commands there is no other way, and a controller is left as it was found.
+        for switch in ("SWITCH_TO_LOW_LEVEL", "SWITCH_TO_HIGH_LEVEL"):
+            effects.pop(switch, None)
+    not_opened = {
+        name: effect for name, effect in effects.items() if effect not in opened(declared, allowed)
+    }
+    assert not not_opened
+    assert effects  # and something was sent
+
+
+@pytest.mark.parametrize("allowed", PERMISSIONS.values(), ids=PERMISSIONS)
+def test_every_message_of_the_protocol_is_sent_or_refused_by_its_effect(
+    allowed: Permissions,
+) -> None:
+    declared = declare("TDC001")
+    link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
+    line = AptLine(link, declared, allowed)
+    host, effects = 0x01, declared.registry.messages
+    sent, refused = [], []
+    for message in messages_of(declared):
+        name = message.layout.message
+        effect = effects[name]["effect"]
+        may = effect in opened(declared, allowed)
+        for send in (
+            lambda message=message: line.send(message, 0x50),
+            lambda message=message: line.send_bytes(message.pack(0x50, host)),
+        ):
+            before = len(link.writes)
+            if may:
+                send()
+                assert message.pack(0x50, host) in link.writes[before:], name
+                sent.append(name)
+            elif effect is not None:
+                with pytest.raises(NotAllowedError, match=name):
+                    send()
+                assert len(link.writes) == before, name
+                refused.append(name)
+            else:  # what only a controller sends
+                with pytest.raises(NotAllowedError, match="no controller takes it"):
+                    line.send(message, 0x50)
+    assert len(sent) > 60
+    assert len(refused) > 4
+
+
+def messages_of(declared: Declared) -> Iterator[m.FramedMessage]:
+    """Give a message of every form of every message; positions are within what is allowed."""
+    protocol = declared.protocol
+    for cls in protocol.messages:
+        layout = cls.layout
+        if layout.form in ("undocumented", "data:undecided"):
+            continue
+        fields = declared.registry.fields(layout.message, layout.form)
+        values = {field: empty(fields.get(field)) for field in layout.fields}
+        yield cls.keep({**values, **({"chan_ident": 1} if "chan_ident" in values else {})})
+
+
+def empty(entry: dict | None) -> object:
+    kind = "integer" if entry is None else entry["kind"]
+    if kind == "text":
+        return ""
+    return bytes(entry["size"]) if entry and kind == "bytes" else 0
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        m.MotMoveHome(1).pack(0x50, 0x01),
+        m.MotMoveAbsolute(1, 5).pack(0x50, 0x01)[
+            :8
+        ],  # what is cut off may be completed by what follows
+        m.MotMoveHome(1).pack(0x50, 0x01)[:2],
+        m.MotReqVelParams(1).pack(0x50, 0x01) + m.MotMoveHome(1).pack(0x50, 0x01),
+        b"\x00\xff\x00"
+        + m.MotMoveHome(1).pack(0x50, 0x01),  # to a controller that has lost its place
+        m.MotMoveHome(1).pack(0x33, 0x07),  # to a controller that looks at no address
+        b"\xaa" + m.MotMoveHome(1).pack(0x50, 0x01)[:3],
+        m.HwDisconnect().pack(0x50, 0x01),
+        m.MotSetEepromParams(1, 0x0413).pack(0x50, 0x01),
+    ],
+    ids=lambda raw: raw.hex(),
+)
+def test_bytes_in_which_a_forbidden_message_is_are_not_sent(raw: bytes) -> None:
+    link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
+    line = AptLine(link, declare("TDC001"), Permissions(settings=True))
+    assert line.refusal(raw)
+    with pytest.raises(NotAllowedError, match="not allowed"):
+        line.send_bytes(raw)
+    assert link.writes == []
+
+
+def test_garbage_may_be_sent_and_moves_no_stage_whatever_is_drawn() -> None:
+    controller = stagewire_virtual.TDC001(stage=stages.Z8)
+    link = WatchedLink(SteppedLink(controller))
+    line = AptLine(link, declare("TDC001"), Permissions())
+    chance = random.Random(7)
+    refused = 0
+    for _ in range(300):
+        raw = chance.randbytes(chance.randrange(1, 60))
+        refused += bool(line.refusal(raw))
+        if not line.refusal(raw):
+            line.send_bytes(raw)
+    assert refused < 30
+    line.drain()
+    assert all(effect_is_open(name) for name in said(line.declared, link.writes))
+
+
+def effect_is_open(name: str) -> bool:
+    return declare("TDC001").registry.messages[name]["effect"] in OPEN
+
+
+def test_a_target_outside_the_range_is_not_sent() -> None:
+    pics = Pics(unit="TDC001", channels=(ChannelPics(stage="Z8", travel=Range.parse("0..12mm")),))
+    link = WatchedLink(SteppedLink(stagewire_virtual.TDC001(stage=stages.Z8)))
+    line = AptLine(link, declare(pics), Permissions(motion=Range.parse("1..20mm")))
+    for counts in (34303, 411649, -1):
+        with pytest.raises(NotAllowedError, match=r"lies outside 34304\.\.411648"):
+            line.send(m.MotMoveAbsolute(1, counts), 0x50)
+    with pytest.raises(NotAllowedError, match="nothing is declared there"):
+        line.send(m.MotMoveAbsolute(1, 34304), 0x21)
+    with pytest.raises(NotAllowedError, match="no channel 2 is declared there"):
+        line.send(m.MotMoveHome(2), 0x50)
+    assert link.writes == []
+    moves = [m.MotMoveAbsolute(1, 34304), m.MotMoveAbsolute(1, 411648)]
+    with line.silent():
+        for move in moves:
+            line.send(move, 0x50)
+    assert link.writes == [move.pack(0x50, 0x01) for move in moves]
+
+
+def test_a_range_in_mm_says_nothing_of_a_stage_that_is_not_known() -> None:
+    link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
+    line = AptLine(link, declare("TDC001"), Permissions(motion=Range.parse("1..20mm")))
+    with pytest.raises(NotAllowedError, match="nothing says how many counts make one mm"):
+        line.send(m.MotMoveAbsolute(1, 34304), 0x50)
+
+
+def test_a_check_that_wants_too_much_ends_the_run_as_a_defect() -> None:
+    link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
+    report = run_made(
+        link,
+        made(lambda trial: trial.line.send(m.MotMoveHome(1), 0x50)),
+        allowed=Permissions(settings=True),
+    )
+    assert isinstance(report.defect, NotAllowedError)
+    assert "MOT_MOVE_HOME to 0x50 is not allowed: its effect is motion" in report.unfinished

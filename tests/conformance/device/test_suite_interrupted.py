@@ -1,0 +1,443 @@
+"""Whatever ends a run, what moves is stopped first, and then what was changed is put back."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+
+import pytest
+from watched_links import ALL, WatchedLink, declared_as, lost, made, run_made
+
+import stagewire_virtual
+from parts import every_nth
+from stagewire.errors import TransportLost
+from stagewire.links import open_link
+from stagewire_apt import messages as m
+from stagewire_apt import stages
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.report import Report
+from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.run import RunInterrupted, run
+from stagewire_conformance.device.trial import Trial
+from stagewire_virtual.linking import SteppedLink
+
+MOVE = m.MotMoveAbsolute(1, 34304).pack(0x50, 0x01)
+STOP = m.MotMoveStop(1, 2).pack(0x50, 0x01)
+CHANGED = m.MotSetVelParams(1, 0, 1000, 1_000_000)
+ORIGINAL = m.MotSetVelParams(1, 0, 1048, 1_534_735).pack(0x50, 0x01)
+SIGNS = m.MotAckDcStatusUpdate().pack(0x50, 0x01)
+
+
+def moves(trial: Trial) -> None:
+    """Change the velocity, move, look at the status now and then until the end comes, and go back."""
+    line = trial.line
+    before = trial.reply(m.MotReqVelParams(1), 0x50).message
+    original = m.MotSetVelParams(
+        before.chan_ident, before.min_velocity, before.acceleration, before.max_velocity
+    )
+    trial.undo("velocity of channel 1", lambda: line.send(original, 0x50))
+    line.send(CHANGED, 0x50)
+    trial.undo("position of channel 1", lambda: go(trial, 0), moves=True)
+    go(trial, 34304)
+
+
+def go(trial: Trial, to: int) -> None:
+    trial.line.send(m.MotMoveAbsolute(1, to), 0x50)
+    for _ in range(100):
+        trial.reply(m.MotReqDcStatusUpdate(1), 0x50)
+        came = trial.line.listen(0.2, until=lambda heard: heard.name == "MOT_MOVE_COMPLETED")
+        if any(heard.name == "MOT_MOVE_COMPLETED" for heard in came):
+            return
+    trial.must(False, "MOT_MOVE_COMPLETED did not come")
+
+
+def watched() -> WatchedLink:
+    return WatchedLink(SteppedLink(stagewire_virtual.TDC001(stage=stages.Z8)))
+
+
+def after(writes: list[bytes], at: int) -> list[bytes]:
+    """Return what was written from a certain write on, without signs of life."""
+    return [data for data in writes[at:] if data != SIGNS]
+
+
+def count(run_it: Callable[[WatchedLink], object], what: str) -> int:
+    link = watched()
+    run_it(link)
+    return link.reads if what == "reads" else len(link.writes)
+
+
+def test_the_check_itself_passes_and_puts_everything_back() -> None:
+    link = watched()
+    report = run_made(link, moves)
+    [outcome] = report.outcomes
+    assert outcome.result is Result.PASS
+    assert outcome.restored == ("position of channel 1", "velocity of channel 1")
+    assert link.writes.count(MOVE) == 1
+    assert after(link.writes, -1) == [ORIGINAL]
+    assert STOP not in link.writes
+
+
+READS = range(1, count(lambda link: run_made(link, moves), "reads") + 1)
+WRITES = range(count(lambda link: run_made(link, moves), "writes"))
+SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
+assert len(READS) > 60
+
+
+def happens(link: WatchedLink, at: int, what: Callable[[], None]) -> dict[str, int]:
+    """Let something happen at a certain read, once; returns where in the writes that was, afterwards."""
+    seen = {}
+
+    def before_read() -> None:
+        if link.reads == at:
+            seen["writes"] = len(link.writes)
+            what()
+
+    link.before_read = before_read
+    return seen
+
+
+def interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+def check_what_follows(writes: list[bytes], at: int) -> None:
+    """Expect stops before anything else if something moves, then what is put back, and no move."""
+    before, behind = after(writes[:at], 0), after(writes, at)
+    moved = any(data[:2] == MOVE[:2] for data in before)
+    changed = CHANGED.pack(0x50, 0x01) in before
+    restored = ORIGINAL in before
+    expected = [STOP] if moved and not over(before) else []
+    assert behind[: len(expected)] == expected
+    if changed and not restored:
+        assert ORIGINAL in behind
+    assert not any(data[:2] == MOVE[:2] for data in behind)
+
+
+def over(before: list[bytes]) -> bool:
+    """Whether the check had come to its end, so that nothing was left to be stopped."""
+    return bool(before) and before[-1] == ORIGINAL
+
+
+@pytest.mark.parametrize("at", READS)
+def test_ctrl_c_at_any_read_stops_first_and_then_puts_back(at: int) -> None:
+    link = watched()
+    seen = happens(link, at, interrupt)
+    with pytest.raises(RunInterrupted) as caught:
+        run_made(link, moves)
+    check_what_follows(link.writes, seen["writes"])
+    assert caught.value.report.unfinished == "ended by SIGINT"
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("at", READS[::7])
+def test_a_signal_at_any_read_stops_first_and_then_puts_back(at: int, number: int) -> None:
+    link = watched()
+    seen = happens(link, at, lambda: signal.raise_signal(number))
+    handlers = [signal.getsignal(each) for each in SIGNALS]
+    with pytest.raises(RunInterrupted) as caught:
+        run_made(link, moves)
+    check_what_follows(link.writes, seen["writes"])
+    assert caught.value.signal == number
+    assert [signal.getsignal(each) for each in SIGNALS] == handlers
+
+
+@pytest.mark.parametrize("at", WRITES)
+def test_a_signal_in_the_midst_of_a_write_leaves_no_half_frame(at: int) -> None:
+    link = watched()
+    seen = {}
+
+    def before_write(data: bytes) -> None:
+        if len(link.writes) == at:
+            seen["writes"] = at + 1  # what is being written goes out whole
+            signal.raise_signal(signal.SIGINT)
+
+    link.before_write = before_write
+    with pytest.raises(RunInterrupted):
+        run_made(link, moves, moves)  # so that there is something left to be ended
+    check_what_follows(link.writes, seen["writes"])
+
+
+@pytest.mark.parametrize("at", READS[::5])
+def test_an_error_of_the_check_at_any_read_stops_first(at: int) -> None:
+    link = watched()
+
+    def breaks() -> None:
+        raise ZeroDivisionError("a defect")
+
+    seen = happens(link, at, breaks)
+    report = run_made(link, moves)
+    check_what_follows(link.writes, seen["writes"])
+    assert isinstance(report.defect, ZeroDivisionError)
+    assert report.unfinished == "the suite has a defect: ZeroDivisionError: a defect"
+
+
+def test_what_was_found_until_then_is_in_the_report() -> None:
+    link = watched()
+
+    def finds(trial: Trial) -> None:
+        trial.must(False, "it is wrong")
+        raise KeyboardInterrupt
+
+    never = made(lambda trial: None, "never")
+    with pytest.raises(RunInterrupted) as caught:
+        run_made(link, lambda trial: None, finds, never)
+    report = caught.value.report
+    assert [outcome.result for outcome in report.outcomes] == [Result.PASS, Result.FAIL]
+    texts = [finding.text for finding in report.outcomes[1].findings]
+    assert texts == ["it is wrong", "it did not come to its end: the run was interrupted"]
+    assert [why for _, why in report.not_run] == ["not reached: ended by SIGINT"]
+
+
+def test_a_second_ctrl_c_ends_what_is_put_back_and_names_what_is_left() -> None:
+    link = watched()
+
+    def changes(trial: Trial) -> None:
+        trial.undo("the first", lambda: None)
+        trial.undo("the second", lambda: trial.line.listen(1.0))
+        link.before_read = lambda: signal.raise_signal(signal.SIGINT)
+        trial.line.listen(1.0)
+
+    with pytest.raises(RunInterrupted) as caught:
+        run_made(link, changes)
+    [outcome] = caught.value.report.outcomes
+    texts = [finding.text for finding in outcome.findings if finding.result is Result.FAIL]
+    assert texts == [
+        "not restored: the second (interrupted)",
+        "not restored: the first (interrupted)",
+    ]
+
+
+@pytest.mark.parametrize("at", READS[::5])
+def test_a_line_that_dies_ends_the_run_and_keeps_what_was_found(at: int) -> None:
+    link = watched()
+
+    def dies() -> None:
+        link.before_read = lost
+        link.before_write = lambda data: lost()
+        lost()
+
+    happens(link, at, dies)
+    report = run_made(link, moves, made(lambda trial: None, "never"))
+    assert report.unfinished == "the line was lost: the other end hung up"
+    assert report.defect is None
+    assert len(report.outcomes) + len(report.not_run) == 2
+    for outcome in report.outcomes:
+        left = [finding.text for finding in outcome.findings if "not restored" in finding.text]
+        assert all(text.endswith("(the line is gone)") for text in left)
+
+
+def test_an_undo_that_fails_is_a_finding_and_the_others_are_done() -> None:
+    done = []
+
+    def changes(trial: Trial) -> None:
+        trial.undo("the first", lambda: done.append("first"))
+        trial.undo("the second", lambda: trial.line.send(m.MotGetVelParams(1, 0, 0, 0), 0x50))
+        trial.undo("the third", lambda: trial.need(False, "the third is not as it was: write 3"))
+        trial.undo("the fourth", lambda: go(trial, -1), moves=True)
+
+    [outcome] = run_made(watched(), changes).outcomes
+    assert done == ["first"]
+    assert outcome.restored == ("the first",)
+    assert outcome.result is Result.FAIL
+    assert [finding.text for finding in outcome.findings] == [
+        "not restored: the fourth (MOT_MOVE_ABSOLUTE to 0x50 is not allowed: absolute_distance -1 "
+        "lies outside 0..100000)",
+        "the third is not as it was: write 3",
+        "not restored: the second (MOT_GET_VELPARAMS to 0x50 is not allowed: no controller takes it)",
+    ]
+
+
+def test_an_undo_that_moves_and_fails_is_stopped_and_no_other_moves() -> None:
+    link = watched()
+
+    def changes(trial: Trial) -> None:
+        trial.undo("the first", lambda: go(trial, 5), moves=True)
+        trial.undo("the second", lambda: trial.line.send(CHANGED, 0x50))
+
+        def fails() -> None:
+            trial.line.send(m.MotMoveAbsolute(1, 34304), 0x50)
+            trial.need(False, "it is not there")
+
+        trial.undo("the third", fails, moves=True)
+
+    [outcome] = run_made(link, changes).outcomes
+    sent = [entry.raw for entry in outcome.entries if entry.sent and not entry.keep_alive]
+    assert sent == [MOVE, STOP, CHANGED.pack(0x50, 0x01), STOP]  # once more, as no end was heard
+    assert outcome.restored == ("the second",)
+    assert [(finding.result, finding.text) for finding in outcome.findings[:2]] == [
+        (Result.FAIL, "it is not there"),
+        (Result.PASS, "left as it is, since nothing is to move any more: the first"),
+    ]
+
+
+def test_what_a_controller_makes_impossible_is_a_fail_and_the_run_goes_on() -> None:
+    link = watched()
+
+    def cannot_go_on(trial: Trial) -> None:
+        trial.undo("position of channel 1", lambda: go(trial, 0), moves=True)
+        trial.undo("velocity of channel 1", lambda: trial.line.send(CHANGED, 0x50))
+        trial.line.send(m.MotMoveVelocity(1, 1), 0x50)
+        m.MotMoveAbsolute(1, 2**40)  # what it said does not fit into what is to be sent
+
+    report = run_made(link, cannot_go_on, lambda trial: None)
+    assert not report.unfinished
+    first, second = report.outcomes
+    assert (first.result, second.result) == (Result.FAIL, Result.PASS)
+    assert "the check could not go on: MOT_MOVE_ABSOLUTE.absolute_distance takes" in (
+        first.findings[0].text
+    )
+    assert first.restored == ("velocity of channel 1",)
+    sent = [entry.raw for entry in first.entries if entry.sent and not entry.keep_alive]
+    assert sent[1:3] == [STOP, CHANGED.pack(0x50, 0x01)]
+
+
+def test_a_defect_of_an_undo_ends_the_run_and_the_others_are_done() -> None:
+    def changes(trial: Trial) -> None:
+        trial.undo("the first", lambda: None)
+        trial.undo("the second", lambda: 1 // 0)
+
+    report = run_made(watched(), changes)
+    [outcome] = report.outcomes
+    assert isinstance(report.defect, ZeroDivisionError)
+    assert outcome.restored == ("the first",)
+    assert outcome.findings[-1].text.startswith(
+        "not restored: the second (the suite has a defect: ZeroDivisionError"
+    )
+
+
+def test_what_a_check_leaves_in_motion_is_stopped_before_the_next_one() -> None:
+    link = watched()
+
+    def leaves(trial: Trial) -> None:
+        trial.undo("velocity of channel 1", lambda: trial.line.send(CHANGED, 0x50))
+        trial.line.send(m.MotMoveVelocity(1, 1), 0x50)
+        trial.line.listen(0.1)
+
+    report = run_made(link, leaves, lambda trial: None)
+    assert not report.unfinished
+    entries = report.outcomes[0].entries
+    sent = [entry.raw for entry in entries if entry.sent and not entry.keep_alive]
+    velocity = m.MotMoveVelocity(1, 1).pack(0x50, 0x01)
+    assert sent == [velocity, STOP, CHANGED.pack(0x50, 0x01)]  # before anything is put back
+
+
+def test_the_end_of_one_bay_is_not_that_of_another() -> None:
+    link = WatchedLink(SteppedLink(stagewire_virtual.BBD102()))
+
+    def stops_one(trial: Trial) -> None:
+        for address in (0x21, 0x22):
+            trial.line.send(m.MotMoveVelocity(1, 1), address)
+        trial.line.send(m.MotMoveStop(1, 1), 0x22)
+        trial.line.listen(5, until=lambda heard: heard.name == "MOT_MOVE_STOPPED")
+
+    report = run_made(link, stops_one, declared=declared_as("BBD102"))
+    assert not report.unfinished
+    assert link.writes[-1] == m.MotMoveStop(1, 2).pack(0x21, 0x01)
+
+
+def test_what_has_ended_is_stopped_all_the_same_when_the_check_is_interrupted() -> None:
+    link = watched()
+
+    def is_over(trial: Trial) -> None:
+        go(trial, 34304)
+        raise KeyboardInterrupt
+
+    with pytest.raises(RunInterrupted) as caught:
+        run_made(link, is_over)
+    assert link.writes[-1] == STOP
+    assert caught.value.report.stops == ("0x01->0x50 MOT_MOVE_STOP chan_ident=1 stop_mode=2",)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="os.kill ends a process there")
+def test_a_signal_ends_a_wait_in_real_time() -> None:
+    def waits(trial: Trial) -> None:
+        threading.Timer(0.05, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        trial.line.listen(20)
+
+    with open_link("virtual://TPZ001") as link, pytest.raises(RunInterrupted) as caught:
+        run_made(link, waits, declared=declared_as("TPZ001"))
+    assert caught.value.report.outcomes[0].seconds < 10
+
+
+def test_stops_go_to_every_channel_and_bay_that_was_set_in_motion() -> None:
+    link = WatchedLink(SteppedLink(stagewire_virtual.BBD102()))
+
+    def both(trial: Trial) -> None:
+        for address in (0x21, 0x22):
+            trial.line.send(m.MotMoveVelocity(1, 1), address)
+        raise KeyboardInterrupt
+
+    with pytest.raises(RunInterrupted):
+        run_made(link, both, declared=declared_as("BBD102"))
+    stops = [m.MotMoveStop(1, 2).pack(address, 0x01) for address in (0x21, 0x22)]
+    assert link.writes[-2:] == stops
+
+
+def test_nothing_is_stopped_that_nobody_set_in_motion() -> None:
+    link = watched()
+    with pytest.raises(RunInterrupted):
+        run_made(link, lambda trial: interrupt())
+    assert STOP not in link.writes
+
+
+def test_in_another_thread_signals_are_left_to_the_program() -> None:
+    found: list[Report] = []
+    before = signal.getsignal(signal.SIGINT)
+    thread = threading.Thread(target=lambda: found.append(run_made(watched(), moves)))
+    thread.start()
+    thread.join()
+    assert not found[0].unfinished
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_handler_of_the_program_stays() -> None:
+    heard: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
+    try:
+        report = run_made(watched(), lambda trial: signal.raise_signal(signal.SIGINT))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert heard == [signal.SIGINT]
+    assert not report.unfinished
+
+
+@pytest.fixture(scope="module")
+def reads_of_a_whole_run() -> int:
+    declared = declared_as("TDC001")
+    return count(lambda link: run(link, plan(declared, ALL), declared, ALL, seed=1), "reads")
+
+
+@pytest.mark.parametrize("part", every_nth(range(20), 4))
+def test_ctrl_c_anywhere_in_a_whole_run_moves_nothing_afterwards(
+    part: int, reads_of_a_whole_run: int
+) -> None:
+    declared = declared_as("TDC001")
+    checks = plan(declared, ALL)
+    at = reads_of_a_whole_run * part // 20 + 1
+    link = watched()
+    seen = happens(link, at, interrupt)
+    with pytest.raises(RunInterrupted):
+        run(link, checks, declared, ALL, seed=1)
+    effects = {entry["id"]: entry["effect"] for entry in declared.registry.messages.values()}
+    behind = [
+        effects.get(int.from_bytes(data[:2], "little"))
+        for data in after(link.writes, seen["writes"])
+    ]
+    first_other = next((i for i, effect in enumerate(behind) if effect != "stop"), len(behind))
+    assert "stop" not in behind[first_other:]  # stops come before anything else
+
+
+def test_what_an_error_of_the_line_says_is_kept() -> None:
+    link = watched()
+
+    def dies(trial: Trial) -> None:
+        raise TransportLost("the cable was pulled")
+
+    report = run_made(link, dies)
+    assert report.unfinished == "the line was lost: the cable was pulled"
+    assert report.outcomes[0].result is Result.INFO

@@ -1,0 +1,310 @@
+"""The line as checks have it: questions and answers, an inbox, signs of life, and waiting that is reading."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+from watched_links import DeadLink, WatchedLink, declared_as
+
+import stagewire_virtual
+from stagewire.frame import Frame
+from stagewire_apt import messages as m
+from stagewire_apt import stages
+from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.lines.apt_line import AptLine
+from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.pics import Pics
+from stagewire_virtual.linking import SteppedLink
+
+HOST = 0x01
+SIGN = m.MotAckDcStatusUpdate()
+ASKED = m.MotReqPosCounter(1)
+
+
+class ScriptedLink(DeadLink):
+    """A line at whose other end something says what a test wrote down, when it is due."""
+
+    def __init__(self, *script: tuple[float, bytes]) -> None:
+        super().__init__()
+        self.script = list(script)
+        self.writes: list[tuple[float, bytes]] = []
+
+    def read(self, timeout: float) -> bytes:
+        end = self.now + max(0.0, timeout)
+        if self.script and self.script[0][0] <= end:
+            due, data = self.script.pop(0)
+            self.now = max(self.now, due)
+            return data
+        self.now = end
+        return b""
+
+    def write(self, data: bytes) -> None:
+        self.writes.append((self.now, data))
+
+
+def position(value: int, source: int = 0x50, dest: int = HOST, channel: int = 1) -> bytes:
+    return m.MotGetPosCounter(channel, value).pack(dest, source)
+
+
+def line_to(link: DeadLink | WatchedLink, declared: Declared | None = None) -> AptLine:
+    allowed = Permissions(motion=Range.parse("0..1000counts"))
+    return AptLine(link, declared or declare("TDC001"), allowed)
+
+
+def told(*script: tuple[float, bytes], unit: str = "TDC001") -> AptLine:
+    return line_to(ScriptedLink(*script), declare(unit))
+
+
+# Questions
+
+
+def test_a_question_is_answered_by_its_reply_as_soon_as_it_is_there() -> None:
+    line = told((0.2, position(7)))
+    heard = line.ask(ASKED, 0x50)
+    assert heard is not None
+    assert heard.message == m.MotGetPosCounter(1, 7)
+    assert (heard.time, line.now) == (0.2, 0.2)
+    assert line.heard == []
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        position(1, source=0x22),  # of another bay
+        position(1, channel=2),  # of another channel
+        m.MotGetEncCounter(1, 1).pack(HOST, 0x50),  # another message
+        m.MotGetDcStatusUpdate(1, 1, 0, 0).pack(HOST, 0x50),
+        b"\x00" * 5,
+        bytes.fromhex("34120200 81 50 0102"),  # an id that is none
+    ],
+    ids=["bay", "channel", "message", "status", "garbage", "unknown"],
+)
+def test_what_is_no_reply_stays_in_the_inbox(other: bytes) -> None:
+    line = told(
+        (0.1, other), (0.2, position(7)), unit="BBD102" if other[5:6] == b"\x22" else "TDC001"
+    )
+    heard = line.ask(ASKED, 0x50)
+    assert heard is not None
+    assert heard.message.position == 7
+    assert b"".join(each.raw for each in line.heard) == other
+    assert [each.raw for each in line.listen(0)] == [other]
+    assert line.listen(0) == []
+
+
+@pytest.mark.parametrize("addresses", [(0x50, HOST), (0, 0)], ids=["unswapped", "zero"])
+def test_a_reply_without_right_addresses_is_one_all_the_same(addresses: tuple[int, int]) -> None:
+    dest, source = addresses
+    line = told((0.1, position(7, dest=dest, source=source)))
+    heard = line.ask(ASKED, 0x50)
+    assert heard is not None
+    assert (heard.dest, heard.source) == addresses
+
+
+def test_without_a_reply_the_time_is_waited_for_and_no_more() -> None:
+    line = told()
+    assert line.ask(ASKED, 0x50, wait=0.7) is None
+    assert line.now == pytest.approx(0.7)
+
+
+def test_what_came_before_a_question_is_not_its_answer() -> None:
+    line = told(
+        (0.0, position(1)), (0.5, position(2))
+    )  # the first may be a second answer, for example
+    heard = line.ask(ASKED, 0x50)
+    assert heard is not None
+    assert heard.message.position == 2
+    assert [other.message.position for other in line.listen(0)] == [1]
+    line = told((0.0, position(1)), (0.5, position(2)))
+    assert [heard.message.position for heard in line.ask_all(ASKED, 0x50)] == [2]
+
+
+def test_ask_all_sees_a_second_answer_and_not_what_comes_much_later() -> None:
+    line = told((0.1, position(1)), (0.14, position(1)), (0.3, position(1)))
+    assert [heard.time for heard in line.ask_all(ASKED, 0x50)] == [0.1, 0.14]
+    assert line.now == pytest.approx(0.15)
+    assert [heard.time for heard in line.listen(1)] == [0.3]
+
+
+def test_ask_all_gives_whatever_came_where_no_reply_does() -> None:
+    line = told((0.1, position(1, channel=2)), (0.2, position(1, source=0x22)), unit="BBD102")
+    came = line.ask_all(ASKED, 0x21, wait=0.5)
+    assert [(heard.source, heard.channel) for heard in came] == [(0x50, 2), (0x22, 1)]
+    assert line.now == pytest.approx(0.5)
+
+
+# Listening
+
+
+def test_listening_ends_with_what_is_waited_for() -> None:
+    line = told((0.1, position(1)), (0.2, position(2) + position(3)), (0.4, position(4)))
+    came = line.listen(9, until=lambda heard: heard.message.position == 2)
+    assert [heard.message.position for heard in came] == [1, 2]
+    assert line.now == pytest.approx(0.2)
+    assert [heard.message.position for heard in line.listen(0)] == [3]
+
+
+def test_listening_looks_at_what_has_come_first() -> None:
+    line = told((0.1, position(1) + position(2)))
+    line.ask(ASKED, 0x50)
+    came = line.listen(9, until=lambda heard: heard.message.position == 2)
+    assert [heard.message.position for heard in came] == [2]
+    assert line.now == pytest.approx(0.1)
+
+
+def test_draining_waits_for_quiet_and_not_for_ever() -> None:
+    line = told((0.03, position(1)), (0.07, position(2)), (0.5, position(3)))
+    assert [heard.message.position for heard in line.drain()] == [1, 2]
+    assert line.now == pytest.approx(0.12)
+    talks = [(0.02 * number, position(number)) for number in range(200)]
+    endless = told(*talks)
+    assert len(endless.drain()) >= 49
+    assert endless.now == pytest.approx(1.0, abs=0.03)
+
+
+def test_half_a_frame_is_given_up_and_the_next_one_is_heard() -> None:
+    line = told((0.1, position(1)[:9]), (0.5, position(2)))
+    came = line.listen(1)
+    assert [heard.kind for heard in came] == ["garbage", "message"]
+    assert came[0].raw == position(1)[:9]
+    assert came[0].time == pytest.approx(0.2)
+    assert came[1].message.position == 2
+
+
+def test_a_frame_that_comes_in_pieces_is_one() -> None:
+    raw = position(5)
+    line = told(*((0.05 * index, raw[index : index + 1]) for index in range(len(raw))))
+    assert [heard.raw for heard in line.listen(2)] == [raw]
+
+
+KINDS = {
+    "message": position(1),
+    "undocumented": m.HwRichResponse(b"x" * 68).pack(HOST, 0x50),
+    "unknown": bytes.fromhex("34120200 81 50 0102"),
+    "bad_length": bytes.fromhex("12040200 81 50 0100"),
+    "garbage": b"\x99",
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_event_is_heard_and_told(kind: str) -> None:
+    line = told((0.1, KINDS[kind] + position(2)))
+    first, second = line.listen(1)
+    assert (first.kind, first.raw) == (kind, KINDS[kind])
+    assert second.message.position == 2
+    assert first.text
+    assert [entry.text for entry in line.log if not entry.sent] == [first.text, second.text]
+    if kind in ("unknown", "bad_length", "garbage"):
+        assert (first.message, first.name, first.channel, first.extra) == (None, "", None, b"")
+
+
+def test_bytes_beyond_a_layout_are_kept() -> None:
+    frame = Frame(m.MotGetPosCounter(1, 3), HOST, 0x50, b"\x01\x02")
+    line = told((0.1, frame.encode()))
+    heard = line.ask(ASKED, 0x50)
+    assert heard is not None
+    assert (heard.extra, heard.payload) == (b"\x01\x02", 8)
+
+
+# Contexts
+
+
+@pytest.mark.parametrize(
+    ("unit", "address", "cls"),
+    [
+        ("TDC001", 0x50, m.MotMoveCompletedDc),
+        ("TDC001", 0, m.MotMoveCompletedDc),
+        ("TST001", 0x50, m.MotMoveCompletedStepper),
+        ("BBD102", 0x22, m.MotMoveCompletedDc),
+    ],
+)
+def test_the_declared_status_decides_between_layouts(unit: str, address: int, cls: type) -> None:
+    raw = (
+        bytes.fromhex("6404 0e00")
+        + bytes([0x80 | bool(address), address])
+        + bytes.fromhex("0100")
+        + bytes(12)
+    )
+    line = told((0.1, raw), unit=unit)
+    [heard] = line.listen(1)
+    assert type(heard.message) is cls
+
+
+# Signs of life
+
+
+def signs(link: ScriptedLink) -> list[tuple[float, int]]:
+    raw = SIGN.pack(0, HOST)[:2]
+    return [(round(time, 3), data[4]) for time, data in link.writes if data[:2] == raw]
+
+
+def test_signs_of_life_go_out_twice_a_second_while_something_is_waited_for() -> None:
+    link = ScriptedLink()
+    line = line_to(link)
+    line.listen(2.2)
+    assert signs(link) == [(0.0, 0x50), (0.5, 0x50), (1.0, 0x50), (1.5, 0x50), (2.0, 0x50)]
+    assert all(entry.keep_alive for entry in line.log)
+
+
+def test_every_bay_gets_signs_of_its_own() -> None:
+    link = ScriptedLink()
+    line_to(link, declared_as("BBD102")).listen(0.7)
+    assert signs(link) == [(0.0, 0x21), (0.0, 0x22), (0.5, 0x21), (0.5, 0x22)]
+
+
+def test_no_signs_go_out_where_silence_is_wanted() -> None:
+    link = ScriptedLink()
+    line = line_to(link)
+    with line.silent(), line.silent():
+        line.listen(2)
+        line.send(ASKED, 0x50)
+    assert signs(link) == []
+    line.listen(0.1)
+    assert len(signs(link)) == 1
+
+
+@pytest.mark.parametrize(
+    "declared",
+    [
+        declare("TPZ001"),
+        declare(Pics(unit="TDC001", line="rs232")),
+        declare(Pics(unit="TDC001", unsupported={"MOT_ACK_DCSTATUSUPDATE": "not needed"})),
+    ],
+    ids=["none in its list", "rs232", "unsupported"],
+)
+def test_no_signs_go_out_to_who_wants_none(declared: Declared) -> None:
+    link = ScriptedLink()
+    line_to(link, declared).listen(2)
+    assert signs(link) == []
+
+
+def test_a_controller_that_wants_signs_goes_on_talking() -> None:
+    line = line_to(WatchedLink(SteppedLink(stagewire_virtual.TDC001(stage=stages.Z8))))
+    line.send(m.HwStartUpdateMsgs(10), 0x50)
+    assert len(line.listen(10)) == 100
+    with line.silent():
+        assert len(line.listen(10)) < 60
+
+
+def test_time_is_that_of_the_line_and_none_passes_by_itself() -> None:
+    controller = stagewire_virtual.TDC001()
+    line = line_to(WatchedLink(SteppedLink(controller)))
+    for _ in range(100):
+        line.ask(ASKED, 0x50)
+    assert controller.clock.now == 0
+    line.listen(1.5)
+    assert line.now == pytest.approx(1.5)
+
+
+def test_a_question_is_decoded_in_the_log() -> None:
+    line = told((0.1, position(7)))
+    with line.silent():
+        line.ask(ASKED, 0x50)
+    assert texts(line.log) == [
+        "0x01->0x50 MOT_REQ_POSCOUNTER chan_ident=1",
+        "0x50->0x01 MOT_GET_POSCOUNTER chan_ident=1 position=7",
+    ]
+
+
+def texts(entries: Iterable) -> list[str]:
+    return [entry.text for entry in entries]

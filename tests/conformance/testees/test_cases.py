@@ -1,0 +1,109 @@
+"""The cases of the vectors, asked of the Python testee; and that a testee which is wrong is found out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+from jsonschema_rs import Draft202012Validator
+from testee_calls import SCHEMA
+
+from checkout import ROOT
+from markdown_blocks import blocks
+from stagewire.protocol import available_protocols, load_protocol
+from stagewire_conformance.cases import mismatches
+from stagewire_conformance.testee import Testee
+
+NAMES = [
+    name
+    for name in available_protocols()
+    if load_protocol(name).package in ("stagewire_apt", "stagewire_ms2000")
+]
+
+
+def cases(name: str) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = load_protocol(name).vectors()["cases"]
+    return found
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_testee_answers_every_case(name: str) -> None:
+    assert len(cases(name)) > 1000
+    assert [str(wrong) for wrong in mismatches(Testee(), name, cases(name))] == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_cases_are_of_the_testee_protocol(name: str) -> None:
+    """What is granted, or refused for what it says, is a request of its schema; so is every answer."""
+    request_of, answer_of = (
+        Draft202012Validator({"$ref": f"#/$defs/{part}", "$defs": SCHEMA["$defs"]})
+        for part in ("request", "answer")
+    )
+    for case in cases(name):
+        request = {"id": 1, "protocol": name, **case["request"]}
+        wrong = case["answer"].get("error") in ("bad_request", "unsupported")
+        assert wrong or request_of.is_valid(request), case["id"]
+        detail = {} if case["answer"]["ok"] else {"detail": "why"}
+        assert answer_of.is_valid({"id": 1, **detail, **case["answer"]}), case["id"]
+
+
+class Wrong:
+    """A testee that answers as the Python one does, but for what is changed."""
+
+    def __init__(self, change: str) -> None:
+        self._testee = Testee()
+        self._change = change
+
+    def answer(self, line: bytes) -> Mapping[str, Any]:
+        answer = self._testee.answer(line)
+        return getattr(self, self._change)(answer)
+
+    def true_for_one(self, answer: dict[str, Any]) -> dict[str, Any]:
+        if "fields" not in answer:
+            return answer
+        fields = {k: True if v == 1 else v for k, v in answer["fields"].items()}
+        return {**answer, "fields": fields}
+
+    def no_detail(self, answer: dict[str, Any]) -> dict[str, Any]:
+        return {key: value for key, value in answer.items() if key != "detail"}
+
+    def another_id(self, answer: dict[str, Any]) -> dict[str, Any]:
+        return {**answer, "id": -1}
+
+    def another_code(self, answer: dict[str, Any]) -> dict[str, Any]:
+        return {**answer, "error": "bad_value"} if answer.get("error") == "bad_length" else answer
+
+    def a_byte_more(self, answer: dict[str, Any]) -> dict[str, Any]:
+        return {**answer, "hex": answer["hex"] + "00"} if "hex" in answer else answer
+
+    def a_detail_too_many(self, answer: dict[str, Any]) -> dict[str, Any]:
+        return {"detail": "fine", **answer}
+
+
+@pytest.mark.parametrize(
+    "change", [name for name in vars(Wrong) if not name.startswith("_") and name != "answer"]
+)
+def test_a_wrong_testee_is_found_out(change: str) -> None:
+    name, some_messages = "thorlabs_apt", ("MOD_GET_CHANENABLESTATE/", "MOT_GET_VELPARAMS/")
+    some = [case for case in cases(name) if case["id"].startswith(some_messages)]
+    assert some, "the cases have other names"
+    found = list(mismatches(Wrong(change), name, some))
+    assert found
+    assert all(wrong.id in str(wrong) for wrong in found)
+
+
+def test_ids_are_of_one_case_each() -> None:
+    for name in NAMES:
+        ids = [case["id"] for case in cases(name)]
+        assert len(set(ids)) == len(ids)
+        assert json.dumps(ids).isascii()
+
+
+def test_the_page_about_vectors_is_right() -> None:
+    """Its case stands in the file, and its program runs."""
+    page = {block.language: block.text for block in blocks(ROOT / "docs" / "vectors.md")}
+    assert page.keys() == {"json", "python"}
+    assert json.loads(page["json"]) in cases("thorlabs_apt")
+    exec(compile(page["python"], "docs/vectors.md", "exec"), {})
