@@ -6,14 +6,15 @@ What holds for it in every shape holds for the rule, and not for one protocol.
 from __future__ import annotations
 
 from struct import Struct
-from typing import Self
+from typing import Any, Self
 
 from stagewire.direction import Direction
 from stagewire.message import Layout, check_bytes, check_integer, check_text
 from stagewire.packets import Crc, PacketMessage, PacketProtocol, Shape, Sum, Xor
 
 __all__ = [
-    "PROTOCOL", "SHAPES", "Page", "SetAngle", "State", "StateBrief", "StateFull", "Stop", "protocol_of"
+    "PROTOCOL", "SHAPES", "Page", "SetAngle", "State", "StateBrief", "StateFull", "Stop", "framing_of",
+    "protocol_of",
 ]  # fmt: skip
 
 CCITT = Crc(size=2, polynomial=0x1021, initial=0xFFFF, reflected=False, final=0)
@@ -45,6 +46,36 @@ SHAPES = {
         start=b"\xaa", length=1, counts=("payload",), id=1, maximum=32,
     ),
 }  # fmt: skip
+
+
+def framing_of(shape: Shape) -> dict[str, Any]:
+    """Return a shape as the model of the generator says it."""
+    said: dict[str, Any] = {
+        "kind": "packet", "maximum_length": shape.maximum,
+        "order": list(shape.order), "start": list(shape.start),
+        "length": {"size": shape.length, "counts": list(shape.counts)},
+        "id": {"size": shape.id},
+    }  # fmt: skip
+    if shape.address:
+        said["address"] = {"size": shape.address}
+    if shape.end:
+        said["end"] = list(shape.end)
+    if shape.check:
+        said["check"] = {
+            **_check(shape.check), "size": shape.check.size, "covers": list(shape.covers)
+        }  # fmt: skip
+    return said
+
+
+def _check(check: Any) -> dict[str, Any]:
+    if isinstance(check, Crc):
+        keys = ("polynomial", "initial", "reflected", "final")
+        return {"method": "crc", **{key: getattr(check, key) for key in keys}}
+    return (
+        {"method": "sum", "complement": check.complement}
+        if isinstance(check, Sum)
+        else {"method": "xor"}
+    )
 
 
 def protocol_of(shape: Shape, name: str = "invented_packets") -> PacketProtocol:

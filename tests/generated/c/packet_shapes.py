@@ -18,7 +18,7 @@ from typing import Any
 from testees import SANITIZERS, VERSION, Program, build
 from toolchain import C_WARNINGS, ROOT, Package, compiles
 
-from invented_packets import SHAPES
+from invented_packets import SHAPES, framing_of
 from stagewire.packets import Crc, PacketProtocol, Shape, Sum, Xor
 from stagewire_generator import TARGETS, check, render
 
@@ -124,35 +124,12 @@ messages:
 
 def _framing(shape: Shape) -> str:
     """Return the framing of a shape as in ``protocol.yaml``."""
-    said: dict[str, Any] = {
-        "kind": "packet", "page": 1, "maximum_length": max(shape.maximum, MAXIMUM),
-        "order": list(shape.order), "start": list(shape.start),
-        "length": {"format": _number(shape.length), "counts": list(shape.counts)},
-        "id": {"format": _number(shape.id)},
-    }  # fmt: skip
-    if shape.address:
-        said["address"] = {"format": _number(shape.address)}
-    if shape.end:
-        said["end"] = list(shape.end)
-    if shape.check:
-        said["check"] = {**_check(shape.check), "covers": list(shape.covers)}
-        said["check"]["format"] = _number(shape.check.size)
+    said = framing_of(shape)
+    for part in ("length", "id", "address", "check"):
+        if part in said:
+            said[part]["format"] = f"u{8 * said[part].pop('size')}"
+    said |= {"page": 1, "maximum_length": max(shape.maximum, MAXIMUM)}
     return f"framing: {json.dumps(said)}\n"
-
-
-def _number(size: int) -> str:
-    return f"u{8 * size}"
-
-
-def _check(check: Any) -> dict[str, Any]:
-    if isinstance(check, Crc):
-        keys = ("polynomial", "initial", "reflected", "final")
-        return {"method": "crc", **{key: getattr(check, key) for key in keys}}
-    return (
-        {"method": "sum", "complement": check.complement}
-        if isinstance(check, Sum)
-        else {"method": "xor"}
-    )
 
 
 FRAMINGS = {name: _framing(shape) for name, shape in {**SHAPES, **_ODD}.items()}

@@ -10,21 +10,19 @@ from itertools import combinations, pairwise
 from random import Random
 from typing import Any
 
+import framing_references as references
 import pytest
-from command_reference import Piece, Reference
+from framing_references import Piece, command_reference
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from stagewire.commands import (
-    BadCommandLength,
     Command,
     CommandFrame,
-    CommandReceived,
     ReplyReceived,
-    UnknownCommand,
 )
 from stagewire.errors import OutOfRangeError, UnsupportedError
-from stagewire.framing import Garbage, join_garbage
+from stagewire.framing import Garbage
 from stagewire_ms2000 import PROTOCOL, quantities
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.enumerations import Axis
@@ -56,15 +54,9 @@ READ_POSITIONS = [
     (m.ReadTargetPosition, "target_position"),
     (m.ReadIncrementValue, "increment"),
 ]
-REFERENCE = Reference(
+REFERENCE = command_reference(
     0xFF, 0x3A, SETUP, {byte: (length, size) for byte, (length, size, _) in COMMANDS.items()}
 )
-KINDS = {
-    CommandReceived: "command",
-    UnknownCommand: "unknown",
-    BadCommandLength: "bad_length",
-    Garbage: "garbage",
-}
 
 
 def b(text: str) -> bytes:
@@ -73,13 +65,8 @@ def b(text: str) -> bytes:
 
 def pieces(stream: bytes, edges: list[int] | None = None) -> list[Piece]:
     """Frame a stream that is cut at the given places, as the reference shows it."""
-    framer = PROTOCOL.framer()
-    events = []
-    for start, stop in pairwise(edges or [0, len(stream)]):
-        events += framer.feed(stream[start:stop])
-        assert len(framer.pending) < LONGEST
-    found = [Piece(KINDS[type(event)], event.raw) for event in join_garbage(events)]
-    return found + ([Piece("pending", framer.pending)] if framer.pending else [])
+    chunks = [stream[start:stop] for start, stop in pairwise(edges or [0, len(stream)])]
+    return references.pieces(PROTOCOL.framer(), chunks, LONGEST)
 
 
 def commands() -> Iterator[bytes]:
@@ -122,7 +109,7 @@ def test_every_position_is_sent_and_comes_back(
     frame = PROTOCOL.decode(raw)
     assert frame == CommandFrame(cls(counts), axis)
     assert getattr(frame.message, field) == counts
-    assert pieces(raw + raw) == [Piece("command", raw)] * 2
+    assert pieces(raw + raw) == [Piece("message", raw)] * 2
 
 
 @given(S24, st.sampled_from(READ_POSITIONS))
@@ -233,8 +220,8 @@ def test_setup_commands_are_of_another_kind_than_commands_of_the_same_byte(byte:
         raw = bytes((0x18, byte, size)) + bytes(length) + b":"
         assert PROTOCOL.decode(raw).message.layout.kind == "command"
         assert pieces(bytes((0xFF, byte)) + raw) == [
-            Piece("command", bytes((0xFF, byte))),
-            Piece("command", raw),
+            Piece("message", bytes((0xFF, byte))),
+            Piece("message", raw),
         ]
 
 
@@ -292,7 +279,7 @@ def test_all_commands_there_are_are_tried() -> None:
 @pytest.mark.parametrize("raw", EVERY, ids=lambda raw: raw.hex(" "))
 def test_every_split_of_every_command(raw: bytes) -> None:
     stream = raw + b("18 54 03 3A FF 41 3A") + raw
-    expected = [Piece("command", part) for part in (raw, stream[len(raw) : -len(raw)], raw)]
+    expected = [Piece("message", part) for part in (raw, stream[len(raw) : -len(raw)], raw)]
     places = range(1, len(stream))
     for number in (1, 2, 3):
         for cuts in combinations(places, number):
@@ -304,22 +291,22 @@ def test_every_split_of_every_command(raw: bytes) -> None:
     ("stream", "found"),
     [
         # a lost byte: the next command becomes data and extra bytes of the one before
-        ("18 54 03 A0 86 3A 18 3F 3A", [("command", "18 54 03 A0 86 3A 18 3F 3A")]),
-        ("18 54 A0 86 01 3A 18 3F 3A", [("bad_length", "18 54 A0 86 01 3A"), ("command", "18 3F 3A")]),
-        ("54 03 A0 86 01 3A 18 3F 3A", [("unknown", "54 03 A0 86 01 3A"), ("command", "18 3F 3A")]),
-        ("18 03 A0 86 01 3A 18 3F 3A", [("unknown", "18 03 A0 86 01 3A"), ("command", "18 3F 3A")]),
+        ("18 54 03 A0 86 3A 18 3F 3A", [("message", "18 54 03 A0 86 3A 18 3F 3A")]),
+        ("18 54 A0 86 01 3A 18 3F 3A", [("bad_length", "18 54 A0 86 01 3A"), ("message", "18 3F 3A")]),
+        ("54 03 A0 86 01 3A 18 3F 3A", [("unknown", "54 03 A0 86 01 3A"), ("message", "18 3F 3A")]),
+        ("18 03 A0 86 01 3A 18 3F 3A", [("unknown", "18 03 A0 86 01 3A"), ("message", "18 3F 3A")]),
         # bytes too many
-        ("18 54 03 A0 86 01 00 3A", [("command", "18 54 03 A0 86 01 00 3A")]),
-        ("00 18 54 03 A0 86 3A 18 3F 3A", [("unknown", "00 18 54 03 A0 86 3A"), ("command", "18 3F 3A")]),
-        ("0D 0A 3A 18 3F 3A", [("unknown", "0D 0A 3A"), ("command", "18 3F 3A")]),
-        ("3A 3A 3A 18 3F 3A", [("garbage", "3A 3A 3A"), ("command", "18 3F 3A")]),
+        ("18 54 03 A0 86 01 00 3A", [("message", "18 54 03 A0 86 01 00 3A")]),
+        ("00 18 54 03 A0 86 3A 18 3F 3A", [("unknown", "00 18 54 03 A0 86 3A"), ("message", "18 3F 3A")]),
+        ("0D 0A 3A 18 3F 3A", [("unknown", "0D 0A 3A"), ("message", "18 3F 3A")]),
+        ("3A 3A 3A 18 3F 3A", [("garbage", "3A 3A 3A"), ("message", "18 3F 3A")]),
         # colons after half a command are a position, and no way out
         ("18 54 03 3A 3A 3A", [("pending", "18 54 03 3A 3A 3A")]),
-        ("18 54 03 3A 3A 3A 3A", [("command", "18 54 03 3A 3A 3A 3A")]),
+        ("18 54 03 3A 3A 3A 3A", [("message", "18 54 03 3A 3A 3A 3A")]),
         # the document's own example of a wrong size
-        ("18 6C 03 3A 18 6C 04 3A", [("bad_length", "18 6C 03 3A"), ("command", "18 6C 04 3A")]),
-        ("FF 58 18 3F 3A FF 52", [("garbage", "FF 58 18 3F 3A"), ("command", "FF 52")]),
-        ("18 3A 18 3F 3A", [("garbage", "18 3A"), ("command", "18 3F 3A")]),
+        ("18 6C 03 3A 18 6C 04 3A", [("bad_length", "18 6C 03 3A"), ("message", "18 6C 04 3A")]),
+        ("FF 58 18 3F 3A FF 52", [("garbage", "FF 58 18 3F 3A"), ("message", "FF 52")]),
+        ("18 3A 18 3F 3A", [("garbage", "18 3A"), ("message", "18 3F 3A")]),
     ],
 )  # fmt: skip
 def test_lost_bytes_and_bytes_too_many(stream: str, found: list[tuple[str, str]]) -> None:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from itertools import combinations, pairwise
 from random import Random
 
+import framing_references as references
 import pytest
+from framing_references import KINDS, Piece, packet_reference
 from hypothesis import given
 from hypothesis import strategies as st
-from packet_reference import Piece, Reference
 
 from invented_packets import PROTOCOL, SHAPES, SetAngle, Stop, protocol_of
 from stagewire.errors import BadValueError
-from stagewire.framing import Event, Garbage, join_garbage
+from stagewire.framing import Event, Garbage
 from stagewire.packets import (
     BadPacketLength,
     Packet,
@@ -22,12 +23,6 @@ from stagewire.packets import (
     UnknownPacket,
 )
 
-KINDS = {
-    PacketReceived: "message",
-    UnknownPacket: "unknown",
-    BadPacketLength: "bad_length",
-    Garbage: "garbage",
-}
 LENGTHS = {0x01: {0}, 0x02: {6}, 0x03: {0, 2, 8}, 0x0D: {32}}
 PROTOCOLS = {name: protocol_of(shape) for name, shape in SHAPES.items()}
 shapes = pytest.mark.parametrize("shape", SHAPES)
@@ -56,15 +51,12 @@ def frame(stream: bytes) -> list[Event]:
 
 def pieces(protocol: PacketProtocol, stream: bytes, sizes: list[int] | None = None) -> list[Piece]:
     """Frame a stream in chunks of the given sizes, as the reference shows it."""
-    framer = protocol.framer()
-    longest = protocol.shape.least + protocol.shape.maximum
-    events, position = [], 0
+    chunks, position = [], 0
     for size in sizes or [len(stream)]:
-        events += framer.feed(stream[position : position + size])
+        chunks.append(stream[position : position + size])
         position += size
-        assert len(framer.pending) < longest
-    found = [Piece(KINDS[type(event)], event.raw) for event in join_garbage(events)]
-    return found + ([Piece("pending", framer.pending)] if framer.pending else [])
+    shape = protocol.shape
+    return references.pieces(protocol.framer(), chunks, shape.least + shape.maximum)
 
 
 # 1. Where a packet stands
@@ -216,7 +208,7 @@ def chunks(rng: Random, length: int) -> list[int]:
 @shapes
 def test_damaged_streams_are_read_as_by_the_reference(shape: str) -> None:
     protocol, rng = PROTOCOLS[shape], Random(shape)
-    reference = Reference(protocol.shape, LENGTHS)
+    reference = packet_reference(protocol.shape, LENGTHS)
     seen: set[str] = set()
     for _ in range(800):
         stream = b"".join(packets_of(protocol.shape, rng, rng.randrange(1, 6)))
@@ -227,7 +219,7 @@ def test_damaged_streams_are_read_as_by_the_reference(shape: str) -> None:
         assert pieces(protocol, stream) == expected
         assert pieces(protocol, stream, chunks(rng, len(stream))) == expected
         assert pieces(protocol, stream, [1] * len(stream)) == expected
-        seen |= {piece.kind for piece in expected}
+        seen |= {kind for kind, _ in expected}
     assert seen == {*KINDS.values(), "pending"}
 
 
@@ -261,7 +253,7 @@ def test_any_bytes_in_any_chunks(shape: str, data: st.DataObject) -> None:
         st.sampled_from([found.pack(2, address, bytes(6)), found.pack(1, address, b"")]),
     )
     stream = b"".join(data.draw(st.lists(words, max_size=12)))
-    expected = Reference(found, LENGTHS).read(stream)
+    expected = packet_reference(found, LENGTHS).read(stream)
     assert pieces(protocol, stream) == expected
     sizes = data.draw(st.lists(st.integers(0, 9), min_size=1, max_size=20))
     assert pieces(protocol, stream, [*sizes, len(stream)]) == expected
