@@ -11,7 +11,7 @@ from typing import Any
 
 import typer
 
-from stagewire.devices.values import Values
+from stagewire._devices.values import Values
 from stagewire.errors import (
     BadValueError,
     ControllerFaultError,

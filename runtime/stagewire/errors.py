@@ -252,7 +252,7 @@ class TargetNotReachedError(StagewireError):
     :param target_in_units: the target in that unit; None where the scale is unknown.
     :param position_in_units: the position, likewise.
     :param limits: names of the limit bits that were set, such as ``forward_hardware_limit``.
-    :param end: the :class:`~stagewire.devices.tables.MotionEnd`.
+    :param end: the :class:`~stagewire._devices.tables.MotionEnd`.
     """
 
     def __init__(

@@ -20,9 +20,9 @@ import pytest
 import stagewire_apt
 import stagewire_ms2000
 from checkout import ROOT
-from stagewire.devices import asynchronous, synchronous
-from stagewire.devices.tables import Action, Command, ParameterSet, Query
-from stagewire.devices.values import InUnits, Values
+from stagewire._devices import asynchronous, synchronous
+from stagewire._devices.tables import Action, Command, ParameterSet, Query
+from stagewire._devices.values import InUnits, Values
 from stagewire_apt.devices import tables, values
 from stagewire_generator import check, checks, render
 from stagewire_generator.model import Protocol
@@ -129,7 +129,7 @@ def test_asyncio_has_the_same_methods(package: str, unit: str) -> None:
 def test_no_method_hides_one_of_the_runtime_or_of_another_part(package: ModuleType) -> None:
     for name in package.devices.__all__:
         cls = getattr(package.devices, name)
-        bases = [c for c in cls.__mro__ if c.__module__.startswith("stagewire.devices")]
+        bases = [c for c in cls.__mro__ if c.__module__.startswith("stagewire._devices")]
         taken = {n for c in bases for n in vars(c) if not n.startswith("_")}
         every = [
             n for c in cls.__mro__ if ".parts." in c.__module__ for n in vars(c) if n[0] != "_"

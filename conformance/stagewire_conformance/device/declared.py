@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
+from stagewire._devices.unit import Facts, Unit
 from stagewire.commands import CommandProtocol
-from stagewire.devices.unit import Facts, Unit
 from stagewire.discovery.known import protocols
 from stagewire.errors import StagewireError
 from stagewire.framed import FramedProtocol

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import NamedTuple
 
-from stagewire.devices.scales import Scales
-from stagewire.devices.unit import Facts, Unit
+from stagewire._devices.scales import Scales
+from stagewire._devices.unit import Facts, Unit
 from stagewire.errors import UnknownScaleError
 from stagewire.framed_message import FramedMessage
 from stagewire.quantities import Scale, Stage

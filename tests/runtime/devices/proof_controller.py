@@ -12,7 +12,7 @@ from proof_calls import fields_at_random
 from proof_line import FarEnd
 
 from stagewire import End, Frame
-from stagewire.devices.tables import ParameterSet, Query
+from stagewire._devices.tables import ParameterSet, Query
 from stagewire.framing import Received
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m

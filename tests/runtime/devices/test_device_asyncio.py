@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from stagewire.devices import asynchronous, synchronous
+from stagewire._devices import asynchronous, synchronous
 from stagewire.errors import (
     LimitError,
     MotionStopped,

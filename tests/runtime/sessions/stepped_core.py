@@ -5,11 +5,11 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
+from stagewire._sessions.commands import CommandCore
+from stagewire._sessions.core import Core
+from stagewire._sessions.exchange import Exchange
+from stagewire._sessions.framed import Ends, FramedCore, SessionOptions
 from stagewire.framed_message import FramedMessage
-from stagewire.session.commands import CommandCore
-from stagewire.session.core import Core
-from stagewire.session.exchange import Exchange
-from stagewire.session.framed import Ends, FramedCore, SessionOptions
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_ms2000 import PROTOCOL as MS2000

@@ -15,9 +15,9 @@ import pytest
 from scripted_links import AsyncTestLink, TestLink
 
 import stagewire_virtual as virtual
-from stagewire.session import termination
-from stagewire.session.asynchronous import AsyncFramedSession
-from stagewire.session.synchronous import FramedSession
+from stagewire._sessions import termination
+from stagewire._sessions.asynchronous import AsyncFramedSession
+from stagewire._sessions.synchronous import FramedSession
 from stagewire_apt import PROTOCOL, stages
 from stagewire_virtual import stepped
 

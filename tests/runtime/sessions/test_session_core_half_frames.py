@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from stepped_core import MOVED, Commands, Framed, dc_status, said, vel_params
 
+from stagewire._sessions.exchange import Exchange
 from stagewire.errors import ReplyTimeout
-from stagewire.session.exchange import Exchange
 from stagewire_apt import messages as m
 from stagewire_ms2000 import messages as ms
 

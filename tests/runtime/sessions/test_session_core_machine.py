@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 from stepped_core import Framed, dc_status, said, vel_params
 
+from stagewire._sessions.exchange import Exchange
+from stagewire._sessions.framed import Ends
 from stagewire.errors import MotionStopped, MotionUnderWayError, StagewireError
-from stagewire.session.exchange import Exchange
-from stagewire.session.framed import Ends
 from stagewire_apt import messages as m
 
 QUIET = 0.5

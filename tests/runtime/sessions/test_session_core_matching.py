@@ -7,8 +7,8 @@ import itertools
 import pytest
 from stepped_core import HOST, VEL, Framed, dc_status, said, vel_params
 
+from stagewire._sessions.exchange import Exchange
 from stagewire.errors import ReplyTimeout
-from stagewire.session.exchange import Exchange
 from stagewire_apt import messages as m
 
 BAYS = (0x21, 0x22, 0x23)

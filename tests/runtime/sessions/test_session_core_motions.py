@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from stepped_core import MOVED, Framed, dc_status, said
 
+from stagewire._sessions.framed import Ends
 from stagewire.errors import (
     ControllerFaultError,
     MotionStopped,
@@ -12,7 +13,6 @@ from stagewire.errors import (
     MotionUnderWayError,
     ReplyTimeout,
 )
-from stagewire.session.framed import Ends
 from stagewire_apt import messages as m
 
 COMPLETED = said(m.MotMoveCompletedHeader(1))

@@ -12,9 +12,9 @@ from types import FrameType
 import pytest
 from scripted_links import USB, TestLink, answer, velocity
 
-from stagewire.session import interrupts
-from stagewire.session.options import SessionOptions
-from stagewire.session.synchronous import FramedSession
+from stagewire._sessions import interrupts
+from stagewire._sessions.options import SessionOptions
+from stagewire._sessions.synchronous import FramedSession
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

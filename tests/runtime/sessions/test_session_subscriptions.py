@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 from scripted_links import USB, AsyncTestLink, TestLink, answer, velocity
 
+from stagewire._sessions.asynchronous import AsyncFramedSession
+from stagewire._sessions.synchronous import FramedSession
 from stagewire.errors import (
     OutOfRangeError,
     ReplyTimeout,
@@ -17,8 +19,6 @@ from stagewire.errors import (
     StagewireError,
     TransportLost,
 )
-from stagewire.session.asynchronous import AsyncFramedSession
-from stagewire.session.synchronous import FramedSession
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual import stepped

@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from scripted_links import USB, TestLink, answer, jog, silent, velocity
 
+from stagewire._sessions.options import Ends
+from stagewire._sessions.synchronous import FramedSession
 from stagewire.errors import (
     MotionStopped,
     MotionTimeout,
@@ -16,8 +18,6 @@ from stagewire.errors import (
     SessionClosedError,
     TransportLost,
 )
-from stagewire.session.options import Ends
-from stagewire.session.synchronous import FramedSession
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

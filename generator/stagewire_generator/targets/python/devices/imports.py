@@ -24,7 +24,7 @@ def values_imports(package: str, views: Sequence[ValuesView]) -> tuple[str, ...]
     )
     kinds = {kind for view in views for kind in view.kinds}
     return (
-        imported("stagewire.devices.values", ["Values", *kinds]),
+        imported("stagewire._devices.values", ["Values", *kinds]),
         *_aliased(package, _names(text + "".join(view.message for view in views))),
     )
 
@@ -33,7 +33,7 @@ def tables_imports(package: str, statements: Sequence[str]) -> tuple[str, ...]:
     """Return the imports of the module of tables."""
     used = _names("\n".join(statements))
     return (
-        *_imported("stagewire.devices.tables", _TABLES, used),
+        *_imported("stagewire._devices.tables", _TABLES, used),
         *_aliased(package, used),
         *([f"from {package}.devices import values as v"] if "v." in used else []),
     )
@@ -44,9 +44,9 @@ def facts_imports(package: str, text: str) -> tuple[str, ...]:
     used = _names(text)
     return (
         *(["from fractions import Fraction\n"] if " Fraction(" in text else []),
-        *_imported("stagewire.devices.scales", _SCALES, used),
-        *_imported("stagewire.devices.tables", ("Poll",), used),
-        *_imported("stagewire.devices.unit", _UNIT, used),
+        *_imported("stagewire._devices.scales", _SCALES, used),
+        *_imported("stagewire._devices.tables", ("Poll",), used),
+        *_imported("stagewire._devices.unit", _UNIT, used),
         *_imported("stagewire.quantities", ("Scale", "UnknownScale"), used),
         *_aliased(package, used),
         *([f"from {package} import quantities"] if "quantities." in text else []),
@@ -60,7 +60,7 @@ def parts_imports(package: str, methods: Iterable[MethodView], aio: bool) -> tup
     used = _names("\n".join(f"{method.signature}\n{method.body}" for method in methods))
     return (
         *_imported(_bases(aio), ("Motion",), used, "Part"),
-        *_imported("stagewire.devices.tables", ("MotionEnd",), used),
+        *_imported("stagewire._devices.tables", ("MotionEnd",), used),
         *_imported("stagewire.quantities", ("Number",), used),
         *_aliased(package, used),
         f"from {package}.devices import tables as t",
@@ -79,7 +79,7 @@ def units_imports(
 
 
 def _bases(aio: bool) -> str:
-    return f"stagewire.devices.{'asynchronous' if aio else 'synchronous'}"
+    return f"stagewire._devices.{'asynchronous' if aio else 'synchronous'}"
 
 
 def _imported(module: str, names: Iterable[str], used: Collection[str], *always: str) -> list[str]:

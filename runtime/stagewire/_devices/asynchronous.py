@@ -1,0 +1,253 @@
+"""Devices for asyncio: what generated classes are made of. No thread, and one event loop.
+
+:mod:`stagewire._devices.synchronous` has the same for threads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
+
+from stagewire._devices import modes
+from stagewire._devices.asynchronous_parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
+from stagewire._devices.awaited import CommandLine, FramedLine, Opening, open_session
+from stagewire._devices.opening import commanded, framed, greet, leave, wait_for_timeouts
+from stagewire._devices.options import OpenOptions, check_guest
+from stagewire._devices.structure import (
+    AxesBase,
+    BaysBase,
+    ChannelsBase,
+    DeviceBase,
+    connect,
+    url_of,
+)
+from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
+from stagewire.closing import AsyncClosing
+from stagewire.errors import LinkOpenError, ReplyTimeout, StagewireError
+from stagewire.links import AsyncLink
+
+if TYPE_CHECKING:
+    from stagewire._sessions.lines import Mode
+
+__all__ = [
+    "AxesDevice",
+    "Axis",
+    "Bay",
+    "Channel",
+    "ChannelsBay",
+    "ChannelsDevice",
+    "Device",
+    "ModuleDevice",
+    "Motion",
+    "Opening",
+    "Part",
+    "RackDevice",
+    "SingleChannelDevice",
+    "SingleChannelModule",
+]
+
+C = TypeVar("C", bound=Channel)
+B = TypeVar("B", bound=Part)
+X = TypeVar("X", bound=Axis)
+
+
+class _Opened(DeviceBase, Part, AsyncClosing):
+    """An open controller of any kind; a context manager."""
+
+    _link: str | AsyncLink | Device
+
+    @classmethod
+    def open(cls, url: str | AsyncLink, **options: Unpack[OpenOptions]) -> Opening[Self]:
+        """Open a line and return the controller on it, to be awaited or entered. Nothing moves.
+
+        ``async with TDC001.open(url) as tdc:`` closes it at the end; ``tdc = await TDC001.open(url)`` leaves
+        that to the caller.
+
+        :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
+
+        Options: see :class:`~stagewire._devices.options.OpenOptions`. Raises
+        :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
+        :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.BadValueError` and
+        :class:`~stagewire.errors.UnknownScaleError`.
+        """
+        return cls._open(url, options)
+
+    @classmethod
+    def _open(
+        cls, link: str | AsyncLink | Device, options: OpenOptions, bay: int = 1
+    ) -> Opening[Self]:
+        if isinstance(link, Device):
+            check_guest(cls.unit, options, link.unit.name)
+            while isinstance(link._link, Device):  # a guest itself
+                link = link._link
+        device = cls(connect(cls, url_of(link), options, bay))
+        device._link = link
+        return Opening(device)
+
+    async def _connect(self) -> None:
+        """Open the line and begin to talk."""
+        raise NotImplementedError
+
+    async def reconnect(self) -> None:
+        """Open the line again, with the same options, and read again what was read then.
+
+        Nothing is sent again. A motion that was under way when the line was lost or closed may still be: the
+        next one there asks for the status first, and is refused
+        (:class:`~stagewire.errors.MotionUnderWayError`) while the stage moves, or cannot be asked. A capture
+        goes on in another file: ``session-2.txt`` follows ``session.txt``.
+
+        After a loss it waits ``reconnect_pause`` seconds before it sends anything, so that the controller
+        gives up a message that was cut off. Another serial number than before raises
+        :class:`~stagewire.errors.WrongUnitError`. Where nobody answers, the stops of what may still be moving
+        are sent before the line is closed.
+
+        Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
+        opened by a URL.
+        """
+        if isinstance(self._link, AsyncLink):
+            raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
+        session = self.session
+        await self.close()
+        self._at.connection.broken_at = session.broken_at
+        self._at.connection.forget()
+        await self._connect()
+
+    async def close(self) -> None:
+        """Stop what was started here and may still move, unless it is to be left, and close the line.
+
+        Harmless when done twice.
+        """
+        connection, session = self._at.connection, self.session
+        if session.lost and not session.closed and connection.choices.stop_on_close:
+            connection.warn_of_motions()
+        if isinstance(self._link, Device):
+            await leave(connection)
+            with suppress(ValueError):  # closed before
+                self._link.session.on_close.remove(connection.last_words)
+        await connection.line.close()
+
+
+class Device(_Opened):
+    """An open controller whose messages have frames."""
+
+    async def _connect(self) -> None:
+        connection = self._at.connection
+        host = self._link
+        if guest := isinstance(host, Device):
+            session = host.session
+        else:
+            session = await open_session(AsyncFramedSession, framed(self.facts), host, connection)
+        line = FramedLine(session, connection.telling, guest)
+        try:
+            await greet(connection, self._at, line)
+        except BaseException as error:
+            if isinstance(error, ReplyTimeout):  # it may hear, and a motion of before may go on
+                session.on_close.append(connection.last_words)
+            if guest:
+                await leave(connection)
+            await line.close()
+            raise
+        session.on_close.append(connection.last_words)
+
+    @property
+    def session(self) -> AsyncFramedSession:
+        """The session below, for what no method does."""
+        line = self._at.line
+        assert isinstance(line, FramedLine)
+        return line.session
+
+
+class SingleChannelDevice(Device, Channel):
+    """A controller with one channel, which is the device itself."""
+
+
+class ChannelsDevice(ChannelsBase[C], Device, Generic[C]):
+    """A controller with several channels."""
+
+
+class RackDevice(BaysBase[B], Device, Generic[B]):
+    """A rack: the calls of the device go to the motherboard, those of its bays to the controllers there."""
+
+
+class _Module(Device):
+    """A controller in a bay of a rack."""
+
+    @classmethod
+    def open(
+        cls, url: str | AsyncLink | Device, bay: int = 1, **options: Unpack[OpenOptions]
+    ) -> Opening[Self]:
+        """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
+
+        :param url: as of :meth:`Device.open`; or another module of the rack that is open, whose line this one
+            shares. It ends with that one, and alone when it is closed itself.
+
+        As :meth:`Device.open`; raises :class:`~stagewire.errors.OutOfRangeError` for a bay that cannot be
+        there.
+        """
+        return cls._open(url, options, bay)
+
+
+class SingleChannelModule(_Module, Channel):
+    """A controller in a bay of a rack, with one channel, which is the device itself."""
+
+
+class ModuleDevice(ChannelsBase[C], _Module, Generic[C]):
+    """A controller in a bay of a rack, with several channels."""
+
+
+class AxesDevice(AxesBase[X], _Opened, Generic[X]):
+    """A controller of axes, whose commands have no frame and whose replies say nothing but values.
+
+    It takes commands or lines of text, as it was told last. Nothing is sent when it is opened: begin with
+    :meth:`low_level`, or with the command of the document that switches.
+    """
+
+    async def _connect(self) -> None:
+        connection = self._at.connection
+        assert not isinstance(self._link, Device)  # modules alone share a line
+        session = await open_session(
+            AsyncCommandSession,
+            commanded(self.facts),
+            self._link,
+            connection,
+            refuse_prefix_bytes=connection.choices.refuse_prefix_bytes,
+        )
+        connection.line = CommandLine(session)
+        await wait_for_timeouts(connection)
+        session.on_close.append(lambda: modes.last_words(self._at, session.mode))
+
+    @property
+    def mode(self) -> Mode:
+        """What the controller takes: ``low_level``, ``high_level``, or ``unknown`` to this session."""
+        return self.session.mode
+
+    @asynccontextmanager
+    async def low_level(self, *, timeout: float | None = None) -> AsyncIterator[Self]:
+        """Let the controller take commands within the block, and lines of text behind it.
+
+        :param timeout: seconds, for each of the two commands that switch.
+        """
+        await modes.switch(self._at, "low_level", timeout)
+        try:
+            yield self
+        except BaseException:
+            with suppress(StagewireError):  # the line may be gone, and what was raised says more
+                await modes.switch(self._at, "high_level", timeout)
+            raise
+        await modes.switch(self._at, "high_level", timeout)
+
+    async def text(self, line: str, *, timeout: float | None = None) -> str:
+        """Send a line of text and return the line that answers it, both without their ends.
+
+        Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes text, and
+        :class:`~stagewire.errors.ReplyTimeout`.
+        """
+        return await self.session.text(line, self._at.seconds(timeout))
+
+    @property
+    def session(self) -> AsyncCommandSession:
+        """The session below, for what no method does."""
+        line = self._at.line
+        assert isinstance(line, CommandLine)
+        return line.session

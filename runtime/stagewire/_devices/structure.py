@@ -1,0 +1,243 @@
+"""What devices consist of, for threads and asyncio alike: channels, bays, axes, and how they are found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Generic, TypeVar
+
+from stagewire._devices.connection import Connection, Name, Place
+from stagewire._devices.describing import description
+from stagewire._devices.giving import number_of
+from stagewire._devices.opening import commanded
+from stagewire._devices.options import OpenOptions, choose
+from stagewire._devices.scales import Scales
+from stagewire._devices.spot import CONTROLLER, Spot
+from stagewire._devices.unit import Facts, Unit
+from stagewire._devices.values import Values
+from stagewire.errors import BadValueError, OutOfRangeError
+from stagewire.flags import Enumeration
+from stagewire.message import Message
+
+__all__ = ["AxesBase", "BaysBase", "ChannelsBase", "DeviceBase", "PartBase", "connect", "url_of"]
+
+
+class PartBase:
+    """Something that calls go to: a device, a bay, a channel or an axis."""
+
+    def __init__(self, at: Spot) -> None:
+        self._at = at
+
+    def __repr__(self) -> str:
+        return f"<{self._at.name} at {self._at.connection.url}>"
+
+    @property
+    def _source(self) -> int | None:
+        """Whose messages a subscription is about."""
+        return self._at.address
+
+    @property
+    def scales(self) -> Scales:
+        """The scales that hold here now."""
+        return self._at.scales()
+
+    def values(self, message: Message) -> Values[Any] | None:
+        """Return what a message says in engineering units; None for one that carries no values."""
+        return self._at.connection.values_of(message, self._at.place)
+
+
+class DeviceBase(PartBase):
+    """An open controller."""
+
+    facts: ClassVar[Facts]
+    unit: ClassVar[Unit]
+
+    def __init__(self, connection: Connection) -> None:
+        unit = connection.unit
+        channel = 1 if unit.kind in ("generic_usb", "bay") and unit.channels == 1 else None
+        super().__init__(Spot(connection, connection.addresses[0], channel, unit.name))
+
+    @property
+    def _source(self) -> int | None:
+        """Of a module its own, as others may share its line; else all that comes over it."""
+        return self._at.address if self.unit.kind == "bay" else None
+
+    @property
+    def url(self) -> str:
+        """The line."""
+        return self._at.connection.url
+
+    @property
+    def info(self) -> Values[Any] | None:
+        """What the controller said that it is when it was opened; None where it was not asked."""
+        return self._at.connection.info
+
+    @property
+    def serial_number(self) -> int | None:
+        """That of the controller; None where it was not asked."""
+        return None if self.info is None else getattr(self.info.message, "serial_number", None)
+
+    def __str__(self) -> str:
+        return description(self._at.connection)
+
+
+P = TypeVar("P", bound=PartBase)
+
+
+class ChannelsBase(PartBase, Generic[P]):
+    """Something with several channels."""
+
+    channel_class: type[P]
+
+    def __init__(self, at: Any) -> None:
+        super().__init__(at)
+        here = self._at
+        count = here.connection.unit.channels
+        self._channels = tuple(
+            self.channel_class(
+                Spot(here.connection, here.address, number, f"{here.name} channel {number}")
+            )
+            for number in range(1, count + 1)
+        )
+
+    @property
+    def channels(self) -> tuple[P, ...]:
+        """All channels, from channel 1 on."""
+        return self._channels
+
+    def channel(self, number: int | str) -> P:
+        """Return a channel, counted from 1, or by its name in the enumeration of channels, such as ``CHAN2``.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for a number that no channel has, and
+        :class:`~stagewire.errors.BadValueError` for what is neither a number nor a name.
+        """
+        names = self._at.connection.facts.channels
+        return _numbered("channel", self._channels, number, self._at.name, names)
+
+
+class BaysBase(DeviceBase, Generic[P]):
+    """A rack: a motherboard, and controllers in bays."""
+
+    bay_class: type[P]
+
+    def __init__(self, connection: Connection) -> None:
+        super().__init__(connection)
+        unit = connection.unit
+        channel = 1 if unit.channels == 1 else None
+        self._bays = tuple(
+            self.bay_class(Spot(connection, address, channel, f"{unit.name} bay {number}"))
+            for number, address in enumerate(unit.bays, 1)
+        )
+
+    @property
+    def bays(self) -> tuple[P, ...]:
+        """All bays, from bay 1 on, empty ones included."""
+        return self._bays
+
+    def bay(self, number: int) -> P:
+        """Return a bay, counted from 1 as the document's addresses: ``bay(1)`` is 0x21, ``bay(2)`` is 0x22.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for a number that no bay has, and
+        :class:`~stagewire.errors.BadValueError` for what is not a number: names of bays are refused, because
+        the enumerations of the document count bays from 0.
+        """
+        return _numbered("bay", self._bays, number, self._at.name)
+
+
+class AxesBase(DeviceBase, Generic[P]):
+    """A controller of axes, whose commands have no frame."""
+
+    axis_class: type[P]
+
+    def __init__(self, connection: Connection) -> None:
+        super().__init__(connection)
+        self._axes: dict[int, P] = {}
+
+    def axis(self, axis: int | str) -> P:
+        """Return an axis by its name, such as ``X``, or its identifier.
+
+        Controllers can be given other identifiers than the documented ones: any byte is taken that can stand
+        there. Raises :class:`~stagewire.errors.OutOfRangeError` for one that cannot, and
+        :class:`~stagewire.errors.BadValueError` for a name that is none.
+        """
+        protocol = commanded(self.facts)
+        if (number := number_of(None, axis)) is not None:  # also one of NumPy
+            axis = number
+        if isinstance(axis, str):
+            if axis.upper() not in protocol.axes:
+                known = ", ".join(protocol.axes)
+                raise BadValueError(f"{self._at.name} has no axis {axis!r} (there are: {known})")
+            axis = protocol.axes[axis.upper()]
+        identifier = protocol.marks.axis(axis)
+        if identifier not in self._axes:
+            connection = self._at.connection
+            name = connection.places.get((identifier, None), f"{identifier:#04x}")
+            spot = Spot(connection, identifier, None, f"{self._at.name} axis {name}")
+            self._axes[identifier] = self.axis_class(spot)
+        return self._axes[identifier]
+
+
+def _numbered(
+    kind: str,
+    parts: tuple[P, ...],
+    number: object,
+    owner: str,
+    names: type[Enumeration] | None = None,
+) -> P:
+    found = number_of(names, number)
+    if found is None:
+        known = "".join(f", {name}" for name in (names.__members__ if names else ()))
+        raise BadValueError(
+            f"{owner} {kind} {number!r} is not one of {', '.join(map(str, range(1, len(parts) + 1)))}{known}"
+        )
+    if not 1 <= found <= len(parts):
+        raise OutOfRangeError(f"{owner} has {kind}s 1 to {len(parts)}, not {found}")
+    return parts[found - 1]
+
+
+def url_of(link: object) -> str:
+    """Return how a line is called, or the name by which it is to be opened.
+
+    Raises :class:`~stagewire.errors.BadValueError` for what is neither.
+    """
+    url = link if isinstance(link, str) else getattr(link, "url", None)
+    if not isinstance(url, str):
+        raise BadValueError(
+            f"open takes a URL or the name of a port as text, or a link that is open, not {link!r}"
+        )
+    return url
+
+
+def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -> Connection:
+    """Return what is known of a controller before its line is opened.
+
+    :param bay: where a module stands in its rack.
+
+    Raises what :func:`~stagewire._devices.options.choose` raises, and
+    :class:`~stagewire.errors.OutOfRangeError` for a bay that a rack cannot have.
+    """
+    facts, unit = cls.facts, cls.unit
+    if issubclass(cls, AxesBase):
+        places: Mapping[Place, Name] = {
+            (axis, None): name for name, axis in commanded(facts).axes.items()
+        }
+        addresses: tuple[int, ...] = (CONTROLLER,)
+    elif unit.kind == "rack":
+        addresses = (unit.address, *unit.bays)
+        places = {
+            (address, channel): number if unit.channels == 1 else (number, channel)
+            for number, address in enumerate(unit.bays, 1)
+            for channel in range(1, unit.channels + 1)
+        }
+    else:
+        if unit.kind == "bay" and (
+            isinstance(bay, bool) or bay not in range(1, len(unit.bays) + 1)
+        ):
+            raise OutOfRangeError(f"a rack has bays 1 to {len(unit.bays)}, not {bay!r}")
+        documented = unit.bays[bay - 1] if unit.kind == "bay" else unit.address
+        address = given.get("address")
+        addresses = (documented if address is None else address,)
+        places = {(addresses[0], channel): channel for channel in range(1, unit.channels + 1)}
+    if given.get("address") is not None and unit.kind not in ("generic_usb", "bay"):
+        raise BadValueError(f"address: a {unit.name} has those of the document; leave it out")
+    choices = choose(facts, unit, tuple(places.values()), given)
+    return Connection(facts, unit, url, choices, dict(places), addresses)

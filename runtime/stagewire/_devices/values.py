@@ -1,0 +1,232 @@
+"""What a controller said, in counts and in engineering units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from enum import Enum
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, Self, TypeVar, overload
+
+from stagewire._devices.scales import Scales
+from stagewire.errors import UnknownFieldError, UnknownScaleError
+from stagewire.flags import Enumeration, Flags
+from stagewire.message import Message
+
+__all__ = ["Bits", "BitsByUnit", "InUnits", "Named", "Raw", "RawBytes", "RawText", "Values"]
+
+M = TypeVar("M", bound=Message)
+E = TypeVar("E", bound=Enumeration)
+F = TypeVar("F", bound=Flags)
+T = TypeVar("T")
+
+
+class Values(Generic[M]):
+    """A message with the scales that held when it came; a generated class names its values.
+
+    :param message: what was said, in counts.
+    :param scales: of the channel that it is about.
+    """
+
+    __slots__ = ("message", "scales")
+    message: M
+    scales: Scales
+    names: ClassVar[tuple[str, ...]] = ()
+    """The values by name, those in units behind their counts."""
+
+    def __init__(self, message: M, scales: Scales) -> None:
+        object.__setattr__(self, "message", message)
+        object.__setattr__(self, "scales", scales)
+
+    def __init_subclass__(cls) -> None:
+        cls.names = tuple(name for name, value in vars(cls).items() if isinstance(value, _Value))
+
+    def exact(self, name: str) -> Fraction:
+        """Return a value in units without the rounding of a float.
+
+        Raises :class:`~stagewire.errors.UnknownFieldError` for a name that no value in units has, and
+        :class:`~stagewire.errors.UnknownScaleError`.
+        """
+        value = vars(type(self)).get(name)
+        if not isinstance(value, InUnits):
+            known = [n for n in self.names if isinstance(vars(type(self))[n], InUnits)]
+            raise UnknownFieldError(
+                f"{type(self).__name__} has no value {name} in units: {', '.join(known) or 'none'}"
+            )
+        return value.exact(self)
+
+    def told(self, without: str | None = None) -> str:
+        """Return what was said as people say it: ``position 34304, position_mm 1, status_bits homed``.
+
+        :param without: the name of a value that needs no saying.
+        """
+        return ", ".join(
+            f"{name} {_told(value)}" for name, value in self.known() if name != without
+        )
+
+    def known(self) -> Iterator[tuple[str, Any]]:
+        """Give every value by name, without those whose scale is not known."""
+        for name in self.names:
+            try:
+                yield name, getattr(self, name)
+            except UnknownScaleError:
+                continue
+
+    if not TYPE_CHECKING:  # else a checker would let every name be set
+
+        def __setattr__(self, name: str, value: object) -> None:
+            raise AttributeError(
+                f"{type(self).__name__} is what the controller said; setting {name} would write nothing: "
+                "change_… and set_… of the device do"
+            )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.message, self.scales)
+
+    def __eq__(self, other: object) -> bool:
+        if other.__class__ is not self.__class__:
+            return NotImplemented
+        return isinstance(other, Values) and bool(self.message == other.message)
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.message))
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{name}={_shown(value)}" for name, value in self.known())
+        return f"{type(self).__name__}({shown})"
+
+
+def _shown(value: object) -> str:
+    return f"{type(value).__name__}.{value.name}" if isinstance(value, Enum) else repr(value)
+
+
+def _told(value: object) -> str:
+    if isinstance(value, Flags):
+        return " ".join(value.names) or "0"
+    if isinstance(value, Enum):
+        return value.name
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+class _Value(Generic[T]):
+    """One value of a class of :class:`Values`: reads its field of the message."""
+
+    __slots__ = ("field",)
+
+    def __init__(self, field: str) -> None:
+        self.field = field
+
+    @overload
+    def __get__(self, values: None, owner: type) -> Self: ...
+
+    @overload
+    def __get__(self, values: Values[Any], owner: type) -> T: ...
+
+    def __get__(self, values: Values[Any] | None, owner: type) -> Self | T:
+        return self if values is None else self.read(values)
+
+    if TYPE_CHECKING:
+
+        def __set__(self, values: Values[Any], value: Never) -> None: ...
+
+    def read(self, values: Values[Any]) -> T:
+        """Return the value."""
+        read: T = getattr(values.message, self.field)
+        return read
+
+
+class Raw(_Value[int]):
+    """A number as it is on the wire."""
+
+    __slots__ = ()
+
+
+class RawText(_Value[str]):
+    """A text."""
+
+    __slots__ = ()
+
+
+class RawBytes(_Value[bytes]):
+    """Bytes."""
+
+    __slots__ = ()
+
+
+class Named(_Value[E | int], Generic[E]):
+    """A number that a table names: the member, or the number where it has no name.
+
+    :param table: the enumeration.
+    """
+
+    __slots__ = ("table",)
+
+    def __init__(self, field: str, table: type[E]) -> None:
+        super().__init__(field)
+        self.table = table
+
+    def read(self, values: Values[Any]) -> E | int:
+        """Return the member, or the number."""
+        return self.table.of(getattr(values.message, self.field))
+
+
+class Bits(_Value[F], Generic[F]):
+    """A number whose bits have names.
+
+    :param table: the class that names them.
+    """
+
+    __slots__ = ("table",)
+
+    def __init__(self, field: str, table: type[F]) -> None:
+        super().__init__(field)
+        self.table = table
+
+    def read(self, values: Values[Any]) -> F:
+        """Return the bits."""
+        return self.table(getattr(values.message, self.field))
+
+
+class BitsByUnit(_Value[Flags]):
+    """A number whose bits have other names on some units.
+
+    :param table: names them on all others.
+    :param units: unit -> the class that names them there.
+    """
+
+    __slots__ = ("table", "units")
+
+    def __init__(self, field: str, table: type[Flags], units: dict[str, type[Flags]]) -> None:
+        super().__init__(field)
+        self.table = table
+        self.units = units
+
+    def read(self, values: Values[Any]) -> Flags:
+        """Return the bits by the names of the unit that said them."""
+        table = self.units.get(values.scales.unit, self.table)
+        return table(getattr(values.message, self.field))
+
+
+class InUnits(_Value[float]):
+    """A number in engineering units.
+
+    Reading it raises :class:`~stagewire.errors.UnknownScaleError` where the scale is not known.
+
+    :param quantity: what it measures.
+    :param unit: such as ``mm/s``.
+    """
+
+    __slots__ = ("quantity", "unit")
+
+    def __init__(self, field: str, quantity: str, unit: str) -> None:
+        super().__init__(field)
+        self.quantity = quantity
+        self.unit = unit
+
+    def read(self, values: Values[Any]) -> float:
+        """Return the nearest float."""
+        return float(self.exact(values))
+
+    def exact(self, values: Values[Any]) -> Fraction:
+        """Return the value itself."""
+        scale = values.scales.of(self.quantity, self.unit)
+        return scale.from_counts(getattr(values.message, self.field))

@@ -1,0 +1,240 @@
+"""Sessions for asyncio: requests to controllers, and their answers, as calls to be awaited.
+
+See :mod:`stagewire._sessions.loop_driver` for what goes on in the event loop. The calls are those of
+:mod:`stagewire._sessions.synchronous`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stagewire._sessions.awaiting import AsyncSession
+from stagewire._sessions.commands import CommandCore
+from stagewire._sessions.exchange import Exchange
+from stagewire._sessions.framed import FramedCore
+from stagewire._sessions.options import Ends, SessionOptions
+from stagewire._sessions.recording import Recording
+from stagewire.commands import Command, CommandProtocol, Reply, SetupCommand
+from stagewire.frame import Frame
+from stagewire.framed import FramedProtocol
+from stagewire.framed_message import FramedMessage
+from stagewire.links import AsyncLink
+
+if TYPE_CHECKING:
+    from stagewire._sessions.lines import Mode
+
+__all__ = ["AsyncCommandSession", "AsyncFramedSession"]
+
+
+class AsyncFramedSession(AsyncSession[FramedCore]):
+    """A conversation with the controllers of one line, whose messages have frames.
+
+    :param protocol: what is spoken.
+    :param link: the line, open and not started; it belongs to the session from now on.
+    :param options: times.
+    :param log: a file for a capture of all that passes; what was in it is replaced.
+    :param unit: the name of the unit, for the capture.
+
+    Raises :class:`~stagewire.errors.TransportError` for a log that cannot be written.
+    """
+
+    def __init__(
+        self,
+        protocol: FramedProtocol,
+        link: AsyncLink,
+        *,
+        options: SessionOptions | None = None,
+        log: str | Path | None = None,
+        unit: str | None = None,
+    ) -> None:
+        core = FramedCore(protocol, options=options)
+        self.options = core.options
+        recording = (
+            None if log is None else Recording(log, protocol, asyncio.get_running_loop().time, unit)
+        )
+        super().__init__(core, link, recording=recording)
+
+    async def ask(
+        self,
+        message: FramedMessage,
+        replies: tuple[type[FramedMessage], ...],
+        dest: int,
+        timeout: float | None = None,
+    ) -> Frame:
+        """Send a request and return the frame of its reply.
+
+        :param replies: the classes of what answers it.
+        :param timeout: seconds; None: those of the options.
+
+        Raises :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.TransportLost` and
+        :class:`~stagewire.errors.SessionClosedError`.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        frame: Frame = await self.perform(
+            lambda now: core.ask(message, replies, dest, seconds, now)
+        )
+        return frame
+
+    async def send(self, message: FramedMessage, dest: int, timeout: float | None = None) -> None:
+        """Send what has no reply, and return when it is with the line.
+
+        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeout` where it could not be sent in
+        time because of what was before it.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        await self.start(lambda now: core.send(message, dest, seconds, now))
+
+    async def begin(
+        self,
+        message: FramedMessage,
+        ends: Ends,
+        dest: int,
+        timeout: float | None = None,
+        on_done: Callable[[Exchange], object] | None = None,
+    ) -> Exchange:
+        """Begin a motion and return it when its command is with the line; :meth:`wait` waits for its end.
+
+        :param ends: the classes of what is said at its end.
+        :param timeout: seconds until the end; None: those of the options.
+        :param on_done: called once when it ends, it has to call no session.
+
+        Raises :class:`~stagewire.errors.MotionUnderWayError` where another one may be under way, and as
+        :meth:`ask` does.
+        """
+        seconds = self.options.motion_timeout if timeout is None else timeout
+        core = self._core
+        return await self.start(lambda now: core.begin(message, ends, dest, seconds, now), on_done)
+
+    async def halt(
+        self,
+        message: FramedMessage,
+        ends: Ends | None,
+        dest: int,
+        timeout: float | None = None,
+    ) -> Frame | None:
+        """Stop a motion, before everything else that waits, and return the frame that says so.
+
+        :param ends: the classes of what is said then; None: nothing is, and this returns when the stop is
+            with the line.
+        :param timeout: seconds; None: those of the options for a reply.
+
+        Raises as :meth:`ask` does.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        if ends is None:
+            await self.start(lambda now: core.halt(message, None, dest, seconds, now))
+            return None
+        frame: Frame = await self.perform(lambda now: core.halt(message, ends, dest, seconds, now))
+        return frame
+
+    def settled(self, dest: int, channel: int | None) -> None:
+        """Say that what may have been under way there is over, as its status was read."""
+        self._core.settled(dest, channel)
+
+    def keep_alive(
+        self, message: FramedMessage | None, addresses: tuple[int, ...], period: float = 0.5
+    ) -> None:
+        """Send a sign of life to each address every ``period`` seconds, whatever else happens.
+
+        :param message: the sign; None: no more to these, or to anybody where no address is given.
+        """
+        self._core.keep_alive(message, addresses, period)
+        self._pump()
+
+    def tell(self, source: int, **context: str) -> None:
+        """Say what decides between layouts of messages from a source; see :meth:`.Framer.tell`."""
+        self._core.tell(source, **context)
+
+
+class AsyncCommandSession(AsyncSession[CommandCore]):
+    """A conversation with the one controller of a line, whose replies have no frame.
+
+    :param protocol: what is spoken.
+    :param link: the line, open and not started; it belongs to the session from now on.
+    :param options: times.
+    :param refuse_prefix_bytes: refuse values whose bytes a controller might take for a setup command; see
+        :meth:`.CommandFrame.encode`.
+    :param log: a file for a capture of all that passes; what was in it is replaced.
+    :param unit: the name of the unit, for the capture.
+
+    Raises :class:`~stagewire.errors.TransportError` for a log that cannot be written.
+    """
+
+    def __init__(
+        self,
+        protocol: CommandProtocol,
+        link: AsyncLink,
+        *,
+        options: SessionOptions | None = None,
+        refuse_prefix_bytes: bool = False,
+        log: str | Path | None = None,
+        unit: str | None = None,
+    ) -> None:
+        core = CommandCore(protocol, options=options, refuse_prefix_bytes=refuse_prefix_bytes)
+        self.options = core.options
+        recording = (
+            None if log is None else Recording(log, protocol, asyncio.get_running_loop().time, unit)
+        )
+        super().__init__(core, link, recording=recording)
+
+    @property
+    def mode(self) -> Mode:
+        """What the controller takes now, as far as this session has told it."""
+        return self._core.mode
+
+    async def ask(self, message: Command, axis: int, timeout: float | None = None) -> Reply:
+        """Send a command and return its reply.
+
+        :param timeout: seconds; None: those of the options.
+
+        Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes commands,
+        :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.TransportLost` and
+        :class:`~stagewire.errors.SessionClosedError`.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        reply: Reply = await self.perform(lambda now: core.ask(message, axis, seconds, now))
+        return reply
+
+    async def send(
+        self,
+        message: Command | SetupCommand,
+        axis: int | None = None,
+        timeout: float | None = None,
+    ) -> None:
+        """Send a command that nothing answers, and return when it is with the line.
+
+        :param axis: None for a setup command, which is for the whole controller and is taken in any mode.
+
+        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeout` where it could not be sent in
+        time because of what was before it.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        await self.start(lambda now: core.send(message, axis, seconds, now))
+
+    async def halt(self, message: Command, axis: int, timeout: float | None = None) -> None:
+        """Send a stop, before everything else, even while a reply is awaited.
+
+        Raises as :meth:`ask` does.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        await self.start(lambda now: core.halt(message, axis, seconds, now))
+
+    async def text(self, line: str, timeout: float | None = None) -> str:
+        """Send a line of text, without its end, and return the line that answers it, without its end.
+
+        Raises as :meth:`ask` does; :class:`~stagewire.errors.WrongModeError` unless the controller takes
+        text.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        answer: str = await self.perform(lambda now: core.text(line, seconds, now))
+        return answer

@@ -1,0 +1,348 @@
+"""The session core of controllers whose messages have frames; no input or output.
+
+1. **Order.** What is sent to an address goes out in the order of the calls; one request at a time waits for
+   its reply there. Addresses do not wait for each other.
+2. **Stops** go out before everything else, at once. Signs of life go out next, when they are due.
+3. **Pacing.** After a frame without a reply the next one to that address waits, except stops and signs of
+   life.
+4. **Replies** are matched by :mod:`~stagewire._sessions.matching`; late ones by
+   :mod:`~stagewire._sessions.requests`; the ends of motions by :mod:`~stagewire._sessions.motions`.
+5. **News.** What answers no request goes to the subscriptions; so does a reply that also comes without being
+   asked for, such as a status.
+6. **Deadlines** count from the call, so that they hold whatever a request waits for.
+7. The rest of a frame that does not come is given up after a silence (:meth:`.Framer.abandon`). Until then
+   nothing that has a reply or an end is written: that would be taken for the rest. Stops are written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import inf
+
+from stagewire._sessions.core import Core, all_is_read, log
+from stagewire._sessions.exchange import Exchange, deadline_of
+from stagewire._sessions.framed_exchanges import Ask, FramedExchange, Halt, Motion, Send
+from stagewire._sessions.hearing import Hearing
+from stagewire._sessions.keep_alive import KeepAlive
+from stagewire._sessions.matching import Matching
+from stagewire._sessions.motions import Motions
+from stagewire._sessions.news import News
+from stagewire._sessions.options import Ends, SessionOptions
+from stagewire._sessions.outgoing import Outgoing
+from stagewire._sessions.requests import Requests
+from stagewire._sessions.wording import Wording
+from stagewire.errors import MotionStopped, StagewireError
+from stagewire.framed import FramedProtocol
+from stagewire.framed_message import FramedMessage
+from stagewire.framing import Event, Received, Undocumented
+
+__all__ = ["Ends", "FramedCore", "SessionOptions"]
+
+
+class FramedCore(Core):
+    """A conversation with the controllers of one line.
+
+    :param protocol: what is spoken.
+    :param options: times.
+    """
+
+    def __init__(self, protocol: FramedProtocol, *, options: SessionOptions | None = None) -> None:
+        super().__init__(options)
+        self.protocol = protocol
+        self._host = protocol.host
+        self._faults = protocol.faults
+        self._hearing = Hearing(protocol, self.statistics, self.options.silence)
+        self.counts = self._hearing.counts
+        """Message -> how many of it have come."""
+        self._taken = 0  # bytes of the events so far
+        self._matching = Matching(protocol)
+        quiet = self.options.quiet
+        self._requests = Requests(self._matching, self.statistics, quiet)
+        self._outgoing = Outgoing(self._requests, self.options.pacing)
+        self._motions = Motions(self._matching, self.statistics, quiet)
+        self._wording = Wording(protocol, self._hearing)
+        self._alive = KeepAlive()
+        self._halts: list[Halt] = []  # to be written before everything else
+        self._news = News(self.statistics, self._matching.source_of)
+
+    # What users ask for
+
+    def ask(
+        self,
+        message: FramedMessage,
+        replies: tuple[type[FramedMessage], ...],
+        dest: int,
+        timeout: float,
+        now: float,
+    ) -> Exchange:
+        """Send a request that one of ``replies`` answers; it ends with the frame of the reply, or a timeout.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address or a timeout that is none.
+        """
+        raw = message.pack(dest, self._host)
+        matching = self._matching
+        ids, selected = matching.ids_of(replies), matching.selected(message, replies)
+        ask = Ask(message, raw, timeout, deadline_of(timeout, now), dest, ids, selected)
+        self._queue(ask)
+        return ask
+
+    def send(self, message: FramedMessage, dest: int, timeout: float, now: float) -> Exchange:
+        """Send what nothing answers; it ends when it is handed out, within the time.
+
+        Raises as :meth:`ask` does.
+        """
+        raw = message.pack(dest, self._host)
+        send = Send(message, raw, timeout, deadline_of(timeout, now), dest, frozenset())
+        self._queue(send)
+        return send
+
+    def begin(
+        self, message: FramedMessage, ends: Ends, dest: int, timeout: float, now: float
+    ) -> Exchange:
+        """Begin a motion; it ends with the frame that reports its end, or when it is handed out if none does.
+
+        Raises :class:`~stagewire.errors.MotionUnderWayError` where one is under way on that channel, or may
+        be, and as :meth:`ask` does.
+        """
+        raw = message.pack(dest, self._host)
+        channel = self._matching.channel_of(message)
+        completed, stopped = map(self._matching.ids_of, (ends.completed, ends.stopped))
+        deadline = deadline_of(timeout, now)
+        motion = Motion(message, raw, timeout, deadline, dest, completed, stopped, channel)
+        if self._failure is None:
+            self._motions.check(dest, channel, motion.name)
+            self._motions.plan(motion)
+        self._queue(motion)
+        return motion
+
+    def halt(
+        self, message: FramedMessage, ends: Ends | None, dest: int, timeout: float, now: float
+    ) -> Exchange:
+        """Stop a motion, before everything else; it ends with the frame that reports the stop.
+
+        Without ``ends`` it ends when it is handed out. A motion of that channel that was not written yet
+        will not be; one that was ends with a :class:`~stagewire.errors.MotionStopped` when the stop is
+        reported.
+
+        Raises as :meth:`ask` does.
+        """
+        raw = message.pack(dest, self._host)
+        ends = ends or Ends()
+        channel, ids = self._matching.channel_of(message), self._matching.ids_of(ends.completed)
+        halt = Halt(message, raw, timeout, deadline_of(timeout, now), dest, ids, channel)
+        if self._refuse(halt):
+            return halt
+        self._halts.append(halt)
+        self._ready = True
+        motion = self._motions.planned(halt)
+        if motion is not None:
+            self._unqueue(motion)
+            text = f"{motion.name} was stopped before it was sent; nothing was sent"
+            motion.end(error=MotionStopped(text))
+        self._at(halt.deadline)
+        return halt
+
+    def settled(self, dest: int, channel: int | None) -> None:
+        """Say that nothing moves there, as was read after a motion was given up: another may begin."""
+        self._motions.settled(dest, channel)
+
+    def keep_alive(
+        self, message: FramedMessage | None, addresses: tuple[int, ...], period: float = 0.5
+    ) -> None:
+        """Send a sign of life to each address, now and every ``period`` seconds; others keep theirs.
+
+        :param message: the sign; None: no more to these addresses, or to anybody where none is given.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address or a period that is none.
+        """
+        host = self._host
+        self._alive.set(
+            {dest: message.pack(dest, host) if message else b"" for dest in addresses}, period
+        )
+        if self._failure is None:
+            self._at(self._alive.next)
+
+    def tell(self, source: int, **context: str) -> None:
+        """Say what decides between layouts of messages from ``source``; see :meth:`.Framer.tell`."""
+        self._hearing.tell(source, **context)
+
+    # The driver's side
+
+    @property
+    def has_understood(self) -> bool:
+        """Whether a message has come."""
+        return bool(self.counts)
+
+    @property
+    def silent_at(self) -> float:
+        """When a frame is given up whose rest did not come; see :attr:`.Core.silent_at`."""
+        return inf if self._failure is not None else self._hearing.silent_at
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Take bytes that came, in chunks of any size; see :meth:`.Core.receive`."""
+        if self._failure is not None:
+            return
+        self._was_read()
+        hearing = self._hearing
+        was_within_a_frame = hearing.is_within_a_frame
+        self._take(hearing.feed(data, now), now)
+        if was_within_a_frame and not hearing.is_within_a_frame:
+            self._ready = True  # what has waited for the end of the frame may be sent
+
+    def output(self, now: float, has_unread: Callable[[], bool] = all_is_read) -> bytes:
+        """Return everything that is to be written now; see :meth:`.Core.output`."""
+        if now >= self._next:
+            self.tick(now)
+        if not self._ready:
+            return b""
+        self._ready = False
+        parts: list[bytes] = []
+        if self._halts:
+            halts, self._halts = self._halts, []
+            for halt in halts:
+                parts.append(self._hand_out(halt, now))
+        if now >= self._alive.next:
+            parts.append(self._alive.take(now))
+            self._at(self._alive.next)
+
+        def write(frame: FramedExchange) -> None:
+            parts.append(self._hand_out(frame, now))
+
+        def may_ask() -> bool:
+            if has_unread():
+                self.waits_for_reader = True
+                return False
+            return not self._hearing.is_within_a_frame
+
+        self._at(self._outgoing.take(now, write, may_ask))
+        return b"".join(parts)
+
+    def tick(self, now: float) -> None:
+        """See to what is due: deadlines, and quiet periods."""
+        if now < self._next or self._failure is not None:
+            return
+        for exchange in [exchange for exchange in self._waiting() if exchange.deadline <= now]:
+            self.statistics.timed_out += 1
+            why = self._wording.timeout(exchange, self._kept_by(exchange))
+            self._give_up(exchange, why, now)
+        self._requests.forgive(now)
+        self._motions.forgive(now)
+        self._ready = True  # what may be written now is seen by output
+        self._next = min(self._requests.next, self._motions.next)
+        if self._alive.next > now:
+            self._at(self._alive.next)
+        for exchange in self._waiting():
+            self._at(exchange.deadline)
+
+    def cancel(self, exchange: Exchange, now: float) -> None:
+        """Give up an exchange, because nobody waits for it any more; see :meth:`.Core.cancel`."""
+        if exchange.done:
+            return
+        assert isinstance(exchange, FramedExchange)
+        self._give_up(exchange, self._cancelled(exchange), now)
+
+    # What is written
+
+    def _queue(self, exchange: FramedExchange) -> None:
+        """Have something written when it may be."""
+        if self._refuse(exchange):
+            return
+        self._outgoing.add(exchange)
+        self._ready = True
+        self._at(exchange.deadline)
+
+    def _unqueue(self, exchange: FramedExchange) -> None:
+        """Forget something that was not written."""
+        if isinstance(exchange, Motion):
+            self._motions.unplan(exchange)
+        if not isinstance(exchange, Halt):  # a stop is written all the same
+            self._outgoing.remove(exchange)
+
+    def _hand_out(self, exchange: FramedExchange, now: float) -> bytes:
+        """Return the bytes of one frame, which is written now, and wait for what comes of it."""
+        exchange.after = self._hearing.heard
+        exchange.seen = self._hearing.seen()
+        raw = exchange.hand_out()
+        if isinstance(exchange, Ask):
+            self._requests.sent(exchange)
+            return raw
+        self._outgoing.pace(exchange.dest, now)
+        if exchange.ids and isinstance(exchange, Motion):
+            self._motions.begun(exchange)
+        elif exchange.ids and isinstance(exchange, Halt):
+            self._motions.halting(exchange, now)
+            self._at(self._motions.next)
+        else:
+            if isinstance(exchange, Motion):
+                self._motions.unplan(exchange)
+            exchange.end()
+        return raw
+
+    def _kept_by(self, exchange: FramedExchange) -> str:
+        """Return what keeps an exchange from being written, for people."""
+        if isinstance(exchange, Ask) and self._requests.is_poisoned(exchange):
+            return "the late reply to an earlier one might still have come"
+        if self._hearing.is_within_a_frame:
+            return (
+                "bytes that are no whole message kept coming (another baud rate, or another kind of "
+                "controller?)"
+            )
+        if self.waits_for_reader:
+            return "this program did not come round to reading what had come before"
+        return "others waited before it"
+
+    # What comes
+
+    def _take(self, events: list[Event], now: float) -> None:
+        """Give each event to who waits for it, or to who wants to hear it."""
+        counts, wanting = self.counts, self._news.wanting
+        requests, motions = self._requests.awaited, self._motions.awaited
+        for event in events:
+            raw = event.raw
+            began = self._taken
+            self._taken = began + len(raw)
+            if event.__class__ is not Received:
+                self._hearing.count_odd(event)
+            if not isinstance(event, (Received, Undocumented)):
+                log.debug("nobody knows %r", event)
+                self._news.tell(event)
+                continue
+            id = raw[0] | raw[1] << 8
+            counts[id] = counts.get(id, 0) + 1
+            if id in requests:
+                self._ready = True  # another request may be sent
+                if self._requests.answer(id, event, began):
+                    continue
+            if id in motions:
+                self._motions.end(id, event, began, now)
+                self._at(self._motions.next)
+            if id in self._faults:
+                self._take_fault(id, event, began)
+            for subscription in wanting(id):
+                subscription.put(event)
+
+    def _take_fault(self, id: int, event: Received | Undocumented, began: int) -> None:
+        """End the wait for the motions that a fault report is about."""
+        fault = self._faults[id].read(event.raw)
+        self._hearing.faults[id] = fault
+        for motion in self._motions.faulted(event, fault, began):
+            motion.end(error=self._wording.fault(motion, event, fault))
+
+    # The end of exchanges
+
+    def _waiting(self) -> Iterator[FramedExchange]:
+        yield from (halt for halt in self._halts if not halt.done)
+        yield from self._outgoing.waiting()
+        yield from self._requests.outstanding.values()
+        yield from self._motions.waiting()
+
+    def _give_up(self, exchange: FramedExchange, error: StagewireError, now: float) -> None:
+        if not exchange.written:
+            self._unqueue(exchange)
+        elif isinstance(exchange, Ask):
+            self._requests.give_up(exchange, now)
+            self._at(exchange.until)
+        elif isinstance(exchange, Halt):
+            self._motions.give_up(exchange, now)
+            self._at(exchange.until)
+        exchange.end(error=error)

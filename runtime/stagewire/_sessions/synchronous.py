@@ -1,0 +1,244 @@
+"""Sessions for threads: requests to controllers, and their answers, as plain calls.
+
+See :mod:`stagewire._sessions.thread_driver` for how threads share a line. The classes of
+:mod:`stagewire._sessions.asynchronous` have the same calls, to be awaited.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stagewire._sessions.calling import Session
+from stagewire._sessions.commands import CommandCore
+from stagewire._sessions.exchange import Exchange
+from stagewire._sessions.framed import FramedCore
+from stagewire._sessions.options import Ends, SessionOptions
+from stagewire._sessions.recording import Recording
+from stagewire._sessions.thread_driver import clock_of
+from stagewire.commands import Command, CommandProtocol, Reply, SetupCommand
+from stagewire.frame import Frame
+from stagewire.framed import FramedProtocol
+from stagewire.framed_message import FramedMessage
+from stagewire.links import Link
+
+if TYPE_CHECKING:
+    from stagewire._sessions.lines import Mode
+
+__all__ = ["CommandSession", "FramedSession"]
+
+
+class FramedSession(Session[FramedCore]):
+    """A conversation with the controllers of one line, whose messages have frames.
+
+    :param protocol: what is spoken.
+    :param link: the line, open; it belongs to the session from now on.
+    :param options: times.
+    :param background: whether a thread reads and keeps alive; never on a line with a clock of its own.
+    :param log: a file for a capture of all that passes; what was in it is replaced.
+    :param unit: the name of the unit, for the capture.
+
+    Raises :class:`~stagewire.errors.TransportError` for a log that cannot be written.
+    """
+
+    def __init__(
+        self,
+        protocol: FramedProtocol,
+        link: Link,
+        *,
+        options: SessionOptions | None = None,
+        background: bool = True,
+        log: str | Path | None = None,
+        unit: str | None = None,
+    ) -> None:
+        core = FramedCore(protocol, options=options)
+        self.options = core.options
+        recording = None if log is None else Recording(log, protocol, clock_of(link), unit)
+        super().__init__(core, link, background=background, recording=recording)
+
+    def ask(
+        self,
+        message: FramedMessage,
+        replies: tuple[type[FramedMessage], ...],
+        dest: int,
+        timeout: float | None = None,
+    ) -> Frame:
+        """Send a request and return the frame of its reply.
+
+        :param replies: the classes of what answers it.
+        :param timeout: seconds; None: those of the options.
+
+        Raises :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.TransportLost` and
+        :class:`~stagewire.errors.SessionClosedError`.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        frame: Frame = self.perform(lambda now: core.ask(message, replies, dest, seconds, now))
+        return frame
+
+    def send(self, message: FramedMessage, dest: int, timeout: float | None = None) -> None:
+        """Send what has no reply, and return when it is with the line.
+
+        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeout` where it could not be sent in
+        time because of what was before it.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        self.start(lambda now: core.send(message, dest, seconds, now))
+
+    def begin(
+        self,
+        message: FramedMessage,
+        ends: Ends,
+        dest: int,
+        timeout: float | None = None,
+        on_done: Callable[[Exchange], object] | None = None,
+    ) -> Exchange:
+        """Begin a motion and return it when its command is with the line; :meth:`wait` waits for its end.
+
+        :param ends: the classes of what is said at its end.
+        :param timeout: seconds until the end; None: those of the options.
+        :param on_done: called once when it ends, by whoever notices; it has to call no session.
+
+        Raises :class:`~stagewire.errors.MotionUnderWayError` where another one may be under way, and as
+        :meth:`ask` does.
+        """
+        seconds = self.options.motion_timeout if timeout is None else timeout
+        core = self._core
+        return self.start(lambda now: core.begin(message, ends, dest, seconds, now), on_done)
+
+    def halt(
+        self,
+        message: FramedMessage,
+        ends: Ends | None,
+        dest: int,
+        timeout: float | None = None,
+    ) -> Frame | None:
+        """Stop a motion, before everything else that waits, and return the frame that says so.
+
+        :param ends: the classes of what is said then; None: nothing is, and this returns when the stop is
+            with the line.
+        :param timeout: seconds; None: those of the options for a reply.
+
+        Raises as :meth:`ask` does.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        if ends is None:
+            self.start(lambda now: core.halt(message, None, dest, seconds, now), is_stop=True)
+            return None
+        frame: Frame = self.perform(
+            lambda now: core.halt(message, ends, dest, seconds, now), is_stop=True
+        )
+        return frame
+
+    def settled(self, dest: int, channel: int | None) -> None:
+        """Say that what may have been under way there is over, as its status was read."""
+        with self._lock:
+            self._core.settled(dest, channel)
+
+    def keep_alive(
+        self, message: FramedMessage | None, addresses: tuple[int, ...], period: float = 0.5
+    ) -> None:
+        """Send a sign of life to each address every ``period`` seconds, whatever else happens.
+
+        :param message: the sign; None: no more to these, or to anybody where no address is given.
+        """
+        with self._lock:
+            self._core.keep_alive(message, addresses, period)
+            self._look_ahead()
+        self._wake_reader()
+
+    def tell(self, source: int, **context: str) -> None:
+        """Say what decides between layouts of messages from a source; see :meth:`.Framer.tell`."""
+        with self._lock:
+            self._core.tell(source, **context)
+
+
+class CommandSession(Session[CommandCore]):
+    """A conversation with the one controller of a line, whose replies have no frame.
+
+    :param protocol: what is spoken.
+    :param link: the line, open; it belongs to the session from now on.
+    :param options: times.
+    :param background: whether a thread reads; never on a line with a clock of its own.
+    :param refuse_prefix_bytes: refuse values whose bytes a controller might take for a setup command; see
+        :meth:`.CommandFrame.encode`.
+    :param log: a file for a capture of all that passes; what was in it is replaced.
+    :param unit: the name of the unit, for the capture.
+
+    Raises :class:`~stagewire.errors.TransportError` for a log that cannot be written.
+    """
+
+    def __init__(
+        self,
+        protocol: CommandProtocol,
+        link: Link,
+        *,
+        options: SessionOptions | None = None,
+        background: bool = True,
+        refuse_prefix_bytes: bool = False,
+        log: str | Path | None = None,
+        unit: str | None = None,
+    ) -> None:
+        core = CommandCore(protocol, options=options, refuse_prefix_bytes=refuse_prefix_bytes)
+        self.options = core.options
+        recording = None if log is None else Recording(log, protocol, clock_of(link), unit)
+        super().__init__(core, link, background=background, recording=recording)
+
+    @property
+    def mode(self) -> Mode:
+        """What the controller takes now, as far as this session has told it."""
+        return self._core.mode
+
+    def ask(self, message: Command, axis: int, timeout: float | None = None) -> Reply:
+        """Send a command and return its reply.
+
+        :param timeout: seconds; None: those of the options.
+
+        Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes commands,
+        :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.TransportLost` and
+        :class:`~stagewire.errors.SessionClosedError`.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        reply: Reply = self.perform(lambda now: core.ask(message, axis, seconds, now))
+        return reply
+
+    def send(
+        self,
+        message: Command | SetupCommand,
+        axis: int | None = None,
+        timeout: float | None = None,
+    ) -> None:
+        """Send a command that nothing answers, and return when it is with the line.
+
+        :param axis: None for a setup command, which is for the whole controller and is taken in any mode.
+
+        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeout` where it could not be sent in
+        time because of what was before it.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        self.start(lambda now: core.send(message, axis, seconds, now))
+
+    def halt(self, message: Command, axis: int, timeout: float | None = None) -> None:
+        """Send a stop, before everything else, even while a reply is awaited.
+
+        Raises as :meth:`ask` does.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        self.start(lambda now: core.halt(message, axis, seconds, now), is_stop=True)
+
+    def text(self, line: str, timeout: float | None = None) -> str:
+        """Send a line of text, without its end, and return the line that answers it, without its end.
+
+        Raises as :meth:`ask` does; :class:`~stagewire.errors.WrongModeError` unless the controller takes
+        text.
+        """
+        seconds = self.options.reply_timeout if timeout is None else timeout
+        core = self._core
+        answer: str = self.perform(lambda now: core.text(line, seconds, now))
+        return answer
