@@ -1,0 +1,63 @@
+"""The hand-written modules of the packages, and what imports what."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import grimp
+
+from checkout import ROOT
+
+ROOMS = {
+    "stagewire": ROOT / "runtime",
+    "stagewire_generator": ROOT / "generator",
+    "stagewire_virtual": ROOT / "virtual",
+    "stagewire_conformance": ROOT / "conformance",
+    "stagewire_cli": ROOT / "cli",
+}
+"""The packages that are written by hand, and the folder of each."""
+
+PACKAGES = (*ROOMS, "stagewire_apt", "stagewire_ms2000")
+MARK = "# Generated from "
+"""How the first line of a module begins that a program makes of another module."""
+
+
+def hand_written(folder: Path) -> list[Path]:
+    """Return the modules below a folder, without those that a program makes."""
+    return [
+        path
+        for path in sorted(folder.rglob("*.py"))
+        if "compiled" not in path.relative_to(folder).parts
+        and not path.read_text(encoding="utf-8").startswith(MARK)
+    ]
+
+
+def modules() -> list[Path]:
+    """Return all hand-written modules of the packages."""
+    return [path for name, folder in ROOMS.items() for path in hand_written(folder / name)]
+
+
+@cache
+def graph() -> grimp.ImportGraph:
+    """Return every import, also those in functions and under ``TYPE_CHECKING``."""
+    return grimp.build_graph(*PACKAGES, cache_dir=None)
+
+
+def arrows(package: str) -> dict[str, set[str]]:
+    """Return which child of a package imports which; a child is everything below it as well.
+
+    Of no package (``""``), the children are the packages themselves.
+    """
+    depth = package.count(".") + 2 if package else 1
+    inside = f"{package}." if package else ""
+    found: dict[str, set[str]] = {}
+    for module in graph().modules:
+        if not module.startswith(inside):
+            continue
+        child = module.split(".")[depth - 1]
+        row = found.setdefault(child, set())
+        for imported in graph().find_modules_directly_imported_by(module):
+            if imported.startswith(inside):
+                row.add(imported.split(".")[depth - 1])
+    return {child: row - {child} for child, row in found.items()}
