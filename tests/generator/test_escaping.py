@@ -14,6 +14,7 @@ import pytest
 
 import plain_yaml
 from checkout import ROOT
+from files import write_files
 from stagewire_generator import check, checks, render
 
 
@@ -23,12 +24,6 @@ def load(path: Path) -> Any:
 
 def save(path: Path, data: Any) -> None:
     path.write_text(json.dumps(data, ensure_ascii=False), encoding="utf-8")  # which is YAML, too
-
-
-def write(files: dict[str, str], out: Path) -> None:
-    for path, text in files.items():
-        (out / path).parent.mkdir(parents=True, exist_ok=True)
-        (out / path).write_bytes(text.encode("utf-8"))
 
 
 def ruff_format(folder: Path) -> subprocess.CompletedProcess[str]:
@@ -86,7 +81,7 @@ def test_formatting_of_long_texts(good_spec: Path, tmp_path: Path) -> None:
     for number, words in enumerate(["word ", "x", "a-b ", 'say "it" ', "it's ", "字", "é", "\\ "]):
         spec = Path(shutil.copytree(good_spec, tmp_path / "spec" / str(number)))
         stretched(spec, words)
-        write(render(check(spec)), tmp_path / "out" / str(number))
+        write_files(tmp_path / "out" / str(number), render(check(spec)))
     result = ruff_format(tmp_path / "out")
     assert result.stdout == ""
     assert result.returncode == 0, result.stderr
@@ -153,7 +148,7 @@ def test_formatting_of_long_lists(
 ) -> None:
     spec = Path(shutil.copytree(good_spec, tmp_path / "spec"))
     many_fields(spec)
-    write(render(check(spec)), tmp_path / "out")
+    write_files(tmp_path / "out", render(check(spec)))
     result = ruff_format(tmp_path / "out")
     assert result.stdout == ""
     assert result.returncode == 0, result.stderr
@@ -188,7 +183,7 @@ def test_formatting_of_little(
     del errata["errata"]["tiny-move-length"]
     save(tiny / "errata" / "core.yaml", errata)
     files = render(check(spec))
-    write(files, tmp_path / "out")
+    write_files(tmp_path / "out", files)
     result = ruff_format(tmp_path / "out")
     assert result.stdout == ""
     assert result.returncode == 0, result.stderr
@@ -298,7 +293,7 @@ def test_formatting_of_commands(
     monkeypatch.setattr(checks, "check_errata", lambda *_: None)  # nothing of this is printed
     spec = Path(shutil.copytree(good_commands, tmp_path / "spec"))
     many_commands(spec, words)
-    write(render(check(spec)), tmp_path / "out")
+    write_files(tmp_path / "out", render(check(spec)))
     result = ruff_format(tmp_path / "out")
     assert result.stdout == ""
     assert result.returncode == 0, result.stderr
@@ -337,7 +332,7 @@ def test_formatting_of_few_commands(
     head["firmware"] = head["firmware"][:1]
     save(turtle / "protocol.yaml", head)
     files = render(check(spec))
-    write(files, tmp_path / "out")
+    write_files(tmp_path / "out", files)
     result = ruff_format(tmp_path / "out")
     assert result.stdout == ""
     assert result.returncode == 0, result.stderr

@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from checkout import ROOT
+from files import write_files
 from stagewire.commands import CommandReceived, TextReceived
 from stagewire.commands.formats import host_framer
 from stagewire_conformance import run
@@ -20,9 +21,7 @@ from stagewire_conformance import run
 @pytest.fixture
 def turtle(command_files: dict[str, str], tmp_path: Path, imported: Callable[[Path], Any]) -> Any:
     """The generated package."""
-    for path, text in command_files.items():
-        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / path).write_text(text, encoding="utf-8")
+    write_files(tmp_path, command_files)
     return imported(tmp_path)
 
 

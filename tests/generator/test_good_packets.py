@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from checkout import ROOT
+from files import write_files
 from stagewire.errors import BadLengthError
 from stagewire.packets import Packet
 from stagewire_conformance import run
@@ -29,9 +30,7 @@ def made(tmp_path: Path, imported: Callable[[Path], Any]) -> Made:
     """Write generated files and import the package among them."""
 
     def write(files: dict[str, str]) -> Any:
-        for path, text in files.items():
-            (tmp_path / "made" / path).parent.mkdir(parents=True, exist_ok=True)
-            (tmp_path / "made" / path).write_text(text, encoding="utf-8")
+        write_files(tmp_path / "made", files)
         return imported(tmp_path / "made")
 
     return write

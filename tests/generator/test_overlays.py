@@ -15,6 +15,7 @@ from typing import Any
 import jsonschema
 import pytest
 
+from files import write_files
 from stagewire_generator import check, render
 from stagewire_generator.change import compare
 from stagewire_generator.diagnostics import SpecError
@@ -388,7 +389,7 @@ def test_docstrings_of_commands_name_the_document(autumn: Protocol) -> None:
 
 
 def test_frames(second: Protocol, tmp_path: Path, imported: Callable[[Path], Any]) -> None:
-    write(render([second]), tmp_path)
+    write_files(tmp_path, render([second]))
     tiny = imported(tmp_path)
     heat = tiny.decode(bytes.fromhex("01 03 02 00 D0 01 64 00"))
     assert heat.message == tiny.messages.AuxSetHeat(warmth=100)
@@ -406,20 +407,13 @@ def test_frames(second: Protocol, tmp_path: Path, imported: Callable[[Path], Any
 def test_frames_of_commands(
     autumn: Protocol, tmp_path: Path, imported: Callable[[Path], Any]
 ) -> None:
-    write(render([autumn]), tmp_path)
+    write_files(tmp_path, render([autumn]))
     turtle = imported(tmp_path).messages
     assert turtle.GoTo(place=-1).pack(0x01) == bytes.fromhex("01 47 03 FF FF FF 2E")
     assert turtle.MoodReply.unpack(b"Z\7") == turtle.MoodReply(mood=0x5A, strength=7)
     assert turtle.Turn(angle=-1).pack(0x02) == bytes.fromhex("02 54 02 FF FF 2E")
     sent = turtle.PROTOCOL.decode(bytes.fromhex("FE 54"))
     assert sent.message == turtle.Stretch()
-
-
-def write(files: dict[str, str], folder: Path) -> None:
-    for path, text in files.items():
-        target = folder / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text, encoding="utf-8")
 
 
 # Changes

@@ -17,6 +17,7 @@ import jsonschema
 import pytest
 
 from checkout import ROOT, TESTS
+from files import write_files
 from stagewire_conformance.cases import mismatches
 from stagewire_conformance.testee import Testee
 from stagewire_generator import check, render
@@ -348,9 +349,7 @@ def test_the_model_says_what_the_json_says(name: str, cases: list[Json]) -> None
 
 def answered(protocol: Protocol, folder: Path, imported: Callable[[Path], Any]) -> list[str]:
     """Generate a package, ask it its cases, and return what is answered in another way."""
-    for path, text in render([protocol], ["python"]).items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_text(text, encoding="utf-8")
+    write_files(folder, render([protocol], ["python"]))
     package = imported(folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("stagewire_conformance.testee.load_protocol", lambda _: package.PROTOCOL)

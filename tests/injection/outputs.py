@@ -17,6 +17,8 @@ from typing import Any
 from c_tokens import blanked_c, faults_of_c
 from payloads import SENTINEL
 
+from files import write_files
+
 __all__ = ["blanked", "faults", "is_code", "ruff", "run_packages", "strings", "write_tree"]
 
 ROOT = Path(__file__).parents[2]
@@ -95,9 +97,7 @@ def strings(
 
 
 def write_tree(files: dict[str, str], out: Path) -> Path:
-    for path, text in files.items():
-        (out / path).parent.mkdir(parents=True, exist_ok=True)
-        (out / path).write_bytes(text.encode("utf-8"))
+    write_files(out, files)
     return out
 
 

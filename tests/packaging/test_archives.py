@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import json
 import shutil
@@ -16,6 +15,7 @@ import pytest
 
 import stagewire
 from checkout import ROOT
+from files import import_program
 from markdown_blocks import blocks
 from stagewire.protocol import load_protocol
 from stagewire_generator import check, render
@@ -28,12 +28,7 @@ PACKAGES = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
 @pytest.fixture(scope="module")
 def archives() -> ModuleType:
     """The program that builds them."""
-    spec = importlib.util.spec_from_file_location("archives", PROGRAM)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return import_program(PROGRAM)
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from typing import Any
 from command_readers import Reader, Replies
 from toolchain import ROOT, C, Package, compiles, need
 
+from files import write_files
 from stagewire.commands import Command, CommandProtocol, Reply, SetupCommand
 from stagewire.message import Message
 from stagewire_generator import check, render
@@ -279,9 +280,7 @@ def make_library(folder: Path, *flags: str) -> CommandLibrary:
 
 def make_turtle(folder: Path, *flags: str) -> CommandLibrary:
     """Make the library of a protocol that nobody has: texts, constants, other marks."""
-    for path, text in render([check(ROOT / "tests/generator/good_commands")[0]]).items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_text(text, encoding="utf-8")
+    write_files(folder, render([check(ROOT / "tests/generator/good_commands")[0]]))
     sys.path.insert(0, str(folder / "python"))
     try:
         protocol = importlib.import_module("stagewire_turtle").PROTOCOL

@@ -18,6 +18,7 @@ from typing import Any
 from testees import SANITIZERS, VERSION, Program, build
 from toolchain import C_WARNINGS, ROOT, Package, compiles
 
+from files import write_files
 from invented_packets import SHAPES, framing_of
 from stagewire.packets import Crc, PacketProtocol, Shape, Sum, Xor
 from stagewire_generator import TARGETS, check, render
@@ -184,9 +185,7 @@ def make(name: str, folder: Path) -> Made:
         number = list(FRAMINGS).index(name)
         spec = _written(folder / "spec", f"shape{number}", FRAMINGS[name])
     [protocol] = check(spec)
-    for path, text in render([protocol], TARGETS).items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_text(text, encoding="utf-8")
+    write_files(folder, render([protocol], TARGETS))
     return Made(folder, protocol.name, Package(folder / "c" / protocol.package), name in SANITIZED)
 
 

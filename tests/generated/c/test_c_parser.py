@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache, partial
@@ -16,6 +15,7 @@ from random_frames import INVENTED, invent, table_of
 from stream_program import Program, Step, cut, in_python, joined, steps_of
 from toolchain import ROOT, C, compiles, need, run
 
+from files import import_program, write_files
 from parts import first_of
 from stagewire.framing import Direction, End, FramingTable
 from stagewire_apt import PROTOCOL
@@ -88,14 +88,7 @@ def program(request: pytest.FixtureRequest, folder: Path) -> Program:
 @pytest.fixture(scope="session")
 def experiment() -> ModuleType:
     """The experiment that the rule was chosen by."""
-    path = ROOT / "benchmarks" / "framing_experiment.py"
-    spec = importlib.util.spec_from_file_location("framing_experiment_of_c", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return import_program(ROOT / "benchmarks" / "framing_experiment.py")
 
 
 @pytest.fixture
@@ -263,9 +256,7 @@ def test_protocols_that_nobody_has(number: int, index: str, tmp_path: Path) -> N
 
 def _rendered(protocol: Protocol, folder: Path) -> Path:
     """Write the C of a protocol; return where it stands."""
-    for path, text in render([protocol], ["c"]).items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_text(text, encoding="utf-8")
+    write_files(folder, render([protocol], ["c"]))
     return folder / "c"
 
 

@@ -40,6 +40,7 @@ from toolchain import (
     packages,
 )
 
+from files import write_files
 from parts import first_of
 from stagewire.commands import FORMS
 from stagewire.protocol import load_protocol
@@ -115,9 +116,7 @@ def test_every_case_of_the_vectors(name: str, testees: Testees) -> None:
 @pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
 def test_every_case_of_protocols_that_nobody_has(spec: str, tmp_path: Path) -> None:
     [protocol] = check(ROOT / "tests" / "generator" / spec)
-    for path, text in render([protocol], ["c", "c-tests", "vectors"]).items():
-        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / path).write_text(text, encoding="utf-8")
+    write_files(tmp_path, render([protocol], ["c", "c-tests", "vectors"]))
     vectors = json.loads((tmp_path / f"vectors/{protocol.name}.json").read_text(encoding="utf-8"))
     cases = vectors["cases"]
     program = build(Package(tmp_path / "c" / protocol.package), tmp_path)

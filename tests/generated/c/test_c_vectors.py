@@ -14,6 +14,7 @@ import pytest
 from toolchain import ROOT, C, Package, need, of_each_package, packages
 from vector_programs import Finding, build_vectors, changed, findings_of, vectors_of
 
+from files import write_files
 from stagewire.protocol import Protocol, load_protocol
 from stagewire_conformance.examples import run as run_in_python
 from stagewire_conformance.registry import registry_of
@@ -200,9 +201,7 @@ def test_what_is_wrong_is_found(wrong: str, tmp_path: Path) -> None:
 
 def written(protocol: Model, folder: Path) -> Package:
     """Return the package of a protocol, generated into a folder."""
-    for path, text in pipeline.render([protocol], ["c", "c-tests"], Templates()).items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_text(text, encoding="utf-8")
+    write_files(folder, pipeline.render([protocol], ["c", "c-tests"], Templates()))
     return Package(folder / "c" / protocol.package)
 
 

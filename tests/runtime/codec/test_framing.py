@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from itertools import pairwise
 from types import ModuleType
 
@@ -12,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from checkout import ROOT
+from files import import_program
 from stagewire.framing import (
     BadLength,
     Direction,
@@ -603,14 +602,7 @@ def test_remembered_headers_are_bounded() -> None:
 
 @pytest.fixture(scope="module")
 def experiment() -> ModuleType:
-    path = ROOT / "benchmarks" / "framing_experiment.py"
-    spec = importlib.util.spec_from_file_location("framing_experiment", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return import_program(ROOT / "benchmarks" / "framing_experiment.py")
 
 
 @pytest.mark.parametrize("title", ["ours, at the host", "ours, at the device"])
