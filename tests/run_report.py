@@ -25,8 +25,6 @@ from pathlib import Path
 
 from junitparser import JUnitXml, Skipped
 
-__all__ = ["Folder", "folders", "main"]
-
 _DOCUMENTS = "tests.spec.document."
 
 

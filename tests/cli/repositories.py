@@ -11,8 +11,6 @@ import pytest
 
 from checkout import TESTS
 
-__all__ = ["GOOD", "commit", "edit", "git", "make_repository"]
-
 GOOD = TESTS / "generator" / "good_spec"
 
 Edit = tuple[str, str, str]

@@ -11,8 +11,6 @@ from pathlib import Path
 from checkout import ROOT
 from markdown_blocks import Block, blocks
 
-__all__ = ["BY_MACHINE", "ELSEWHERE", "LONG", "NOT_RUN", "READ_ONLY", "documents", "here"]
-
 ELSEWHERE = {
     "docs/build-systems.md": "tests/packaging/build_systems/test_build_systems_page.py",
     "docs/c.md": "tests/generated/c/test_c_page.py",

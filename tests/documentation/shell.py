@@ -27,8 +27,6 @@ import pytest
 from quick_command import quick_command
 from stagewire_cli.main import main
 
-__all__ = ["Shell", "lines"]
-
 PATIENCE = 180.0
 MOST_SHOWN = 2000  # characters of what a program said last
 

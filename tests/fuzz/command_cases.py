@@ -20,8 +20,6 @@ from sandbox import Case, Content, Ran, Wrong
 
 from stagewire_apt import PROTOCOL
 
-__all__ = ["arguments", "conformance", "decode_file", "decode_hex", "encode", "show", "testee"]
-
 Json = dict[str, Any]
 
 OUT = "out"

@@ -26,8 +26,6 @@ from stagewire.errors import (
 from stagewire.framing import Event, Garbage, join_garbage
 from stagewire_ms2000 import PROTOCOL
 
-__all__ = ["check_commands"]
-
 LONGEST = 3 + 255 + 1
 REFUSALS = (TruncatedError, TrailingBytesError, BadLengthError, UnknownMessageError)
 REQUESTS = tuple(

@@ -7,8 +7,6 @@ from random import Random
 from stagewire.commands import Command, SetupCommand
 from stagewire_ms2000 import PROTOCOL
 
-__all__ = ["COMMAND_CONTROLS", "beginnings", "change_commands", "command", "new_commands"]
-
 COMMAND_CONTROLS = 4
 """Bytes before a stream: the chunks (two bytes), the first request, when the host gives up."""
 

@@ -11,8 +11,6 @@ from random import Random
 from malformed_text import damaged_bytes, damaged_text
 from sandbox import Case
 
-__all__ = ["expected", "pics"]
-
 PICS = (
     """\
 schema_version = 1

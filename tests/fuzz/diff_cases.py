@@ -16,8 +16,6 @@ from malformed_text import word
 from sandbox import Case, Content, Ran
 from spec_cases import FILES, damaged_texts, damaged_trees, good
 
-__all__ = ["diff"]
-
 _REVISIONS = (
     "HEAD", "HEAD~1", "HEAD:spec", "HEAD:spec/tiny", "HEAD~1:spec", "main", "HEAD~9", "HEAD:", ":spec",
     "HEAD:../spec", "HEAD:/etc", ":/first", "@{u}", "HEAD^{tree}", "HEAD:spec/tiny/units.yaml", "HEAD..main",

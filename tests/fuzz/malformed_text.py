@@ -6,8 +6,6 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
-__all__ = ["WORDS", "damaged_bytes", "damaged_text", "damaged_tree", "word"]
-
 WORDS = (
     "", " ", "\t", "0", "-1", "1e9", "0x", "0x1F", "0o17", "010", "1:30", "1.5", ".inf", ".nan", "1_000",
     "+5", "--", "-", "--help", "null", "~", "yes", "off", "true", "2001-01-01", "[", "]", "{", "}", "{}",

@@ -33,8 +33,6 @@ import typer
 
 import stagewire_cli.main
 
-__all__ = ["Case", "Content", "Link", "Ran", "Sandbox", "Wrong"]
-
 _PROCESS = [sys.executable, "-c", "from stagewire_cli.main import run; run()"]
 
 

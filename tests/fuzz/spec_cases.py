@@ -23,10 +23,6 @@ from junitparser import JUnitXml
 from malformed_text import damaged_bytes, damaged_text, damaged_tree, word
 from sandbox import Case, Content, Link, Ran, Wrong
 
-__all__ = [
-    "FILES", "KINDS", "damaged_texts", "damaged_trees", "good", "manifest", "spec_text", "spec_tree"
-]  # fmt: skip
-
 _GENERATOR = Path(__file__).parents[1] / "generator"
 FILES = {
     path.relative_to(good).as_posix(): path.read_bytes()

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import MutableSequence
 from enum import IntEnum
 
-__all__ = ["SEEN", "Seen", "count", "count_in"]
-
 
 class Seen(IntEnum):
     """What is counted, and where in the tally."""

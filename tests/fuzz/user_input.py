@@ -35,8 +35,6 @@ import spec_cases
 import virtual_cases
 from sandbox import Case, Content, Sandbox, Wrong
 
-__all__ = ["TARGETS", "Failure", "fuzz", "smaller"]
-
 TARGETS: dict[str, Callable[[Random], Case]] = {
     "spec-text": spec_cases.spec_text,
     "spec-tree": spec_cases.spec_tree,

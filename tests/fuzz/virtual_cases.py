@@ -11,8 +11,6 @@ from random import Random
 from malformed_text import damaged_bytes, damaged_text, word
 from sandbox import Case
 
-__all__ = ["bench", "fault", "replay"]
-
 MOMENT = ("--for", "0.001")
 # Without a symbolic link, and with ports that are free: what is served must not depend on the machine.
 BENCH = """\

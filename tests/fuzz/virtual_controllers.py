@@ -32,8 +32,6 @@ from stagewire_virtual.asi_ms2000.strategies import STRATEGIES
 from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
 from stagewire_virtual.units import all_units
 
-__all__ = ["BOUND", "LONG", "UNITS", "Broken", "ask", "held_by", "one_case"]
-
 UNITS = tuple(sorted(all_units()))
 SHORT = 40
 LONG = 1000

@@ -19,8 +19,6 @@ from payloads import SENTINEL
 
 from files import write_files
 
-__all__ = ["blanked", "faults", "is_code", "ruff", "run_packages", "strings", "write_tree"]
-
 ROOT = Path(__file__).parents[2]
 PROGRAM = Path(__file__).with_name("run_packages.py")
 

@@ -12,17 +12,6 @@ from typing import Any
 import pytest
 from _pytest.mark import ParameterSet
 
-__all__ = [
-    "CODE",
-    "EVERYWHERE",
-    "HIDDEN",
-    "NAMES",
-    "SENTINEL",
-    "TEXTS",
-    "VISIBLE",
-    "part_or_all",
-]
-
 
 def part_or_all(part: Any, whole: Any) -> list[ParameterSet]:
     """Return the parameters of a test: a part of the payloads in every run, all of them in the matrix."""

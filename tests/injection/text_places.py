@@ -21,21 +21,6 @@ import jsonschema
 import plain_yaml
 from checkout import ROOT
 
-__all__ = [
-    "Files",
-    "KeyPath",
-    "Place",
-    "all_changed",
-    "changed",
-    "complete_spec",
-    "kind_of",
-    "locations",
-    "places",
-    "representatives",
-    "schema",
-    "write",
-]
-
 SCHEMAS = ROOT / "spec" / "schema"
 GOOD = ROOT / "tests" / "generator" / "good_spec"
 COMMANDS = ROOT / "tests" / "generator" / "good_commands"

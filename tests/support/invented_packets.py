@@ -12,11 +12,6 @@ from stagewire.direction import Direction
 from stagewire.message import Layout, check_bytes, check_integer, check_text
 from stagewire.packets import Crc, PacketMessage, PacketProtocol, Shape, Sum, Xor
 
-__all__ = [
-    "PROTOCOL", "SHAPES", "Page", "SetAngle", "State", "StateBrief", "StateFull", "Stop", "framing_of",
-    "protocol_of",
-]  # fmt: skip
-
 CCITT = Crc(size=2, polynomial=0x1021, initial=0xFFFF, reflected=False, final=0)
 
 # The parts in the usual order; then each part that may be missing missing; then odd places.

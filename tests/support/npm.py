@@ -12,8 +12,6 @@ import pytest
 
 from checkout import ROOT
 
-__all__ = ["node_modules"]
-
 
 def node_modules(room: Path) -> Path:
     """Return the folder with what ``package-lock.json`` in a room of the tests names.

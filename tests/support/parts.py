@@ -8,8 +8,6 @@ from typing import Any
 
 import pytest
 
-__all__ = ["chosen", "every_nth", "first_of"]
-
 
 def chosen(cases: Iterable[Any], by: Callable[[Any], bool]) -> list[Any]:
     """Return cases as parameters; those for which ``by`` does not hold belong to the matrix.

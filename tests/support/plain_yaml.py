@@ -7,9 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from yaml import YAMLError
-
-__all__ = ["YAMLError", "load", "read"]
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 

@@ -18,8 +18,6 @@ import typer
 
 import stagewire_cli.main
 
-__all__ = ["entry_points_once", "quick_command"]
-
 _find = metadata.entry_points
 
 

@@ -14,8 +14,6 @@ from stagewire_conformance.testees import Case, running
 from stagewire_conformance.testees.hello import Hello
 from stagewire_conformance.testees.plan import plan
 
-__all__ = ["quick_plans"]
-
 
 @contextmanager
 def quick_plans() -> Iterator[None]:

@@ -18,8 +18,6 @@ from stagewire_generator import pipeline, reader, strict_yaml
 from stagewire_generator.strict_yaml import Document
 from stagewire_generator.targets import templates
 
-__all__ = ["quick_specs"]
-
 MOST = 16  # protocols in a spec, and some more
 
 

@@ -14,8 +14,6 @@ import pytest
 
 from checkout import TESTS
 
-__all__ = ["NEEDS"]
-
 LINUX = ("linux",)
 POSIX = ("linux", "darwin")
 

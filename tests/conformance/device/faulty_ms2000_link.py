@@ -10,8 +10,6 @@ from stagewire_ms2000 import PROTOCOL
 from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 
-__all__ = ["FaultyMs2000Link", "Slow", "answers", "drops", "passes"]
-
 
 class FaultyMs2000Link(Link):
     """A stepped line; a test overrides what it spoils.

@@ -21,8 +21,6 @@ from stagewire_conformance.registry import registry_of
 from stagewire_conformance.testee import Testee, lines_of
 from stagewire_conformance.testees.errors import EndedError
 
-__all__ = ["NAMES", "InProcess", "Mistake", "drawn", "every_mistake"]
-
 NAMES = ("asi_ms2000", "thorlabs_apt")
 SEED = 20120601
 

@@ -8,6 +8,7 @@ import shlex
 
 import pytest
 import typer
+import yaml
 
 import plain_yaml
 from checkout import ROOT
@@ -57,5 +58,5 @@ def test_every_block_can_be_read(page: str) -> None:
     ],
 )
 def test_a_block_that_cannot_be_read_is_found(language: str, text: str) -> None:
-    with pytest.raises((SyntaxError, ValueError, AssertionError, plain_yaml.YAMLError)):
+    with pytest.raises((SyntaxError, ValueError, AssertionError, yaml.YAMLError)):
         read(Block("", 1, language, text))

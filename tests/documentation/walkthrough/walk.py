@@ -24,8 +24,6 @@ from pathlib import Path
 
 from markdown_blocks import Block, said
 
-__all__ = ["ANY", "Walk"]
-
 ANY = "…"
 
 _COMMAND = re.compile(r"^\$ (.*(?:(?<=\\)\n.*)*)\n((?:(?!\$ ).*\n)*)", re.M)

@@ -6,8 +6,6 @@ import re
 
 from toolchain import Package
 
-__all__ = ["everything"]
-
 
 def everything(package: Package) -> str:
     """Return a file that uses every function, initialiser and length of a package.

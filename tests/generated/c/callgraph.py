@@ -7,8 +7,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["OPTION", "CallGraph", "read"]
-
 OPTION = "-fcallgraph-info=su"
 """Makes gcc write the graph beside the object file, with the ending ``.ci``."""
 

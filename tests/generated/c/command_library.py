@@ -11,15 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from command_readers import Reader, Replies
-from toolchain import ROOT, C, Package, compiles, need
+from toolchain import C, Package, compiles, need
 
+from checkout import ROOT
 from files import write_files
 from stagewire.commands import Command, CommandProtocol, Reply, SetupCommand
 from stagewire.message import Message
 from stagewire_generator import check, render
 from stagewire_ms2000 import PROTOCOL
-
-__all__ = ["REFUSALS", "CommandLibrary", "make_library", "make_turtle"]
 
 REFUSALS = {
     "TOO_SHORT": "truncated",

@@ -6,8 +6,6 @@ import ctypes
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-__all__ = ["Event", "Reader", "Replies"]
-
 _KINDS = ("none", "message", "unknown", "bad_length", "garbage")
 _ROOM = 1024  # more than either of them takes
 

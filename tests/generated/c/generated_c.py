@@ -13,8 +13,6 @@ import jinja2
 from stagewire_generator import check, render
 from stagewire_generator.inputs import inputs
 
-__all__ = ["ROOT", "generated"]
-
 ROOT = Path(__file__).parents[3]
 TARGETS = ("c", "c-tests", "vectors")
 _BUILD = ROOT / "build"

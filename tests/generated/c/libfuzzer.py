@@ -28,8 +28,6 @@ from typing import NamedTuple
 
 import tools
 
-__all__ = ["TARGETS", "Ran", "build", "fuzz", "write_corpus"]
-
 ROOT = Path(__file__).parents[3]
 HERE = ROOT / "tests" / "fuzz" / "c"
 KEPT = ROOT / "build" / "fuzz" / "c"

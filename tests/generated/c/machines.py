@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 from toolchain import CORTEX_M0, C, Package, compiles, run
 
-__all__ = ["MACHINES", "MICROBIT", "Machine", "Program", "round_trip", "vectors"]
-
 CHIP = Path(__file__).with_name("microbit")
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O0"]
 

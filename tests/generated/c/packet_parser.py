@@ -11,8 +11,6 @@ from packet_shapes import Made
 from stagewire.framing import Event, Garbage
 from stagewire.packets import BadPacketLength, PacketFramer, PacketReceived, UnknownPacket
 
-__all__ = ["Parser", "PythonParser", "Seen", "joined"]
-
 _KINDS = ("none", "message", "unknown", "bad_length", "garbage")
 _CLASSES = {
     PacketReceived: "message",

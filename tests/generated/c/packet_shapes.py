@@ -16,14 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from testees import SANITIZERS, VERSION, Program, build
-from toolchain import C_WARNINGS, ROOT, Package, compiles
+from toolchain import C_WARNINGS, Package, compiles
 
+from checkout import ROOT
 from files import write_files
 from invented_packets import SHAPES, framing_of
 from stagewire.packets import Crc, PacketProtocol, Shape, Sum, Xor
 from stagewire_generator import TARGETS, check, render
-
-__all__ = ["CAROUSEL", "FRAMINGS", "Made", "make"]
 
 CAROUSEL = "carousel"
 SANITIZED = (CAROUSEL, "address behind the check", "bare")

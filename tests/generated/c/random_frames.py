@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from random import Random
 
-from toolchain import ROOT
-
+from checkout import ROOT
 from stagewire.framing import Direction, Forms, FramingTable
 from stagewire_generator import check
 from stagewire_generator.model import Field, Format, Layout, Message, Protocol
-
-__all__ = ["INVENTED", "invent", "table_of"]
 
 INVENTED = 4
 GOOD_SPEC = ROOT / "tests" / "generator" / "good_spec"

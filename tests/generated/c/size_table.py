@@ -6,8 +6,6 @@ import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["GROWTH", "TABLE", "Figures", "grown", "read", "write"]
-
 TABLE = Path(__file__).with_name("sizes.toml")
 GROWTH = 5  # per cent
 

@@ -23,8 +23,6 @@ import tools
 from size_table import TABLE, Figures, grown, read, write
 from toolchain import CORTEX_M0, C, Package, compiles, packages, symbols
 
-__all__ = ["GCC", "compiler", "measure"]
-
 GCC = "arm-none-eabi-gcc"
 OPTIONS = [*CORTEX_M0, "-std=c99", f"-I{C}", callgraph.OPTION, "-fno-ipa-icf"]
 """Folding identical functions would make the figure of one depend on what another looks like."""

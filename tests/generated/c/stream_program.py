@@ -23,8 +23,6 @@ from stagewire.framing import (
     join_garbage,
 )
 
-__all__ = ["GiveUp", "Given", "Program", "Step", "cut", "in_python", "joined", "steps_of"]
-
 PENDING = "pending"
 KINDS = {
     1: Received,

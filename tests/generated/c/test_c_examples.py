@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from toolchain import C_WARNINGS, CORTEX_M0, ROOT, C, compiles, need, symbols
+from toolchain import C_WARNINGS, CORTEX_M0, C, compiles, need, symbols
 
+from checkout import ROOT
 from markdown_blocks import blocks
 from stagewire import End
 from stagewire.commands import CommandFrame

@@ -10,8 +10,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from toolchain import ROOT, C, Package, compiles, need, of_each_package, run
+from toolchain import C, Package, compiles, need, of_each_package, run
 
+from checkout import ROOT
 from stagewire_cli.main import main
 
 HERE = Path(__file__).parent

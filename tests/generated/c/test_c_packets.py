@@ -13,9 +13,10 @@ from all_declarations import everything
 from packet_parser import Parser, PythonParser, Seen, joined
 from packet_shapes import CAROUSEL, FRAMINGS, Made, make
 from testees import Json, lines
-from toolchain import C_WARNINGS, CORTEX_M0, ROOT, WARNINGS, compiles, need, run, symbols
+from toolchain import C_WARNINGS, CORTEX_M0, WARNINGS, compiles, need, run, symbols
 from vector_programs import build_round_trip, build_vectors, findings_of
 
+from checkout import ROOT
 from parts import first_of
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.testee import Testee

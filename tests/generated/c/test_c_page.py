@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from toolchain import (
     C_WARNINGS,
-    ROOT,
     WARNINGS,
     C,
     Package,
@@ -21,6 +20,7 @@ from toolchain import (
     run,
 )
 
+from checkout import ROOT
 from markdown_blocks import blocks
 from parts import first_of
 

@@ -13,8 +13,9 @@ from types import ModuleType
 import pytest
 from random_frames import INVENTED, invent, table_of
 from stream_program import Program, Step, cut, in_python, joined, steps_of
-from toolchain import ROOT, C, compiles, need, run
+from toolchain import C, compiles, need, run
 
+from checkout import ROOT
 from files import import_program, write_files
 from parts import first_of
 from stagewire.framing import Direction, End, FramingTable

@@ -31,7 +31,6 @@ from testees import (
 )
 from toolchain import (
     C_WARNINGS,
-    ROOT,
     C,
     Package,
     compiles,
@@ -40,6 +39,7 @@ from toolchain import (
     packages,
 )
 
+from checkout import ROOT
 from files import write_files
 from parts import first_of
 from stagewire.commands import FORMS

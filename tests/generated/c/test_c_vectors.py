@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from toolchain import ROOT, C, Package, need, of_each_package, packages
+from toolchain import C, Package, need, of_each_package, packages
 from vector_programs import Finding, build_vectors, changed, findings_of, vectors_of
 
+from checkout import ROOT
 from files import write_files
 from stagewire.protocol import Protocol, load_protocol
 from stagewire_conformance.examples import run as run_in_python

@@ -14,8 +14,6 @@ from stagewire.message import Message
 from stagewire.protocol import Protocol
 from stagewire_conformance.registry import registry_of
 
-__all__ = ["broken_lines", "decoding", "encodings", "streams"]
-
 _PIECES = ('"', "\\", "{", "}", "[", "]", ":", ",", " ", "\t", "\x00", "\x7f", "0", "1", "-", ".", "e",
            "E", "+", "null", "true", "false", "NaN", "\\u00e9", "\\ud83d", "\\ude00", "\\u0000", "\\x",
            "é", "😀", "1.0", "1e5", "01", '"a":1', '"a"', "-0")  # fmt: skip

@@ -13,11 +13,6 @@ from toolchain import Package, compiles, packages
 
 from stagewire_conformance.testee import Testee, lines_of
 
-__all__ = [
-    "PROTOCOLS", "SANITIZERS", "VERSION", "Json", "Program", "Testees", "build", "lines", "name_of",
-    "sources",
-]  # fmt: skip
-
 Json = dict[str, Any]
 PROTOCOLS = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")

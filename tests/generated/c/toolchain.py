@@ -11,23 +11,7 @@ from pathlib import Path
 
 import pytest
 import tools
-from generated_c import ROOT, generated
-
-__all__ = [
-    "CORTEX_M0",
-    "C_STANDARDS",
-    "C_WARNINGS",
-    "ROOT",
-    "WARNINGS",
-    "C",
-    "Package",
-    "compiles",
-    "need",
-    "of_each_package",
-    "packages",
-    "run",
-    "symbols",
-]
+from generated_c import generated
 
 C = generated()
 """The folder of the packages and their tests."""

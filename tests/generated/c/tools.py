@@ -20,8 +20,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["TOOLS", "missing", "why_not"]
-
 
 class Tool(NamedTuple):
     """What is needed, the packages that bring it, and how it is seen to be there."""

@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 from toolchain import C_WARNINGS, Package, compiles, run
 
-__all__ = ["Finding", "build_round_trip", "build_vectors", "changed", "findings_of", "vectors_of"]
-
 _LINE = re.compile(r"(?P<id>\S+) (?P<outcome>passed|failed|noted)(?:: (?P<detail>.*))?")
 _BOTH = "/encode+decode/"
 

@@ -34,8 +34,6 @@ from stagewire.commands import Command
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as c
 
-__all__ = ["COMMANDS"]
-
 _ALL_READS = "reads identification status"
 _STATUS = (c.ReadStatusByte, c.ReadMotorPositionAndStatus)
 _MOVES = "move-target move-increment move-together move-vector stop-start limits"

@@ -10,8 +10,6 @@ from firmware_line import Firmware
 
 from stagewire_conformance.device.results import Result
 
-__all__ = ["IDENTITY"]
-
 _INFO = "HW_GET_INFO"
 _IS_USED = "RACK_REQ_BAYUSED"
 _USED = "RACK_GET_BAYUSED"

@@ -10,8 +10,6 @@ from firmware_line import Firmware
 
 from stagewire_conformance.device.results import Result
 
-__all__ = ["MOVES"]
-
 _COMPLETED = "MOT_MOVE_COMPLETED"
 _STOPPED = "MOT_MOVE_STOPPED"
 _HOMED = "MOT_MOVE_HOMED"

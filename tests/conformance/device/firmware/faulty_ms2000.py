@@ -7,24 +7,6 @@ from firmware_commands import CommandFirmware
 from stagewire.commands import Command, CommandFrame
 from stagewire_ms2000 import messages as c
 
-__all__ = [
-    "BothAxes",
-    "Complains",
-    "Confirms",
-    "CutsAtColons",
-    "Drops",
-    "HardOfHearing",
-    "NoWayBack",
-    "OnPaper",
-    "OtherAxis",
-    "Stale",
-    "Upset",
-    "WantsASize",
-    "WantsNoSize",
-    "X",
-    "Y",
-]
-
 X, Y = 0x18, 0x19
 
 

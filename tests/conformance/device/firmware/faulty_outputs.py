@@ -8,8 +8,6 @@ from firmware_defects import Change, Defect, Draw, NotHereError, Says, Takes, na
 from firmware_frames import Frame
 from firmware_line import Firmware
 
-__all__ = ["OUTPUTS"]
-
 _PIEZO = "piezo-volts piezo-position piezo-mode piezo-lut piezo-zero"
 _VOLTS = "PZ_SET_OUTPUTVOLTS"
 _POSITION = "PZ_SET_OUTPUTPOS"

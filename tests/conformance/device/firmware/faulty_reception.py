@@ -10,8 +10,6 @@ from firmware_line import Firmware
 
 from stagewire_conformance.device.results import Result
 
-__all__ = ["RECEPTION"]
-
 _DOCUMENTED = frozenset({HOST, 0x11, 0x50, *range(0x21, 0x2B)})
 _DEAF = 5.0
 """Seconds for which something has upset the firmware."""

@@ -10,8 +10,6 @@ from firmware_line import Firmware
 
 from stagewire_conformance.device.results import Result
 
-__all__ = ["REPLIES"]
-
 _ANYWHERE = of("answers identification frames")
 
 

@@ -13,8 +13,6 @@ from firmware_line import Firmware
 from stagewire_conformance.device.checks.apt.settings.care import CARE, How
 from stagewire_conformance.device.results import Result
 
-__all__ = ["NUMBERS", "SETTINGS", "Setting", "a_setting"]
-
 _READ_BACK = of("readback loops")
 NUMBERS = (How.NEAR, How.LOWER, How.HIGHER)
 

@@ -10,8 +10,6 @@ from firmware_line import Firmware
 
 from stagewire_conformance.device.results import Result
 
-__all__ = ["STATUS"]
-
 _MOTORS = ("MOT_GET_DCSTATUSUPDATE", "MOT_GET_STATUSUPDATE")
 _STATUSES = (*_MOTORS, "PZ_GET_PZSTATUSUPDATE")
 _ENDS = ("MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED")

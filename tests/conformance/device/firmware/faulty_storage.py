@@ -18,8 +18,6 @@ from firmware_defects import (
 from firmware_frames import Frame, entry
 from firmware_line import Firmware
 
-__all__ = ["STORAGE"]
-
 _SAVING = ("MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS")
 
 

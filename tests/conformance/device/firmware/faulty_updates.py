@@ -11,8 +11,6 @@ from firmware_line import Firmware
 
 from stagewire_conformance.device.results import Result
 
-__all__ = ["UPDATES"]
-
 _MOTORS = ("MOT_GET_DCSTATUSUPDATE", "MOT_GET_STATUSUPDATE")
 _STATUSES = (*_MOTORS, "PZ_GET_PZSTATUSUPDATE")
 _QUESTIONS = ("MOT_REQ_DCSTATUSUPDATE", "MOT_REQ_STATUSUPDATE")

@@ -20,8 +20,6 @@ from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 
-__all__ = ["BENCHES", "Bench", "bench"]
-
 REPLY_MS = 20.0
 """What every vendor here promises of the time of a reply."""
 

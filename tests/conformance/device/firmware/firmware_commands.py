@@ -11,10 +11,6 @@ from stagewire.links import Link
 from stagewire_conformance.device.results import Result
 from stagewire_ms2000 import PROTOCOL
 
-__all__ = [
-    "CommandDefect", "CommandFirmware", "FaultyCommandLink", "Reply", "SaysReplies", "TakesCommands",
-]  # fmt: skip
-
 _UNITS = ("MS2000", "MFC2000")
 Reply = Callable[[bytes], bytes]
 """What becomes of a reply."""

@@ -13,11 +13,6 @@ from firmware_line import Firmware
 from stagewire_conformance.device.declared import Place
 from stagewire_conformance.device.results import Result
 
-__all__ = [
-    "Asked", "Change", "Deaf", "Defect", "Draw", "Drawn", "Echoes", "NotHereError", "Says", "Takes",
-    "named", "of",
-]  # fmt: skip
-
 Change = Callable[[Frame], Iterable[Frame | bytes]]
 """What becomes of a message: nothing, others, or several."""
 

@@ -9,8 +9,6 @@ from typing import Any
 
 from stagewire_apt import PROTOCOL
 
-__all__ = ["HOST", "ID", "Frame", "cut", "entry", "fields_of", "is_message", "is_whole"]
-
 HOST = 0x01
 _HEADER = 6
 _FLAG = 0x80

@@ -14,8 +14,6 @@ from firmware_frames import Frame, cut, is_message, is_whole
 
 from stagewire.links import Link
 
-__all__ = ["FaultyLink", "Firmware"]
-
 
 class Firmware:
     """What stands between a host and the controller as it should be. Made anew for each run."""
