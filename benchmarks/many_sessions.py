@@ -25,7 +25,7 @@ from stagewire.framed_message import FramedMessage
 from stagewire.links import open_async_link
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
-from stagewire_virtual.units import Unit
+from stagewire_virtual.instrument import Unit
 
 MOST_PROCESSOR = 1.0  # of one core
 PATIENCE = 30.0  # what may be missing is waited for so long

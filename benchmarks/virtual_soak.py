@@ -33,11 +33,11 @@ from measure import holds, memory
 from stagewire.framing import End, Received
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
-from stagewire_virtual.making import make_instrument
+from stagewire_virtual.blueprint import make_instrument
+from stagewire_virtual.instrument import Unit, units_of
 from stagewire_virtual.options import Options
-from stagewire_virtual.serving.places import TcpPlace
+from stagewire_virtual.serving.endpoints import TcpEndpoint
 from stagewire_virtual.serving.server import Server
-from stagewire_virtual.units import Unit, units_of
 
 PERIOD = 0.1
 FEW = 16  # and a group
@@ -69,7 +69,7 @@ async def serve(controllers: int) -> None:
     async with Server() as server:
         for number, unit in enumerate(islice(cycle(kinds()), controllers)):
             instrument = make_instrument(unit, server.clock, Options(seed=number))
-            await server.open(TcpPlace().link(instrument, label=unit.name))
+            await server.open(TcpEndpoint().link(instrument, label=unit.name))
         say([[link.label, link.url] for link in server.links])
         lines = asyncio.StreamReader()
         await asyncio.get_running_loop().connect_read_pipe(

@@ -12,8 +12,8 @@ from typing import Any, TypeAlias
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.terminal import console, table
 from stagewire_virtual.clock import Clock
+from stagewire_virtual.serving.endpoints import Endpoint, PtyEndpoint, TcpEndpoint, parse_tcp
 from stagewire_virtual.serving.link import Observer, ServedLink
-from stagewire_virtual.serving.places import Place, PtyPlace, TcpPlace, parse_tcp
 
 __all__ = ["LinkMaker", "of_bench", "of_names", "of_replay", "option", "show_all"]
 
@@ -56,7 +56,7 @@ def of_names(
 
     Raises :class:`~stagewire_virtual.errors.VirtualError` with everything that is wrong.
     """
-    from stagewire_virtual.serving.bench import make_bench
+    from stagewire_virtual.bench import make_bench
     from stagewire_virtual.thorlabs_apt.rack import RACK
 
     if RACK in map(str.upper, names):
@@ -79,7 +79,7 @@ def of_names(
 
 def of_bench(path: Path, bind: str | None) -> list[LinkMaker]:
     """Return the units of a bench file; raises as :func:`of_names` does."""
-    from stagewire_virtual.serving.bench import load_bench
+    from stagewire_virtual.bench import load_bench
 
     return [unit.link for unit in load_bench(path, bind=bind).units]
 
@@ -93,7 +93,7 @@ def of_replay(
     """
     from stagewire_virtual.replay import load_replay
 
-    place: Place = PtyPlace() if pty else parse_tcp(tcp or _ANY_PORT, bind)
+    place: Endpoint = PtyEndpoint() if pty else parse_tcp(tcp or _ANY_PORT, bind)
 
     def make(clock: Clock, observer: Observer) -> ServedLink:
         replay = load_replay(path, clock, lenient=lenient)
@@ -105,11 +105,11 @@ def of_replay(
 def show_all() -> None:
     """Print all units, and what can be told of them by name: quirks, strategies and faults."""
     from stagewire_apt import PROTOCOL as APT
-    from stagewire_virtual.asi_ms2000.strategies import STRATEGIES
-    from stagewire_virtual.faults.keys import ACTIONS
+    from stagewire_virtual.asi_ms2000.instrument import STRATEGIES
+    from stagewire_virtual.faults.fault import ACTIONS
+    from stagewire_virtual.instrument import all_units
     from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
     from stagewire_virtual.thorlabs_apt.rack import RACK
-    from stagewire_virtual.units import all_units
 
     out = console()
     units = table("unit", "what it is", "protocol", "stages")
@@ -145,7 +145,7 @@ def _label(names: Sequence[str], number: int) -> str:
     return name if len(alike) == 1 else f"{name} {alike.index(number) + 1}"
 
 
-def _port(first: TcpPlace, number: int) -> str:
+def _port(first: TcpEndpoint, number: int) -> str:
     """Return the place of the unit that is ``number``-th, counted from 0."""
     host = f"[{first.host}]" if ":" in first.host else first.host
     return f"{host}:{first.port + number if first.port else 0}"

@@ -30,8 +30,7 @@ from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.planning import plan
 from stagewire_virtual import linking
 from stagewire_virtual.controller import VirtualController
-from stagewire_virtual.linking import SteppedLink
-from stagewire_virtual.linking.urls import blueprint_of
+from stagewire_virtual.linking import SteppedLink, blueprint_of
 
 if TYPE_CHECKING:
     from conftest import Stagewire

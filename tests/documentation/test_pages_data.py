@@ -26,7 +26,7 @@ from stagewire_conformance.device.pics.file import parse_pics
 from stagewire_conformance.testee import Testee
 from stagewire_conformance.testees import plan, read_expected
 from stagewire_generator.codes import CODES
-from stagewire_virtual.serving.bench import load_bench
+from stagewire_virtual.bench import load_bench
 
 LEFT_OUT = "…"
 LESS = {"required", "anyOf", "oneOf", "minProperties"}

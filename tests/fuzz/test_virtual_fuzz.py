@@ -8,7 +8,7 @@ from __future__ import annotations
 import pytest
 import virtual_controllers as fuzz
 
-from stagewire_virtual.asi_ms2000 import Ms2000Instrument
+from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
 from stagewire_virtual.instrument import Instrument
 from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
 

@@ -28,9 +28,9 @@ import command_streams
 import streams
 
 import stagewire_virtual as virtual
-from stagewire_virtual.asi_ms2000.strategies import STRATEGIES
+from stagewire_virtual.asi_ms2000.instrument import STRATEGIES
+from stagewire_virtual.instrument import all_units
 from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
-from stagewire_virtual.units import all_units
 
 UNITS = tuple(sorted(all_units()))
 SHORT = 40

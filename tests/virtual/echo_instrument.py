@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 from stagewire_virtual.clock import Clock, nanoseconds
 from stagewire_virtual.errors import UnknownPartError
-from stagewire_virtual.instrument import Instrument, Row
+from stagewire_virtual.instrument import Instrument, Row, find_unit
 from stagewire_virtual.serving.link import Link, Observer
-from stagewire_virtual.units import find_unit
 
 TICK = b"tick!"
 

@@ -11,11 +11,10 @@ import pytest
 from checkout import ROOT
 from stagewire_apt import PROTOCOL
 from stagewire_cli.main import main
+from stagewire_virtual.blueprint import make_instrument
 from stagewire_virtual.clock import SteppedClock
-from stagewire_virtual.instrument import Instrument
-from stagewire_virtual.making import make_instrument
+from stagewire_virtual.instrument import Instrument, units_of
 from stagewire_virtual.options import Options, Settings
-from stagewire_virtual.units import units_of
 
 # Units that Issue 3 does not have; each is one line of units.yaml.
 LINES = {

@@ -12,7 +12,7 @@ from virtual_oracle import UNITS, places
 from stagewire import Frame, FramedMessage
 from stagewire_apt import messages as m
 from stagewire_virtual.clock import SECOND
-from stagewire_virtual.options import Line
+from stagewire_virtual.options import LinkKind
 from stagewire_virtual.thorlabs_apt.channel import Settings
 
 MOTORS = sorted(name for name, unit in UNITS.items() if "MOT_MOVE_HOME" in unit["messages"])
@@ -123,8 +123,10 @@ def test_all_channels_jog_run_stop_and_home(name: str, host: HostOf) -> None:
 
 
 @pytest.mark.parametrize("name", MOTORS)
-@pytest.mark.parametrize("line", Line)
-def test_each_address_counts_what_nobody_acknowledges(name: str, line: Line, host: HostOf) -> None:
+@pytest.mark.parametrize("line", LinkKind)
+def test_each_address_counts_what_nobody_acknowledges(
+    name: str, line: LinkKind, host: HostOf
+) -> None:
     """Page 80: after 50 messages silence, until the host shows that it is alive; not on RS-232."""
     far = host(name, channels=STAGE, line=line)
     addresses = sorted({address for address, _ in channels(name)})
@@ -132,12 +134,12 @@ def test_each_address_counts_what_nobody_acknowledges(name: str, line: Line, hos
         far.say(m.HwStartUpdateMsgs(10), address)
     far.clock.advance(20)
     heard = [frame.source for frame in far.heard()]
-    each = 50 if line is Line.USB else 200 * UNITS[name]["channels"]
+    each = 50 if line is LinkKind.USB else 200 * UNITS[name]["channels"]
     assert sorted(heard) == sorted(addresses * each)
     far.say(m.MotAckDcStatusUpdate(), addresses[-1])
     far.say(m.MotMoveAbsolute(1, 0), addresses[-1])  # completed at once, and counts
     assert [end.message.layout.message for end in far.heard()] == ["MOT_MOVE_COMPLETED"]
     far.clock.advance(20)
     again = [frame.source for frame in far.heard()]
-    if line is Line.USB:
+    if line is LinkKind.USB:
         assert again == addresses[-1:] * 49

@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stagewire_apt import stages
+from stagewire_virtual.bench import load_bench, make_bench
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BenchError, VirtualError
-from stagewire_virtual.faults import parse_fault
-from stagewire_virtual.options import Line, Options, Settings
-from stagewire_virtual.serving.bench import load_bench, make_bench
-from stagewire_virtual.serving.places import PtyPlace, TcpPlace
+from stagewire_virtual.faults.fault import parse_fault
+from stagewire_virtual.options import LinkKind, Options, Settings
+from stagewire_virtual.serving.endpoints import PtyEndpoint, TcpEndpoint
 from stagewire_virtual.serving.server import Server
 from stagewire_virtual.serving.tcp import TcpLink
 
@@ -73,18 +73,22 @@ def test_everything_that_a_file_may_say(tmp_path: Path) -> None:
     first, second, rack, last = load_bench(written(tmp_path, FULL)).units
     blueprint = first.blueprint
     assert blueprint.unit is not None
-    assert (first.label, blueprint.unit.name, first.place) == ("x stage", "TDC001", TcpPlace(4001))
+    assert (first.label, blueprint.unit.name, first.place) == (
+        "x stage",
+        "TDC001",
+        TcpEndpoint(4001),
+    )
     assert blueprint.faults == (parse_fault("to_host drop frame every=10"),)
     assert blueprint.options == Options(
         seed=7,
         serial_number=83000001,
-        line=Line.RS232,
+        line=LinkKind.RS232,
         quirks=frozenset({"header_only_completion"}),
         answer_unsupported=True,
         channels=(Settings(stage=stages.Z8, position=34304),),
     )
     assert second.label == "BSC102"
-    assert second.place == PtyPlace(Path("build/y-stage"))
+    assert second.place == PtyEndpoint(Path("build/y-stage"))
     assert second.blueprint.options == Options(
         seed=1,  # the second of the bench: two units of a kind have serial numbers of their own
         empty_bays=frozenset({1}),
@@ -92,8 +96,8 @@ def test_everything_that_a_file_may_say(tmp_path: Path) -> None:
     )
     assert rack.blueprint.unit is None
     assert [module and module.name for module in rack.blueprint.bays] == ["MST601", None, "MPZ601"]
-    assert rack.place == PtyPlace()
-    assert last.place == TcpPlace(0)
+    assert rack.place == PtyEndpoint()
+    assert last.place == TcpEndpoint(0)
     assert last.blueprint.options.strategies == {"power_on_mode": "low"}
     for unit in (first, second, rack, last):
         unit.blueprint.make(SteppedClock())
@@ -101,7 +105,7 @@ def test_everything_that_a_file_may_say(tmp_path: Path) -> None:
 
 def test_ports_are_numbers_and_stages_are_named_in_any_case() -> None:
     (unit,) = make_bench([{"name": "TDC001", "tcp": 4001, "stage": "z8"}]).units
-    assert unit.place == TcpPlace(4001)
+    assert unit.place == TcpEndpoint(4001)
     assert unit.blueprint.options.channels == (Settings(stage=stages.Z8),)
 
 
@@ -114,7 +118,7 @@ def test_problems_call_keys_as_they_are_told_to() -> None:
 
 def test_a_unit_needs_no_more_than_its_name() -> None:
     (unit,) = make_bench([{"name": "TPZ001"}]).units
-    assert (unit.place, unit.label, unit.blueprint.options) == (TcpPlace(0), "TPZ001", Options())
+    assert (unit.place, unit.label, unit.blueprint.options) == (TcpEndpoint(0), "TPZ001", Options())
 
 
 @pytest.mark.parametrize(

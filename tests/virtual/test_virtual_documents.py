@@ -17,7 +17,7 @@ TEXT = (ROOT / "docs/virtual.md").read_text(encoding="utf-8")
 
 
 def test_every_action_is_on_the_page() -> None:
-    from stagewire_virtual.faults.keys import ACTIONS
+    from stagewire_virtual.faults.fault import ACTIONS
 
     rows = re.findall(r"^\| `([a-z]+)` \|", TEXT, re.M)
     assert rows == [action.value for action in ACTIONS]

@@ -19,7 +19,7 @@ import plain_yaml
 import stagewire_apt
 import stagewire_virtual as virtual
 from stagewire_virtual.clock import SECOND
-from stagewire_virtual.units import find_unit
+from stagewire_virtual.instrument import find_unit
 
 FOLDER = Path(__file__).parent / "exchanges"
 FILES: dict[str, Any] = {path.stem: plain_yaml.read(path) for path in sorted(FOLDER.glob("*.yaml"))}

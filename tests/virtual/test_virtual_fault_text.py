@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stagewire.direction import Direction
-from stagewire_virtual.faults import Action, Fault, FaultError, Piece, parse_fault
-from stagewire_virtual.faults.keys import ACTIONS, KEYS
+from stagewire_virtual.errors import FaultError
+from stagewire_virtual.faults.fault import ACTIONS, KEYS, Action, Fault, Piece, parse_fault
 
 TO_HOST, TO_CONTROLLER = Direction.TO_HOST, Direction.TO_CONTROLLER
 FRAME, BYTE = Piece.FRAME, Piece.BYTE

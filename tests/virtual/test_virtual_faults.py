@@ -11,13 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stagewire_apt import messages as m
+from stagewire_virtual.blueprint import make_instrument
 from stagewire_virtual.clock import SECOND, SteppedClock
-from stagewire_virtual.faults import Fault, FaultError, FaultyLine, Happened
-from stagewire_virtual.faults.parcel import MOST_HELD
-from stagewire_virtual.instrument import Instrument, Row
-from stagewire_virtual.making import make_instrument
+from stagewire_virtual.errors import FaultError
+from stagewire_virtual.faults.chain import MOST_HELD
+from stagewire_virtual.faults.fault import Fault
+from stagewire_virtual.faults.link import FaultyLink, Happened
+from stagewire_virtual.instrument import Instrument, Row, find_unit
 from stagewire_virtual.options import Options
-from stagewire_virtual.units import find_unit
 
 HOMED = m.MotMoveHomed(chan_ident=1).pack(dest=0x01, source=0x50)
 VELPARAMS = m.MotGetVelParams(chan_ident=1, min_velocity=0, acceleration=1, max_velocity=2).pack(
@@ -58,7 +59,7 @@ class Bench:
     def __init__(self, *faults: str | Fault, seed: int = 0, unit: str = "TDC001") -> None:
         self.recorder = Recorder(unit)
         self.clock: Any = self.recorder.clock
-        self.line = FaultyLine(self.recorder, faults, seed)
+        self.line = FaultyLink(self.recorder, faults, seed)
         self.came: list[tuple[int, bytes]] = []
         self.cuts: list[int] = []
         self.line.on_send = lambda data: self.came.append((self.clock.now, data))
@@ -459,7 +460,7 @@ def test_any_faults_on_a_real_controller_are_the_same_again(
 ) -> None:
     def run() -> tuple[list[tuple[int, bytes]], list[str]]:
         clock = SteppedClock()
-        line = FaultyLine(make_instrument(find_unit("TDC001"), clock, Options()), faults, seed)
+        line = FaultyLink(make_instrument(find_unit("TDC001"), clock, Options()), faults, seed)
         came: list[tuple[int, bytes]] = []
         line.on_send = lambda data: came.append((clock.now, data))
         for chunk in chunks:
@@ -472,7 +473,7 @@ def test_any_faults_on_a_real_controller_are_the_same_again(
 
 def test_a_valid_request_is_answered_once_faults_have_passed() -> None:
     clock = SteppedClock()
-    line = FaultyLine(
+    line = FaultyLink(
         make_instrument(find_unit("TDC001"), clock, Options()), ["to_controller flip byte at=1"]
     )
     came: list[bytes] = []
@@ -486,7 +487,7 @@ def test_a_valid_request_is_answered_once_faults_have_passed() -> None:
 
 def test_a_stuck_motor_does_not_arrive() -> None:
     clock = SteppedClock()
-    line = FaultyLine(
+    line = FaultyLink(
         make_instrument(find_unit("TDC001"), clock, Options()), ["stick channel=1 for=60"]
     )
     came: list[bytes] = []

@@ -15,12 +15,12 @@ from stagewire.links import open_link
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_cli.virtual_units import of_names
+from stagewire_virtual.bench import load_bench, make_bench
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BadOptionError, BenchError
-from stagewire_virtual.serving.bench import load_bench, make_bench
+from stagewire_virtual.instrument import units_of
 from stagewire_virtual.serving.link import Observer
 from stagewire_virtual.thorlabs_apt.controller import IDENTIFYING
-from stagewire_virtual.units import units_of
 
 CARD, BOARD = 44, 45
 

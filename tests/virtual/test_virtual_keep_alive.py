@@ -6,7 +6,7 @@ import pytest
 from virtual_apt_host import BAY, USB
 
 from stagewire_apt import messages as m
-from stagewire_virtual.options import Line
+from stagewire_virtual.options import LinkKind
 
 LIMIT = 50  # page 80
 
@@ -51,7 +51,7 @@ def test_a_unit_without_such_a_message_never_falls_silent(unit, host):
 
 
 def test_on_rs_232_nobody_is_asked_for_a_sign_of_life(host):
-    far = host("TDC001", line=Line.RS232)
+    far = host("TDC001", line=LinkKind.RS232)
     far.say(m.HwStartUpdateMsgs(10))
     assert updates(far, 60) == 600
 

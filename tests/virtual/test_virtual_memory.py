@@ -17,8 +17,8 @@ from stagewire_ms2000 import messages as ms
 from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import UnpluggedError, VirtualError
-from stagewire_virtual.faults import FaultyLine
-from stagewire_virtual.serving.memory import MemoryLink
+from stagewire_virtual.faults.link import FaultyLink
+from stagewire_virtual.serving.link import MemoryLink
 
 REQ_INFO = bytes.fromhex("05 00 00 00 50 01")
 START_UPDATES = bytes.fromhex("11 00 00 00 50 01")
@@ -310,7 +310,7 @@ def test_closing_is_harmless_when_done_twice() -> None:
 )
 def test_a_fault_that_begins_at_once_is_noted_too(fault: str, noted: str) -> None:
     book = Notebook()
-    line = FaultyLine(virtual.TDC001().instrument, [fault])
+    line = FaultyLink(virtual.TDC001().instrument, [fault])
     link = MemoryLink(line, observer=book)
     link.write(b"")
     assert book.notes == [f"{fault}: {noted}"]
@@ -318,7 +318,7 @@ def test_a_fault_that_begins_at_once_is_noted_too(fault: str, noted: str) -> Non
 
 def test_faults_and_refusals_are_noted() -> None:
     book = Notebook()
-    line = FaultyLine(EchoInstrument(SteppedClock()), ["to_host drop frame at=1"])
+    line = FaultyLink(EchoInstrument(SteppedClock()), ["to_host drop frame at=1"])
     link = MemoryLink(line, observer=book)
     link.write(b"lost")
     link.write(b"heard")

@@ -7,10 +7,10 @@ from virtual_ms2000_host import Host
 
 from stagewire.commands import CommandReceived
 from stagewire_ms2000 import PROTOCOL
-from stagewire_virtual.asi_ms2000 import Ms2000Instrument
+from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.instrument import find_unit
 from stagewire_virtual.options import Options
-from stagewire_virtual.units import find_unit
 
 # What is sent and what is answered, in turn; a number lets as many milliseconds pass. A new controller has a
 # top speed of 6000 µm/s and a ramp time of 100 ms, so that 10 mm take 1.767 s; its servos settle for 20 ms.

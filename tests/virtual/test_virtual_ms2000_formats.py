@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from virtual_ms2000_host import Host
 
 from stagewire_apt import stages
-from stagewire_virtual.asi_ms2000 import STRATEGIES, Ms2000Instrument
+from stagewire_virtual.asi_ms2000.instrument import STRATEGIES, Ms2000Instrument
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
+from stagewire_virtual.instrument import find_unit
 from stagewire_virtual.options import Options, Settings
-from stagewire_virtual.units import find_unit
 
 LINES = [
     (b"W X\r", b":A 0\r\n"),

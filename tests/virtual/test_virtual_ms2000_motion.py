@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from virtual_ms2000_host import Host
 
+from stagewire_virtual.asi_ms2000.instrument import STRATEGIES
 from stagewire_virtual.asi_ms2000.servo_axis import SETTLING
-from stagewire_virtual.asi_ms2000.strategies import STRATEGIES
 
 # Bits of the status byte (section 14).
 MOVES, SERVO, JOYSTICK, RAMPS, DOWN, UPPER, LOWER = 1, 2, 8, 16, 32, 64, 128

@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from stagewire_virtual.clock import SECOND
-from stagewire_virtual.motion import Profile, run_on, stop, trapezoid
+from stagewire_virtual.profiles import Profile, run_on, stop, trapezoid
 
 VELOCITIES = st.floats(10, 5e6)
 ACCELERATIONS = st.floats(10, 5e7)

@@ -19,7 +19,7 @@ import stagewire_virtual as virtual
 from stagewire_virtual.clock import Clock, SteppedClock
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import ServingError
-from stagewire_virtual.faults import FaultyLine
+from stagewire_virtual.faults.link import FaultyLink
 from stagewire_virtual.serving.link import BACKLOG
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
@@ -97,8 +97,8 @@ def test_hanging_up_is_an_error_to_the_program_and_there_is_another_one() -> Non
 def test_what_was_said_before_can_be_read_after_the_plug_was_pulled() -> None:
     """Systems throw away what waits in a terminal that hangs up: a frame of which half came is that half."""
 
-    def make(clock: Clock) -> FaultyLine:
-        return FaultyLine(EchoInstrument(clock), ["to_host disconnect at=7"])
+    def make(clock: Clock) -> FaultyLink:
+        return FaultyLink(EchoInstrument(clock), ["to_host disconnect at=7"])
 
     with VirtualController(make).pty() as served:
         first = served.url

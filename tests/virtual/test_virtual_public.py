@@ -27,8 +27,8 @@ from stagewire_virtual.errors import (
     VirtualError,
 )
 from stagewire_virtual.factory import Factory
+from stagewire_virtual.instrument import all_units
 from stagewire_virtual.options import Options, Settings
-from stagewire_virtual.units import all_units
 
 
 def test_every_public_name_is_there_and_from_where_it_is_said_to_be() -> None:

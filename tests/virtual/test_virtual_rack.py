@@ -10,9 +10,9 @@ from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
+from stagewire_virtual.instrument import find_unit
 from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.thorlabs_apt.instrument import rack_of
-from stagewire_virtual.units import find_unit
 
 OCCUPIED, EMPTY = 1, 2
 

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from stagewire.capture import Capture, CaptureReader, CaptureWriter, Heading
 from stagewire.direction import Direction
 from stagewire.errors import CaptureError
+from stagewire_virtual.blueprint import make_instrument
 from stagewire_virtual.clock import SECOND, SteppedClock
-from stagewire_virtual.errors import ReplayError
-from stagewire_virtual.faults import FaultError, FaultyLine
-from stagewire_virtual.making import make_instrument
+from stagewire_virtual.errors import FaultError, ReplayError
+from stagewire_virtual.faults.link import FaultyLink
+from stagewire_virtual.instrument import find_unit
 from stagewire_virtual.options import Options
 from stagewire_virtual.replay import Replay, load_replay
-from stagewire_virtual.units import find_unit
 
 HEADING = "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001\n"
 SESSION = f"""{HEADING}# 0.000000 connected
@@ -382,7 +382,7 @@ def test_a_unit_that_the_registry_has_not() -> None:
 
 def test_through_a_line_with_faults_it_hears_that_a_host_has_come() -> None:
     came: list[bytes] = []
-    line = FaultyLine(Host().replay, ["to_host drop frame message=MOT_GET_VELPARAMS"])
+    line = FaultyLink(Host().replay, ["to_host drop frame message=MOT_GET_VELPARAMS"])
     line.on_send = came.append
     line.host_came()
     assert came == [HOMED]
@@ -390,7 +390,7 @@ def test_through_a_line_with_faults_it_hears_that_a_host_has_come() -> None:
 
 def test_faults_on_the_line_of_a_replay() -> None:
     host = Host()
-    line = FaultyLine(host.replay, ["to_host drop frame message=MOT_GET_VELPARAMS"])
+    line = FaultyLink(host.replay, ["to_host drop frame message=MOT_GET_VELPARAMS"])
     came: list[bytes] = []
     line.on_send = came.append
     for request in (IDENTIFY, ASK, HOME, ASK):
@@ -399,9 +399,9 @@ def test_faults_on_the_line_of_a_replay() -> None:
     host.clock.advance(5)
     assert came == [HOMED, VELPARAMS[:6], VELPARAMS[6:], HOMED]
     with pytest.raises(FaultError, match="no channel 1 in a recording that could stick"):
-        FaultyLine(host.replay, ["stick channel=1"])
+        FaultyLink(host.replay, ["stick channel=1"])
     with pytest.raises(FaultError, match="give hex=BYTES"):
-        FaultyLine(Host("# stagewire capture 1 protocol=thorlabs_apt\n").replay, ["to_host flood"])
+        FaultyLink(Host("# stagewire capture 1 protocol=thorlabs_apt\n").replay, ["to_host flood"])
 
 
 def test_files(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from stagewire_virtual.units import all_units
+from stagewire_virtual.instrument import all_units
 
 # What every unit says to messages by chance: alone, then with all quirks and with faults by chance.
 PROGRAM = """
@@ -16,7 +16,7 @@ import hashlib
 from random import Random
 import stagewire_virtual as virtual
 from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
-from stagewire_virtual.units import all_units
+from stagewire_virtual.instrument import all_units
 
 FAULTS = ["to_host drop p=0.1", "to_host flip byte p=0.01", "to_host delay p=0.2 by=0.3",
           "to_controller insert byte p=0.01", "to_host duplicate p=0.1"]

@@ -13,7 +13,7 @@ from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_apt.enumerations import ProfileMode
 from stagewire_virtual.clock import SECOND
-from stagewire_virtual.motion import s_curve
+from stagewire_virtual.profiles import s_curve
 
 
 def ramp(velocity: float, acceleration: float, jerk: float) -> tuple[float, float]:

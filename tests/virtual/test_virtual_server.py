@@ -11,8 +11,8 @@ from echo_instrument import TICK, EchoInstrument, Notebook
 
 from stagewire_virtual.clock import SECOND, RealClock, SteppedClock
 from stagewire_virtual.errors import ServingError
+from stagewire_virtual.serving.endpoints import TcpEndpoint, parse_tcp
 from stagewire_virtual.serving.link import at_this_instant
-from stagewire_virtual.serving.places import TcpPlace, parse_tcp
 from stagewire_virtual.serving.server import Server
 from stagewire_virtual.serving.tcp import TcpLink
 
@@ -159,18 +159,18 @@ def test_closing_frees_the_port_and_is_harmless_when_done_twice() -> None:
 @pytest.mark.parametrize(
     ("text", "bind", "place"),
     [
-        ("4001", None, TcpPlace(4001)),
-        (":4001", None, TcpPlace(4001)),
-        ("127.0.0.1:0", None, TcpPlace(0)),
-        ("127.0.0.9:1", None, TcpPlace(1, "127.0.0.9")),
-        ("localhost:1", None, TcpPlace(1)),
-        ("[::1]:1", None, TcpPlace(1, "::1")),
-        ("65535", "0.0.0.0", TcpPlace(65535, "0.0.0.0")),
-        ("192.168.0.5:1", "192.168.0.5", TcpPlace(1, "192.168.0.5")),
-        ("127.0.0.1:1", "0.0.0.0", TcpPlace(1)),
+        ("4001", None, TcpEndpoint(4001)),
+        (":4001", None, TcpEndpoint(4001)),
+        ("127.0.0.1:0", None, TcpEndpoint(0)),
+        ("127.0.0.9:1", None, TcpEndpoint(1, "127.0.0.9")),
+        ("localhost:1", None, TcpEndpoint(1)),
+        ("[::1]:1", None, TcpEndpoint(1, "::1")),
+        ("65535", "0.0.0.0", TcpEndpoint(65535, "0.0.0.0")),
+        ("192.168.0.5:1", "192.168.0.5", TcpEndpoint(1, "192.168.0.5")),
+        ("127.0.0.1:1", "0.0.0.0", TcpEndpoint(1)),
     ],
 )
-def test_where_a_text_means(text: str, bind: str | None, place: TcpPlace) -> None:
+def test_where_a_text_means(text: str, bind: str | None, place: TcpEndpoint) -> None:
     assert parse_tcp(text, bind) == place
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stagewire_virtual.thorlabs_apt.piezo.approach import Approach
+from stagewire_virtual.thorlabs_apt.piezo.drive import Approach
 
 MS = 1_000_000
 

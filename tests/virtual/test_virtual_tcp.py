@@ -19,8 +19,8 @@ import stagewire_virtual as virtual
 from stagewire_virtual.clock import SECOND, Clock, SteppedClock
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import ServingError, VirtualError
-from stagewire_virtual.served import ServedController
 from stagewire_virtual.serving.link import BACKLOG
+from stagewire_virtual.serving.server import ServedController
 
 PATIENCE = 20.0
 REQ_INFO = bytes.fromhex("05 00 00 00 50 01")

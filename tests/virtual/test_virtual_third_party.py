@@ -25,7 +25,7 @@ from thorlabs_apt_device.devices.bsc import BSC
 from thorlabs_apt_device.devices.tdc001 import TDC001
 
 import stagewire_virtual as virtual
-from stagewire_virtual.served import ServedController
+from stagewire_virtual.serving.server import ServedController
 
 pytestmark = pytest.mark.matrix
 

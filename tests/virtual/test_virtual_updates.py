@@ -10,8 +10,8 @@ from virtual_apt_host import BAY, MOTHERBOARD, USB, Host
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.instrument import units_of
 from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
-from stagewire_virtual.units import units_of
 
 UNITS = units_of(PROTOCOL)
 STATUS = {

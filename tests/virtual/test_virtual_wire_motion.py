@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import pytest
 
 import stagewire_virtual as virtual
-from stagewire_virtual.units import all_units
+from stagewire_virtual.instrument import all_units
 
 MOTORS = sorted(name for name, unit in all_units().items() if "MOT_MOVE_HOME" in unit.messages)
 VELOCITY = 12_345

@@ -7,9 +7,9 @@ from virtual_apt_host import HOST, USB
 from stagewire import FramedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.instrument import find_unit
 from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
-from stagewire_virtual.units import find_unit
 
 STATUS = {"piezo": "PZ_GET_PZSTATUSUPDATE", "stepper": "MOT_GET_STATUSUPDATE"}
 

@@ -8,9 +8,9 @@ from stagewire import End, Frame, FramedMessage
 from stagewire.framing import Received
 from stagewire_apt import PROTOCOL
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.instrument import find_unit
 from stagewire_virtual.options import Options
 from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
-from stagewire_virtual.units import find_unit
 
 HOST = 0x01
 USB = 0x50

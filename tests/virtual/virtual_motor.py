@@ -7,12 +7,11 @@ from typing import Any
 from stagewire import Frame, FramedMessage, Stage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
+from stagewire_virtual.blueprint import make_instrument
 from stagewire_virtual.clock import SteppedClock
-from stagewire_virtual.instrument import Row
-from stagewire_virtual.making import make_instrument
+from stagewire_virtual.instrument import Row, find_unit
 from stagewire_virtual.options import Options, Settings
-from stagewire_virtual.thorlabs_apt.motor import Motor
-from stagewire_virtual.units import find_unit
+from stagewire_virtual.thorlabs_apt.motor.motor import Motor
 
 BITS = {
     "forward_hardware_limit": 0,

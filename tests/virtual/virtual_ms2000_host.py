@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from functools import cache
 
-from stagewire_virtual.asi_ms2000 import Ms2000Instrument
+from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.instrument import find_unit
 from stagewire_virtual.options import Options, Settings
-from stagewire_virtual.units import find_unit
 
 X = 24
 unit_of = cache(find_unit)

@@ -7,7 +7,7 @@ from typing import Any
 from virtual_apt_host import BAY, USB
 
 from stagewire_apt import PROTOCOL
-from stagewire_virtual.units import units_of
+from stagewire_virtual.instrument import units_of
 
 UNITS = units_of(PROTOCOL)
 

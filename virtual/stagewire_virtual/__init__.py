@@ -24,21 +24,20 @@ TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
     from typing import Any
 
+    from stagewire_virtual.bench import Bench, load_bench
     from stagewire_virtual.clock import RealClock, SteppedClock
     from stagewire_virtual.controller import VirtualController
     from stagewire_virtual.errors import VirtualError
     from stagewire_virtual.factory import Factory, rack, replay_of
-    from stagewire_virtual.faults import Fault, parse_fault
-    from stagewire_virtual.options import Line, Options, Settings
-    from stagewire_virtual.served import ServedController
-    from stagewire_virtual.serving.bench import Bench, load_bench
-    from stagewire_virtual.serving.server import Server
+    from stagewire_virtual.faults.fault import Fault, parse_fault
+    from stagewire_virtual.options import LinkKind, Options, Settings
+    from stagewire_virtual.serving.server import ServedController, Server
 
 __all__ = [
     "Bench",
     "Factory",
     "Fault",
-    "Line",
+    "LinkKind",
     "Options",
     "RealClock",
     "ServedController",
@@ -54,23 +53,25 @@ __all__ = [
 ]
 
 _MODULES = {
-    "Bench": "serving.bench",
+    "Bench": "bench",
     "Factory": "factory",
-    "Fault": "faults",
-    "Line": "options",
+    "Fault": "faults.fault",
+    "LinkKind": "options",
     "Options": "options",
     "RealClock": "clock",
-    "ServedController": "served",
+    "ServedController": "serving.server",
     "Server": "serving.server",
     "Settings": "options",
     "SteppedClock": "clock",
     "VirtualController": "controller",
     "VirtualError": "errors",
-    "load_bench": "serving.bench",
-    "parse_fault": "faults",
+    "load_bench": "bench",
+    "parse_fault": "faults.fault",
     "rack": "factory",
     "replay_of": "factory",
 }
+
+_RENAMED = {"Line": "LinkKind"}  # the old names go with the next release
 
 
 if TYPE_CHECKING:  # whatever is not imported above is a unit
@@ -85,6 +86,12 @@ else:
 
         if name.startswith("_"):
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        if name in _RENAMED:
+            from warnings import warn
+
+            new = _RENAMED[name]
+            warn(f"{__name__}.{name} is now {new}", DeprecationWarning, stacklevel=2)
+            name = new
         if name in _MODULES:
             return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
         from stagewire_virtual.factory import factory_of
@@ -94,6 +101,6 @@ else:
 
 def __dir__() -> list[str]:
     """Return the public names and the units."""
-    from stagewire_virtual.units import all_units
+    from stagewire_virtual.instrument import all_units
 
     return sorted([*__all__, *all_units()])

@@ -14,11 +14,9 @@ from stagewire.errors import CodecError
 from stagewire.frame import Frame
 from stagewire.framed import FramedProtocol
 from stagewire.framing import End
+from stagewire_virtual.instrument import Unit
 from stagewire_virtual.listening import is_text
 from stagewire_virtual.recording import Said, Step
-from stagewire_virtual.units import Unit
-
-__all__ = ["share_out"]
 
 _Share: TypeAlias = tuple[int, Step]
 """How many of the bytes that were said belong to which request."""

@@ -19,8 +19,6 @@ from typing import Final
 
 from stagewire.errors import BadValueError
 
-__all__ = ["SECOND", "Clock", "RealClock", "SteppedClock", "Timer", "nanoseconds", "passes"]
-
 SECOND: Final = 1_000_000_000
 """Nanoseconds in a second."""
 

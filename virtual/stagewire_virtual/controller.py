@@ -10,13 +10,10 @@ from stagewire.framing import Event
 from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.errors import VirtualError
 from stagewire_virtual.instrument import Instrument
-from stagewire_virtual.served import ServedController
+from stagewire_virtual.serving.endpoints import Endpoint, PtyEndpoint, parse_tcp
 from stagewire_virtual.serving.hearing import Hearing, hearing_of
-from stagewire_virtual.serving.link import Maker, at_this_instant
-from stagewire_virtual.serving.memory import MemoryLink
-from stagewire_virtual.serving.places import Place, PtyPlace, parse_tcp
-
-__all__ = ["VirtualController"]
+from stagewire_virtual.serving.link import Maker, MemoryLink, at_this_instant
+from stagewire_virtual.serving.server import ServedController
 
 
 class VirtualController(Closing):
@@ -123,9 +120,9 @@ class VirtualController(Closing):
 
         Raises :class:`~stagewire_virtual.errors.ServingError` where that cannot be, as on Windows.
         """
-        return self._serve(PtyPlace(None if symlink is None else Path(symlink)))
+        return self._serve(PtyEndpoint(None if symlink is None else Path(symlink)))
 
-    def _serve(self, place: Place) -> ServedController:
+    def _serve(self, place: Endpoint) -> ServedController:
         served = ServedController(self._make, place, self._given_clock, self.label)
         return self._served.enter_context(served)
 

@@ -10,18 +10,15 @@ from typing import TYPE_CHECKING
 from stagewire_virtual.blueprint import Blueprint
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.errors import BadOptionError, UnknownUnitError
-from stagewire_virtual.faults import Fault
-from stagewire_virtual.faults.text import parse_faults
-from stagewire_virtual.options import Line, Options, Settings, parse_line, several
+from stagewire_virtual.faults.fault import Fault, parse_faults
+from stagewire_virtual.instrument import Unit, all_units, find_unit
+from stagewire_virtual.options import LinkKind, Options, Settings, parse_link_kind, several
 from stagewire_virtual.replay import load_replay
 from stagewire_virtual.thorlabs_apt.rack import RACK
-from stagewire_virtual.units import Unit, all_units, find_unit
 
 if TYPE_CHECKING:
     from stagewire import Stage
     from stagewire_virtual.clock import SteppedClock
-
-__all__ = ["Factory", "factory_of", "rack", "replay_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +39,7 @@ class Factory:
         serial_number: int | None = None,
         hardware_type: int | None = None,
         stage_id: int | None = None,
-        line: Line | str = Line.USB,
+        line: LinkKind | str = LinkKind.USB,
         quirks: Iterable[str] = (),
         answer_unsupported: bool = False,
         empty_bays: Iterable[int] = (),
@@ -74,7 +71,7 @@ class Factory:
             serial_number=serial_number,
             hardware_type=hardware_type,
             stage_id=stage_id,
-            line=parse_line(line),
+            line=parse_link_kind(line),
             quirks=frozenset(several("quirks", quirks)),
             answer_unsupported=answer_unsupported,
             channels=tuple(several("channels", channels)),
@@ -104,7 +101,7 @@ def rack(
     serial_number: int | None = None,
     hardware_type: int | None = None,
     stage_id: int | None = None,
-    line: Line | str = Line.USB,
+    line: LinkKind | str = LinkKind.USB,
     quirks: Iterable[str] = (),
     answer_unsupported: bool = False,
     clock: SteppedClock | None = None,
@@ -131,7 +128,7 @@ def rack(
         serial_number=serial_number,
         hardware_type=hardware_type,
         stage_id=stage_id,
-        line=parse_line(line),
+        line=parse_link_kind(line),
         quirks=frozenset(several("quirks", quirks)),
         answer_unsupported=answer_unsupported,
         channels=tuple(several("channels", channels)),

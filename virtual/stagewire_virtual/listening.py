@@ -15,8 +15,6 @@ from stagewire.packets import PacketProtocol
 from stagewire.protocol import Protocol
 from stagewire_virtual.clock import SECOND, Clock
 
-__all__ = ["PATIENCE", "Listener", "is_text", "message_name"]
-
 PATIENCE: Final = SECOND
 """How long the rest of a frame is waited for. The APT document has no such time; without one, a length that
 was damaged would swallow what comes after it. A command without a header ends by its terminator, a

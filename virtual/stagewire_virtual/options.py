@@ -12,12 +12,10 @@ from typing import Any, Final, TypeVar
 from stagewire import Stage
 from stagewire_virtual.errors import BadOptionError
 
-__all__ = ["Line", "Options", "Settings", "check_stage", "known_only", "parse_line", "several"]
-
 _T = TypeVar("_T")
 
 
-class Line(enum.StrEnum):
+class LinkKind(enum.StrEnum):
     """What a controller believes to be connected by; it decides whether it wants to be kept alive."""
 
     USB = "usb"
@@ -71,7 +69,7 @@ class Options:
     serial_number: int | None = None
     hardware_type: int | None = None
     stage_id: int | None = None
-    line: Line = Line.USB
+    line: LinkKind = LinkKind.USB
     quirks: frozenset[str] = frozenset()
     answer_unsupported: bool = False
     channels: tuple[Settings, ...] = ()
@@ -88,15 +86,15 @@ class Options:
         return self.channels[min(index, len(self.channels) - 1)]
 
 
-def parse_line(name: Line | str) -> Line:
+def parse_link_kind(name: LinkKind | str) -> LinkKind:
     """Return the line of a name in any case: ``usb`` or ``rs232``.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for another one.
     """
     try:
-        return Line(name.lower())
+        return LinkKind(name.lower())
     except ValueError:
-        known = " or ".join(line.value for line in Line)
+        known = " or ".join(line.value for line in LinkKind)
         raise BadOptionError(f"there is no line {name!r}; it is {known}") from None
 
 
@@ -174,7 +172,7 @@ _OPTIONS: Final[Mapping[str, tuple[_Fits, str]]] = {
     "serial_number": (_none_or(_whole), "a whole number of eight digits"),
     "hardware_type": (_none_or(_whole), "a whole number"),
     "stage_id": (_none_or(_whole), "a whole number"),
-    "line": (_is(Line), "Line.USB or Line.RS232"),
+    "line": (_is(LinkKind), "LinkKind.USB or LinkKind.RS232"),
     "quirks": (_all(AbstractSet, _is(str)), "a set of names"),
     "answer_unsupported": (_is(bool), "True or False"),
     "channels": (_all(tuple, _is(Settings)), "a tuple of Settings"),

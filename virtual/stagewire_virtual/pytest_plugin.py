@@ -33,7 +33,7 @@ class Controllers:
     if TYPE_CHECKING:
         from stagewire_virtual.clock import SteppedClock
         from stagewire_virtual.errors import VirtualError
-        from stagewire_virtual.options import Line, Options, Settings
+        from stagewire_virtual.options import LinkKind, Options, Settings
 
         rack = staticmethod(factory.rack)
         replay_of = staticmethod(factory.replay_of)

@@ -12,10 +12,8 @@ from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Event, Garbage
 from stagewire.protocol import load_protocol
 from stagewire_virtual.clock import Clock, SteppedClock
+from stagewire_virtual.instrument import Unit, units_of
 from stagewire_virtual.listening import Listener, message_name
-from stagewire_virtual.units import Unit, units_of
-
-__all__ = ["Requests", "Said", "Step", "loose_ends", "steps_of", "unit_of"]
 
 
 class Said(NamedTuple):

@@ -23,8 +23,6 @@ from stagewire_virtual.instrument import Instrument, Row
 from stagewire_virtual.listening import is_text, message_name
 from stagewire_virtual.recording import Requests, Step, loose_ends, steps_of, unit_of
 
-__all__ = ["Mismatch", "Replay", "load_replay"]
-
 _REMEMBERED: Final = 1000  # differences; the others are counted
 _SHOWN: Final = 10  # of them in a summary
 _WIDTH: Final = 32  # bytes of a request

@@ -72,7 +72,7 @@ def run_session(url: str, planned: Planned, files: ReportFiles, log: Path | None
 def _check_virtual(url: str) -> None:
     """Raise :class:`CalledWronglyError` for a URL that describes no virtual controller, but should."""
     if url.lower().startswith("virtual://"):
-        from stagewire_virtual.linking.urls import blueprint_of
+        from stagewire_virtual.linking import blueprint_of
 
         try:
             blueprint_of(url)

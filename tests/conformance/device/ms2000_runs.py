@@ -15,7 +15,7 @@ from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController
-from stagewire_virtual.asi_ms2000 import Ms2000Instrument
+from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
 from stagewire_virtual.linking import SteppedLink
 
 WIDE = Permissions(settings=True, motion=Range.parse("-20..20mm"))

@@ -25,7 +25,7 @@ from stagewire_conformance.device.check import Need
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.planning import plan
 from stagewire_conformance.device.results import Result
-from stagewire_virtual.asi_ms2000 import STRATEGIES
+from stagewire_virtual.asi_ms2000.instrument import STRATEGIES
 
 OTHERS = {name: list(readings)[1] for name, readings in STRATEGIES.items()}
 """The second reading of every strategy."""

@@ -1,8 +1,12 @@
-"""A virtual MS-2000 or MFC-2000: both formats, the ways between them, and its axes."""
+"""A virtual MS-2000 or MFC-2000: both formats, the ways between them, and its axes.
+
+``STRATEGIES`` are the readings that it can be made to follow where the document leaves something open.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Final
 
 from stagewire.commands import CommandFrame, CommandReceived, SetupCommand
 from stagewire.commands.refusals import refusal
@@ -10,17 +14,110 @@ from stagewire.framing import Garbage
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.quantities import POSITION
-from stagewire_virtual.asi_ms2000.fitting import fit_axes, identifiers
-from stagewire_virtual.asi_ms2000.high_level import HighLevel
-from stagewire_virtual.asi_ms2000.low_level import LowLevel
-from stagewire_virtual.asi_ms2000.strategies import readings
+from stagewire_virtual.asi_ms2000.formats import HighLevel, LowLevel
+from stagewire_virtual.asi_ms2000.servo_axis import TRAVEL, ServoAxis
 from stagewire_virtual.clock import Clock
-from stagewire_virtual.errors import UnknownPartError
-from stagewire_virtual.instrument import Instrument, Row
-from stagewire_virtual.options import Options
-from stagewire_virtual.units import Unit
+from stagewire_virtual.errors import BadOptionError, UnknownPartError
+from stagewire_virtual.instrument import Instrument, Row, Unit
+from stagewire_virtual.options import Options, Settings, known_only
 
-__all__ = ["Ms2000Instrument"]
+STRATEGIES: Final[Mapping[str, Mapping[str, str]]] = {
+    "power_on_mode": {
+        "high": "After power-on and reset it takes lines of text (section 1: 255 66 leads out of it).",
+        "low": "After power-on and reset it takes low-level commands.",
+    },
+    "colon_in_data": {
+        "data": "As many bytes as the size says are data, a colon among them too (section 2, group 5).",
+        "end": "Any colon ends the command and clears the buffer (section 2, RS-232 timeout).",
+    },
+    "prefix_in_frame": {
+        "data": "255 begins a setup command where a command is due, and is data elsewhere.",
+        "setup": "255 and the letter of a setup command are one anywhere; what was pending is forgotten.",
+    },
+    "missing_size": {
+        "accepted": "Any command without data may leave its size out (examples of sections 7 and 14).",
+        "ignored": "A command that reads is ignored without its size (section 2, group 3: three exceptions).",
+    },
+    "disabled_axis": {
+        "not_busy": "A stopped axis is not busy wherever it stands (section 16, from firmware 3.3 on).",
+        "busy": "A stopped axis is busy while it stands away from its target (before firmware 3.3).",
+    },
+    "start_motor": {
+        "resumes": "START_MOTOR lets a stopped axis go on to its target, which may be a new one.",
+        "stays": "START_MOTOR only enables: the target becomes the place where the axis stands.",
+    },
+    "vector_speed": {
+        "unsigned": "Vector speeds go from 0 to 65535 µm/s, upwards only (section 25 names no sign).",
+        "signed": "Vector speeds go from -32768 to 32767 µm/s, as READ_CURRENT_SPEED returns them.",
+    },
+}
+"""Strategy -> reading -> what the controller does then. The first reading is the default."""
+
+
+def readings(unit: str, chosen: Mapping[str, str]) -> dict[str, str]:
+    """Return the reading of every strategy: the one that was chosen, or the default.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a strategy or a reading that there is not.
+    """
+    known_only("strategy", chosen, STRATEGIES, unit)
+    for name, reading in chosen.items():
+        known_only(f"{name} that is", [reading], STRATEGIES[name], unit)
+    return {name: next(iter(known)) for name, known in STRATEGIES.items()} | dict(chosen)
+
+
+_FITTED: Final = 3
+"""Axes of a controller that nothing is told of: X, Y and Z. A fourth one, F, comes with its settings."""
+
+
+def identifiers(unit: Unit) -> dict[str, int]:
+    """Return the identifiers of all axes by name, in order, without those for the future (section 2)."""
+    values = unit.registry["enumerations"]["axis"]["values"]
+    found = {name: value["value"] for name, value in values.items() if not value.get("reserved")}
+    return dict(sorted(found.items(), key=lambda axis: axis[1]))
+
+
+def fit_axes(
+    unit: Unit, clock: Clock, options: Options, readings: Mapping[str, str]
+) -> dict[str, ServoAxis]:
+    """Make the axes of a controller, by name.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it cannot have.
+    """
+    names = list(identifiers(unit))
+    _check(unit, options, names)
+    fitted = names[: max(_FITTED, len(options.channels))]
+    return {
+        name: ServoAxis(clock, options.settings(index), readings)
+        for index, name in enumerate(fitted)
+    }
+
+
+def _check(unit: Unit, options: Options, names: list[str]) -> None:
+    known_only("quirk", options.quirks, (), unit.name)
+    wrong = {
+        "does not report a model": options.model is not None,
+        "does not report a serial number": options.serial_number is not None,
+        "does not report a hardware type": options.hardware_type is not None,
+        "does not report a stage id": options.stage_id is not None,
+        "stays silent on what it does not know": options.answer_unsupported,
+        "has no bays": bool(options.empty_bays),
+        f"has no more axes than {', '.join(names)}": len(options.channels) > len(names),
+    }
+    for settings in options.channels:
+        wrong |= _wrong_of(settings)
+    for sentence, is_wrong in wrong.items():
+        if is_wrong:
+            raise BadOptionError(f"{unit.name} {sentence}")
+
+
+def _wrong_of(settings: Settings) -> dict[str, bool]:
+    travel = TRAVEL if settings.travel is None else settings.travel
+    position = 0 if settings.position is None else settings.position
+    return {
+        "counts in tenths of a micrometre, whatever its stages": settings.stage is not None,
+        f"needs a travel above 0, not {travel}": travel <= 0,
+        f"cannot stand at {position} of a travel of {travel}": not 0 <= position <= travel,
+    }
 
 
 class Ms2000Instrument(Instrument):
@@ -31,7 +128,7 @@ class Ms2000Instrument(Instrument):
 
     :param options: of its ``channels``, the axes X, Y, Z and F in order, travel and position in tenths of a
         micrometre; of its ``strategies``, the names in
-        :data:`~stagewire_virtual.asi_ms2000.strategies.STRATEGIES`.
+        :data:`~stagewire_virtual.asi_ms2000.instrument.STRATEGIES`.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it cannot have.
     """

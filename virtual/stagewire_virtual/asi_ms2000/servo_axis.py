@@ -12,11 +12,10 @@ from typing import Final
 
 from stagewire_ms2000.flags import StatusBits
 from stagewire_ms2000.quantities import POSITION, SPEED, TIME
+from stagewire_virtual.axis import SimulatedAxis
 from stagewire_virtual.clock import SECOND, Clock, Timer
-from stagewire_virtual.motion import Axis, Profile, run_on, stop, trapezoid
 from stagewire_virtual.options import Settings
-
-__all__ = ["SETTLING", "TRAVEL", "ServoAxis"]
+from stagewire_virtual.profiles import Profile, run_on, stop, trapezoid
 
 TRAVEL: Final = 1_000_000
 """How far apart the ends of a stage are that nothing is told of: 100 mm."""
@@ -50,7 +49,7 @@ class ServoAxis:
         place = travel // 2 if settings.position is None else settings.position
         self._clock = clock
         self._readings = readings
-        self._stage = Axis(clock, travel, place)
+        self._stage = SimulatedAxis(clock, travel, place)
         self._settled: Timer | None = None
         self._stuck = False
         self._goal: int | None = None

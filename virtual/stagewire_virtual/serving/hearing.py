@@ -12,8 +12,6 @@ from stagewire.packets import PacketProtocol
 from stagewire.protocol import Protocol
 from stagewire_virtual.errors import VirtualError
 
-__all__ = ["Hearing", "hearing_of"]
-
 
 class Hearing:
     """Reads a conversation from the side of the host; the base of those of all framings."""

@@ -1,20 +1,24 @@
-"""What joins a host and a far end: the counting, the watching and the bounds that all kinds of line share."""
+"""Links between a host and a far end: the counting, the watching and the bounds that all kinds share.
+
+The simplest kind is here, too: the link in memory, for tests, on which the host writes and reads, and lets
+time go on.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import ClassVar, Final, TypeAlias
 
-from stagewire_virtual.clock import Clock
-from stagewire_virtual.faults import FaultyLine, Happened
+from stagewire.errors import BadValueError
+from stagewire_virtual.clock import Clock, nanoseconds, passes
+from stagewire_virtual.errors import UnpluggedError
+from stagewire_virtual.faults.link import FaultyLink, Happened
 from stagewire_virtual.instrument import Instrument
-
-__all__ = ["BACKLOG", "FarEnd", "Link", "Maker", "Observer", "Run", "ServedLink", "at_this_instant"]
 
 BACKLOG: Final = 64 * 1024
 """Bytes that are kept for a host that does not read; frames beyond them are dropped whole."""
 
-FarEnd: TypeAlias = Instrument | FaultyLine
+FarEnd: TypeAlias = Instrument | FaultyLink
 """What a host talks to: an instrument, by itself or behind faults."""
 
 Maker: TypeAlias = Callable[[Clock], FarEnd]
@@ -53,7 +57,7 @@ class Link:
         self.far_end = far_end
         self.instrument: Instrument
         """What is at the end of the line, behind the faults if there are some."""
-        if isinstance(far_end, FaultyLine):
+        if isinstance(far_end, FaultyLink):
             self.instrument = far_end.instrument
             far_end.on_disconnect = self.disconnect
             far_end.on_fault = self._note_fault
@@ -162,3 +166,88 @@ def at_this_instant(clock: Clock, callback: Callable[[], None]) -> None:
     """
     clock.call_at(clock.now, callback)
     clock.run_until(clock.now)
+
+
+_LIMIT: Final = 16 * 1024 * 1024  # a test may let hours pass before it reads
+
+
+class MemoryLink(Link):
+    """A line whose host is a test in the same thread.
+
+    What the host writes is taken at once, at the instant at which the clock stands; what the far end says
+    waits until it is read, 16 MiB of it at most.
+    """
+
+    limit: ClassVar = _LIMIT
+
+    def __init__(
+        self, far_end: FarEnd, *, label: str = "", observer: Observer | None = None
+    ) -> None:
+        super().__init__(far_end, label=label, observer=observer)
+        self._waiting = bytearray()
+        self._connected = True
+        self._greet()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the line is plugged in."""
+        return self._connected
+
+    @property
+    def in_waiting(self) -> int:
+        """How many bytes can be read without letting time pass."""
+        return len(self._waiting)
+
+    def disconnect(self) -> None:
+        """Pull the plug: what was said before can still be read, nothing else."""
+        self._connected = False
+
+    def connect(self) -> None:
+        """Plug the line in again; nothing of what was said before waits any more."""
+        self._waiting.clear()
+        self._connected = True
+        self._greet()
+
+    def write(self, data: bytes) -> int:
+        """Send bytes to the controller, and return how many.
+
+        Raises :class:`~stagewire_virtual.errors.UnpluggedError`, and
+        :class:`~stagewire.errors.BadValueError` for what is not bytes.
+        """
+        if not isinstance(data, (bytes, bytearray, memoryview)):
+            raise BadValueError(f"a line carries bytes, not {type(data).__name__}")
+        if not self._connected:
+            raise UnpluggedError("the line to the controller is unplugged; plug_in() connects it")
+        self._take(bytes(data))
+        return len(data)
+
+    def read(self, size: int | None = None, timeout: float = 0) -> bytes:
+        """Return what the controller said, and let time pass for it if need be.
+
+        :param size: how many bytes are wanted; None: all that there are, and one at least.
+        :param timeout: seconds by the clock of the controller; no more time passes than until there are
+            enough. What there is by then is returned.
+
+        Raises :class:`~stagewire_virtual.errors.UnpluggedError` when nothing can come any more.
+        """
+        if not (size is None or (isinstance(size, int) and size >= 0)) or not passes(timeout):
+            raise BadValueError(
+                "read takes a size of 0 or more, and a time in seconds that has an end, "
+                f"not {size!r}, {timeout!r}"
+            )
+        wanted = 1 if size is None else size
+        end = self.clock.now + nanoseconds(timeout)
+        while len(self._waiting) < wanted and self._connected and self.clock.now < end:
+            due = self.clock.next_due
+            self.clock.run_until(end if due is None else min(due, end))
+        if not self._waiting and not self._connected:
+            raise UnpluggedError("the line to the controller is unplugged; nothing will come")
+        taken = bytes(self._waiting if size is None else self._waiting[:size])
+        del self._waiting[: len(taken)]
+        return taken
+
+    def _backlog(self) -> int:
+        return len(self._waiting)
+
+    def _put(self, data: bytes) -> None:
+        self._waiting += data

@@ -11,8 +11,6 @@ from pathlib import Path
 from stagewire_virtual.errors import ServingError
 from stagewire_virtual.serving.link import FarEnd, Observer, Run, ServedLink
 
-__all__ = ["PtyLink"]
-
 _CHUNK = 64 * 1024
 _GRACE = 1.0  # seconds in which a program may read what came before the plug was pulled
 _LOOK = 0.01  # seconds; what is written to a pseudo-terminal takes a moment to be there

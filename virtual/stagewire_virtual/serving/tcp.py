@@ -9,8 +9,6 @@ from typing import cast
 from stagewire_virtual.errors import ServingError
 from stagewire_virtual.serving.link import FarEnd, Observer, Run, ServedLink
 
-__all__ = ["TcpLink"]
-
 
 class TcpLink(ServedLink):
     """A far end that listens on a TCP port, as if behind a serial-to-network adapter.

@@ -1,4 +1,7 @@
-"""One controller at its address: a motherboard, a card in a bay, or a unit of its own."""
+"""One controller at its address: a motherboard, a card in a bay, or a unit of its own.
+
+Status updates go out from the start to the stop, at the unit's own rate.
+"""
 
 from __future__ import annotations
 
@@ -9,23 +12,52 @@ from typing import Final
 from stagewire import Frame, FramedMessage
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HubBay
-from stagewire_virtual.clock import SECOND, Clock
-from stagewire_virtual.instrument import Row
-from stagewire_virtual.options import Line, Options
+from stagewire_virtual.clock import SECOND, Clock, Timer
+from stagewire_virtual.instrument import Row, Unit
+from stagewire_virtual.options import LinkKind, Options
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.facts import CHANNEL, Message, class_of, facts_of
-from stagewire_virtual.thorlabs_apt.handlers import Handler, Panel
-from stagewire_virtual.thorlabs_apt.outlet import Outlet
 from stagewire_virtual.thorlabs_apt.parameters import (
     SAVING,
     Parameters,
     addressed,
     obey_enable_state,
 )
-from stagewire_virtual.thorlabs_apt.updates import Updates
-from stagewire_virtual.units import Unit
+from stagewire_virtual.thorlabs_apt.transmitter import Handler, Panel, Transmitter
 
-__all__ = ["IDENTIFYING", "Controller"]
+
+class Updates:
+    """Says the status of a controller again and again.
+
+    :param clock: the time.
+    :param say: says the status once, to who sent the frame that it is given.
+    """
+
+    def __init__(self, clock: Clock, say: Callable[[Frame], None]) -> None:
+        self._clock = clock
+        self._say = say
+        self._timer: Timer | None = None
+
+    def start(self, cause: Frame, period: int) -> None:
+        """Say the status to who sent ``cause``, once a period from now on, in nanoseconds.
+
+        When it is being said already, the beat goes on.
+        """
+        self._cause = cause
+        self._period = period
+        if self._timer is None:
+            self._timer = self._clock.call_later(self._period, self._tick)
+
+    def stop(self) -> None:
+        """Say nothing more; harmless when nothing is said."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _tick(self) -> None:
+        self._timer = self._clock.call_later(self._period, self._tick)
+        self._say(self._cause)
+
 
 IDENTIFYING: Final = 5 * SECOND
 """How long the front panel flashes after MOD_IDENTIFY; the document does not say."""
@@ -67,8 +99,8 @@ class Controller:
         self._refused = refused
         self._facts = facts_of(unit)
         self._keep_alive = unit.facts.get("keep_alive", "none")
-        wants_signs = options.line is Line.USB and self._keep_alive != "none"
-        self._outlet = Outlet(unit, wants_signs, options.quirks, transmit)
+        wants_signs = options.line is LinkKind.USB and self._keep_alive != "none"
+        self._outlet = Transmitter(unit, wants_signs, options.quirks, transmit)
         self._parameters = Parameters(unit, self.channels, self)
         self._status = self._status_class()
         self._no_status = {}  # what the status is of a channel that does nothing

@@ -9,9 +9,7 @@ from typing import Any, Final
 
 from stagewire import FramedMessage
 from stagewire_virtual.clock import SECOND
-from stagewire_virtual.units import Unit
-
-__all__ = ["CHANNEL", "Message", "Value", "class_of", "facts_of"]
+from stagewire_virtual.instrument import Unit
 
 CHANNEL: Final = "chan_ident"
 """The field that names the channel, in a header or in a packet."""

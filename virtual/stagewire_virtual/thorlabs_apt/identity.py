@@ -8,10 +8,8 @@ from typing import Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HardwareType
 from stagewire_virtual.errors import BadOptionError
+from stagewire_virtual.instrument import Unit
 from stagewire_virtual.options import Options
-from stagewire_virtual.units import Unit
-
-__all__ = ["DIGITS", "card", "motherboard", "stand_alone"]
 
 DIGITS: Final = 1_000_000
 """A serial number is a prefix of two digits, which tells the unit, and six more (page 7)."""

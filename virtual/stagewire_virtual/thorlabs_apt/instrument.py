@@ -12,20 +12,36 @@ from stagewire_apt import PROTOCOL
 from stagewire_apt.messages import HwGetInfo
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
-from stagewire_virtual.instrument import Instrument, Row
+from stagewire_virtual.instrument import Instrument, Row, Unit
 from stagewire_virtual.listening import Listener
 from stagewire_virtual.options import Options, check_stage, known_only
 from stagewire_virtual.thorlabs_apt import identity
-from stagewire_virtual.thorlabs_apt.behaviours import behaviour_of
-from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel
 from stagewire_virtual.thorlabs_apt.controller import Controller
-from stagewire_virtual.thorlabs_apt.handlers import Panel
+from stagewire_virtual.thorlabs_apt.motor.motor import Motor
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
+from stagewire_virtual.thorlabs_apt.piezo.piezo import Piezo
 from stagewire_virtual.thorlabs_apt.quirks import CLOCKWISE_IS_NEGATIVE, QUIRKS
 from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, UserIo, modular_rack
-from stagewire_virtual.units import Unit
+from stagewire_virtual.thorlabs_apt.solenoid import Solenoid
+from stagewire_virtual.thorlabs_apt.strain_gauge import StrainGauge
+from stagewire_virtual.thorlabs_apt.transmitter import Panel
 
-__all__ = ["AptInstrument", "rack_of"]
+_BY_MESSAGE: Final[tuple[tuple[str, type[Behaviour]], ...]] = (
+    ("MOT_SET_SOL_STATE", Solenoid),  # before the motor: its list has messages of motors, too
+    ("MOT_MOVE_HOME", Motor),
+    ("PZ_SET_OUTPUTVOLTS", Piezo),
+    ("PZ_REQ_TSG_READING", StrainGauge),
+)
+
+
+def behaviour_of(unit: Unit) -> type[Behaviour]:
+    """Return the behaviour by what the unit can be told; one that does nothing where it is none of these."""
+    for message, behaviour in _BY_MESSAGE:
+        if message in unit.messages:
+            return behaviour
+    return Behaviour
+
 
 _DEFAULT: Final = Options()
 

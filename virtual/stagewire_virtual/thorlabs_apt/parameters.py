@@ -8,13 +8,10 @@ from typing import Any, Final
 
 from stagewire import Frame, FramedMessage
 from stagewire_apt.enumerations import EnableState
-from stagewire_virtual.thorlabs_apt.behaviour import Behaviour
-from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.instrument import Unit
+from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel
 from stagewire_virtual.thorlabs_apt.facts import CHANNEL, Message, class_of, facts_of
-from stagewire_virtual.thorlabs_apt.handlers import Speaker
-from stagewire_virtual.units import Unit
-
-__all__ = ["SAVING", "Parameters", "addressed", "new_parameters", "obey_enable_state"]
+from stagewire_virtual.thorlabs_apt.transmitter import Speaker
 
 SAVING: Final = frozenset({"MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS"})
 """The messages that save a parameter set (pages 60 and 113)."""

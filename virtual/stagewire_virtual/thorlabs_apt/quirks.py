@@ -13,10 +13,8 @@ from typing import Final
 
 from stagewire import Frame
 from stagewire_apt import messages as m
+from stagewire_virtual.instrument import Unit
 from stagewire_virtual.thorlabs_apt.identity import DIGITS
-from stagewire_virtual.units import Unit
-
-__all__ = ["CLOCKWISE_IS_NEGATIVE", "FRAME_QUIRKS", "QUIRKS", "Quirk"]
 
 CLOCKWISE_IS_NEGATIVE: Final = "clockwise_is_negative"
 """The quirk of motors whose position counter falls clockwise; see :class:`.Channel` for what it concerns."""

@@ -9,10 +9,8 @@ from stagewire import Frame, Protocol
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import BayState, RackBay
 from stagewire_apt.flags import RackDigitalOutputs
-from stagewire_virtual.thorlabs_apt.handlers import Handler, Speaker
-from stagewire_virtual.units import Unit
-
-__all__ = ["BAYS", "RACK", "Bays", "UserIo", "modular_rack"]
+from stagewire_virtual.instrument import Unit
+from stagewire_virtual.thorlabs_apt.transmitter import Handler, Speaker
 
 RACK: Final = "RACK"
 """The name of a rack of modules; the document has no unit of that kind, only its modules."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 from stagewire import Frame
@@ -13,11 +14,33 @@ from stagewire_apt.quantities import SOLENOID_TIME
 from stagewire_virtual.clock import Timer
 from stagewire_virtual.errors import BadOptionError
 from stagewire_virtual.options import Settings
-from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, Shown, handles, live, stored
-from stagewire_virtual.thorlabs_apt.channel import Channel
-from stagewire_virtual.thorlabs_apt.cycles import Cycles
+from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, Shown, handles, live, stored
 
-__all__ = ["Solenoid"]
+
+@dataclass(frozen=True, slots=True)
+class Cycles:
+    """On for a time, off for a time, over and over.
+
+    :param began: the instant at which the output was switched on, in nanoseconds.
+    :param on: how long it is on in each cycle, in nanoseconds.
+    :param off: how long it is off after that.
+    :param number: how many cycles there are; None for cycles without end.
+    """
+
+    began: int
+    on: int
+    off: int
+    number: int | None
+
+    @property
+    def end(self) -> int | None:
+        """The instant at which the off time of the last cycle is over; None for never."""
+        return None if self.number is None else self.began + self.number * (self.on + self.off)
+
+    def active(self, now: int) -> bool:
+        """Say whether the output is on at an instant before the end."""
+        return (now - self.began) % (self.on + self.off) < self.on
+
 
 _STEP: Final = round(1_000_000 / SOLENOID_TIME.counts_per_unit)  # 250 µs in nanoseconds
 

@@ -11,17 +11,14 @@ from stagewire import Frame
 from stagewire_apt.enumerations import DisplayMode, HubAnalogueOutput
 from stagewire_apt.quantities import FORCE_CALIBRATION, TRAVEL
 from stagewire_virtual.clock import SECOND, Timer
-from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, Shown, handles, live
-from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, Shown, handles, live
 from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     FULL_SCALE,
     READING_TIME,
+    StatusBits,
     finite,
     travel_and_share,
 )
-from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
-
-__all__ = ["SAMPLE_TIME", "SMOOTHED_SAMPLES", "Signal", "StrainGauge"]
 
 SAMPLE_TIME: Final = SECOND // 500
 """Readings are sampled at 500 Hz (page 129)."""

@@ -22,7 +22,7 @@ from stagewire_conformance.device.pics.values import (
     within,
 )
 from stagewire_conformance.device.places import connected, moves_stages
-from stagewire_virtual.serving.bench.tables import Table, flag, tables_of, text
+from stagewire_virtual.toml_tables import Table, flag, tables_of, text
 
 __all__ = ["ChannelsReader", "unique"]
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from stagewire_conformance.device.errors import PicsError
 from stagewire_conformance.device.pics import Pics
 from stagewire_conformance.device.pics.reader import PicsReader
-from stagewire_virtual.serving.bench.tables import Table
+from stagewire_virtual.toml_tables import Table
 
 __all__ = ["parse_pics", "read_pics"]
 

@@ -20,7 +20,7 @@ from stagewire_conformance.device.pics.values import (
     version,
     within,
 )
-from stagewire_virtual.serving.bench.tables import Table, integer, tables_of, text
+from stagewire_virtual.toml_tables import Table, integer, tables_of, text
 
 __all__ = ["PicsReader"]
 

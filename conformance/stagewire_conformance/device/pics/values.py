@@ -12,7 +12,7 @@ from typing import Any, Final
 from stagewire.errors import BadValueError, StagewireError
 from stagewire.quantities import exact
 from stagewire_conformance.device.permissions import Range
-from stagewire_virtual.serving.bench.tables import integer, table_of, text
+from stagewire_virtual.toml_tables import integer, table_of, text
 
 __all__ = [
     "as_it_is",

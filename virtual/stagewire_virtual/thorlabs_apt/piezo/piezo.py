@@ -1,22 +1,61 @@
-"""A channel of a piezo controller: what the messages of pages 94 to 126 do, and what the status says."""
+"""A channel of a piezo controller: what the messages of pages 94 to 126 do, and what the status says.
+
+Some sets that the registry allows are not taken at some instants (:func:`refusal`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from stagewire import Frame
+from stagewire import Frame, FramedMessage
 from stagewire_apt import messages as m
+from stagewire_apt.flags import LutOutputMode
 from stagewire_apt.quantities import MAXIMUM_VOLTS, TRAVEL
-from stagewire_virtual.thorlabs_apt.behaviour import Behaviour, Shown, handles, live, stored
-from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, Shown, handles, live, stored
 from stagewire_virtual.thorlabs_apt.parameters import obey_enable_state
-from stagewire_virtual.thorlabs_apt.piezo.actuator import FULL_SCALE, finite, travel_and_share
-from stagewire_virtual.thorlabs_apt.piezo.drive import Drive
-from stagewire_virtual.thorlabs_apt.piezo.parameters import DEFAULTS, LIMITS, maximum_volts
-from stagewire_virtual.thorlabs_apt.piezo.refusals import refusal
-from stagewire_virtual.thorlabs_apt.piezo.status_bits import StatusBits
+from stagewire_virtual.thorlabs_apt.piezo.actuator import (
+    DEFAULTS,
+    FULL_SCALE,
+    LIMITS,
+    StatusBits,
+    finite,
+    maximum_volts,
+    travel_and_share,
+)
+from stagewire_virtual.thorlabs_apt.piezo.drive import CLOSED_LOOP_MODES, Drive
+from stagewire_virtual.thorlabs_apt.piezo.waveform import WaveformGenerator
 
-__all__ = ["Piezo"]
+
+def refusal(message: FramedMessage, drive: Drive) -> str | None:
+    """Return why a message is not taken, or None if it is."""
+    match message:
+        case m.PzSetPosControlMode(mode=mode) if mode in CLOSED_LOOP_MODES:
+            if not drive.has_strain_gauge:
+                return "a closed loop needs a strain gauge, and the actuator has none (page 94)"
+        case m.PzSetOutputVolts() | m.PzSetOutputPos() if drive.zeroing:
+            return "the channel is being zeroed"
+        case m.PzSetOutputVolts() if drive.closed_loop:
+            return "an output voltage is ignored in closed loop (page 96)"
+        case m.PzSetOutputPos() if not drive.closed_loop:
+            return "an output position is ignored in open loop (page 97)"
+        case m.PzSetOutputLut(index=index) if index > drive.generator.last_index:
+            return f"the table ends at index {drive.generator.last_index} (page 106)"
+        case m.PzSetOutputLutParams():
+            return _lut_refusal(message, drive.generator)
+    return None
+
+
+def _lut_refusal(message: m.PzSetOutputLutParams, generator: WaveformGenerator) -> str | None:
+    most = generator.last_index
+    if message.cycle_length > most or message.trig_repeat_cycle > most:
+        return f"a cycle and the distance of triggers have at most {most} samples (page 109)"
+    triggers = generator.has_triggers and LutOutputMode(message.mode).outputlut_outputtrig
+    if triggers and not 1 <= message.op_trig_start < message.cycle_length:
+        return (
+            "the trigger output starts at a sample from 1 on and below the cycle length (page 110)"
+        )
+    return None
+
 
 _HARDWARE_BITS = {750: "hardware_75v", 1000: "hardware_100v", 1500: "hardware_150v"}
 _BPC30X = "benchtop_piezo_2011"  # page 102: the bits 13 to 15 are theirs alone

@@ -1,15 +1,19 @@
-"""One output of the waveform table, as a function of time (pages 106 to 111)."""
+"""The arbitrary waveform generator of a channel: when the table is put out, and when it rests.
+
+A :class:`Waveform` is one output of the waveform table, as a function of time (pages 106 to 111).
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from array import array
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from stagewire_virtual.units import Unit
-
-__all__ = ["MILLISECOND", "Pulses", "Waveform", "sample_interval"]
+from stagewire_apt.flags import LutOutputMode
+from stagewire_virtual.clock import Clock, Timer
+from stagewire_virtual.instrument import Unit
 
 MILLISECOND = 1_000_000
 """Nanoseconds in a millisecond."""
@@ -93,3 +97,164 @@ class Waveform:
     def _moment(self, elapsed: int) -> Fraction:
         """Return the sample intervals since this cycle clocked out its first sample; below 0 before."""
         return elapsed / self.interval % self.cycle - self.pre_cycle_rest
+
+
+_CUBES = "piezo_cube"  # pages 106 and 108: a smaller table, and no triggering
+_LAST_INDEX_OF_CUBES = 512
+_LAST_INDEX = 7999
+
+
+class WaveformGenerator:
+    """Puts the waveform table out: at once, or when the trigger input says so.
+
+    What a start found in the parameters holds until the next one. As a trigger, the input begins an armed
+    output with its active edge, once for each start; as a gate (``outputlut_lutgated``), it lets the output
+    go on while its level is active, and holds it while not. Which level is active,
+    ``outputlut_inputtrig_sense_hi`` says.
+
+    :param unit: gives the size of the table, the sample interval, and whether there are triggers.
+    :param clock: the time.
+    :param ended: called with the last sample when the last cycle is over.
+    """
+
+    def __init__(self, unit: Unit, clock: Clock, ended: Callable[[int], None]) -> None:
+        self._clock = clock
+        self._ended = ended
+        self._interval = sample_interval(unit)
+        self.has_triggers = unit.facts.get("family") != _CUBES
+        """Whether the trigger bits of the mode apply (page 108)."""
+        self.last_index = _LAST_INDEX if self.has_triggers else _LAST_INDEX_OF_CUBES
+        """The highest index of the table (page 106)."""
+        self.table = array("h", bytes(2 * (self.last_index + 1)))
+        """The samples; 0 where none has been loaded."""
+        self._waveform: Waveform | None = None
+        self._mode = LutOutputMode(0)
+        self._level = False  # of the trigger input
+        self._done = 0  # nanoseconds that were put out before the gate closed
+        self._since: int | None = None  # the instant since which it is put out; None while it waits
+        self._timer: Timer | None = None
+
+    def clear(self) -> None:
+        """End the output, or disarm, and forget all samples."""
+        self.stop()
+        self.table = array("h", bytes(2 * len(self.table)))
+
+    def start(self, parameters: Mapping[str, int]) -> str | None:
+        """Put the table out, or arm; the values are those of ``PZ_OUTPUTLUTPARAMS``.
+
+        Returns why there is nothing to put out, or None. A start while the table is put out begins anew.
+        """
+        mode = self._mode_of(parameters)
+        if not parameters["cycle_length"]:
+            return "a cycle has no samples"
+        if not mode.outputlut_continuous and not mode.outputlut_fixed:
+            return "the mode is neither continuous nor a fixed number of cycles"
+        self.stop()
+        self._mode = mode
+        self._waveform = Waveform(
+            self.table,
+            parameters["cycle_length"],
+            # page 109: the number is ignored in continuous mode, whatever else is set
+            None if mode.outputlut_continuous else parameters["num_cycles"],
+            1 + parameters["delay_time"],
+            self._interval,
+            parameters["pre_cycle_rest"],
+            parameters["post_cycle_rest"],
+            self._pulses(parameters),
+        )
+        opens = mode.outputlut_lutgated and self._input_active
+        if opens or not mode.outputlut_inputtrig:
+            self._go_on()
+        return None
+
+    def stop(self) -> None:
+        """End the output, or disarm."""
+        self._hold()
+        self._waveform = None
+        self._done = 0
+
+    @property
+    def armed(self) -> bool:
+        """Whether it has been started and has not put out anything yet."""
+        return self._waveform is not None and self.sample is None
+
+    @property
+    def sample(self) -> int | None:
+        """The sample that is put out at this instant; None before the first and after the last."""
+        if self._waveform is None or (self._since is None and not self._done):
+            return None
+        return self._waveform.sample(self._elapsed)
+
+    @property
+    def trigger_output(self) -> bool:
+        """The level of the trigger output now (page 110), high for True; low where it is not used."""
+        if not self._mode.outputlut_outputtrig:
+            return False
+        waveform = self._waveform
+        active = waveform is not None and self.sample is not None and waveform.pulse(self._elapsed)
+        return active == self._mode.outputlut_outputtrig_sense_hi
+
+    @property
+    def trigger_input(self) -> bool:
+        """The level of the trigger input, high for True; low in a new controller."""
+        return self._level
+
+    @trigger_input.setter
+    def trigger_input(self, level: bool) -> None:
+        changed, self._level = level != self._level, level
+        if self._waveform is None or not changed:
+            return
+        if self._input_active and self._since is None:
+            self._go_on()
+        elif self._mode.outputlut_lutgated and self._mode.outputlut_inputtrig:
+            self._hold()
+
+    def pulse_input(self) -> None:
+        """Give the trigger input one active edge, and leave it at the level that it had."""
+        level, active = self._level, self._mode.outputlut_inputtrig_sense_hi
+        for step in (not active, active, level):
+            self.trigger_input = step
+
+    @property
+    def _input_active(self) -> bool:
+        return self._level == self._mode.outputlut_inputtrig_sense_hi
+
+    @property
+    def _elapsed(self) -> int:
+        going = 0 if self._since is None else self._clock.now - self._since
+        return self._done + going
+
+    def _mode_of(self, parameters: Mapping[str, int]) -> LutOutputMode:
+        applies = parameters["mode"]
+        if not self.has_triggers:
+            applies &= LutOutputMode.outputlut_continuous | LutOutputMode.outputlut_fixed
+        return LutOutputMode(applies)
+
+    def _pulses(self, parameters: Mapping[str, int]) -> Pulses | None:
+        mode = self._mode
+        if not mode.outputlut_outputtrig:
+            return None
+        return Pulses(
+            max(0, parameters["op_trig_start"] - 1),  # counted from 1 (page 110)
+            parameters["op_trig_width"] * MILLISECOND,  # known for the BPC20x, taken for all
+            parameters["trig_repeat_cycle"] if mode.outputlut_outputtrig_repeat else 0,
+        )
+
+    def _go_on(self) -> None:
+        self._since = self._clock.now
+        duration = self._waveform.duration if self._waveform else None
+        if duration is not None:
+            self._timer = self._clock.call_at(self._since + duration - self._done, self._finish)
+
+    def _hold(self) -> None:
+        self._done = self._elapsed
+        self._since = None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _finish(self) -> None:
+        waveform = self._waveform
+        self.stop()
+        if waveform is not None:
+            self._ended(waveform.table[waveform.length - 1])

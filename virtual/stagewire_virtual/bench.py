@@ -1,0 +1,316 @@
+"""A bench: virtual controllers that are served together, as a file or a command line describes them.
+
+It is read from tables of TOML; all mistakes are reported at once. The functions at the top give values their
+meaning: names of units and stages, endpoints, faults.
+"""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import importlib
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Final
+
+from stagewire import Stage
+from stagewire.errors import StagewireError
+from stagewire_virtual.blueprint import Blueprint
+from stagewire_virtual.clock import Clock, SteppedClock
+from stagewire_virtual.errors import BadOptionError, BenchError, UnknownUnitError
+from stagewire_virtual.faults.fault import Fault, parse_fault
+from stagewire_virtual.instrument import Unit, find_unit
+from stagewire_virtual.options import LinkKind, Options, Settings, check_stage, parse_link_kind
+from stagewire_virtual.serving.endpoints import Endpoint, PtyEndpoint, TcpEndpoint, parse_tcp
+from stagewire_virtual.serving.link import Observer, ServedLink
+from stagewire_virtual.thorlabs_apt.rack import RACK
+from stagewire_virtual.toml_tables import (
+    Convert,
+    Table,
+    called_by_key,
+    flag,
+    integer,
+    list_of,
+    table_of,
+    tables_of,
+    text,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class BenchUnit:
+    """One controller of a bench.
+
+    :param blueprint: what to make.
+    :param place: where to serve it.
+    :param label: for people.
+    """
+
+    blueprint: Blueprint
+    place: Endpoint
+    label: str
+
+    def link(self, clock: Clock, observer: Observer | None = None) -> ServedLink:
+        """Make the controller and its link, to be opened by a server."""
+        return self.place.link(self.blueprint.make(clock), label=self.label, observer=observer)
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """Controllers that are served together, in the order of their description."""
+
+    units: tuple[BenchUnit, ...]
+
+
+_ONE_OF_TWO: Final = 0.5
+"""How alike names of stages are that may be mistaken: of two letters, one."""
+
+
+def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
+    """Return a stage of the protocol of the units, by name; None where none of them is known."""
+    name = text(value)
+    if not units:
+        return None
+    protocol = units[0].protocol
+    known = {entry["name"].upper(): entry["name"] for entry in units[0].registry["stages"]}
+    if name.upper() not in known:
+        close = difflib.get_close_matches(name.upper()[:40], known, n=1, cutoff=_ONE_OF_TWO)
+        hint = f"; did you mean {known[close[0]]}?" if close else ""
+        there = f"there are: {', '.join(sorted(known.values()))}" if known else "there is none"
+        raise BadOptionError(f"{protocol.title} has no stage {name}{hint} ({there})")
+    stages = importlib.import_module(f"{protocol.package}.stages")
+    stage: Stage = getattr(stages, known[name.upper()])
+    check_stage(stage, [unit.name for unit in units])
+    return stage
+
+
+def tcp_endpoint(bind: str | None, value: Any) -> TcpEndpoint:
+    """Return a port: ``4001`` or ``"127.0.0.1:4001"``."""
+    return parse_tcp(str(value), bind)
+
+
+def pty_endpoint(value: Any) -> PtyEndpoint | None:
+    """Return a pseudo-terminal, with a link to it if one is named; None where none is wanted."""
+    if isinstance(value, bool):
+        return PtyEndpoint() if value else None
+    if not isinstance(value, str) or not value:
+        raise BadOptionError("expected true, or the name of a symbolic link to be made")
+    return PtyEndpoint(Path(value))
+
+
+def unit_named(value: Any) -> Unit:
+    """Return a unit by name; where there is none, a rack is among those that there are."""
+    try:
+        return find_unit(text(value))
+    except UnknownUnitError as error:
+        raise UnknownUnitError(error.name, sorted([*error.known, RACK])) from None
+
+
+def module_named(value: Any) -> Unit | None:
+    """Return the module in a bay; an empty name is an empty bay."""
+    name = text(value)
+    return find_unit(name) if name else None
+
+
+def link_kind(value: Any) -> LinkKind:
+    """Return the line of a name."""
+    return parse_link_kind(text(value))
+
+
+def fault_of(value: Any) -> Fault:
+    """Return the fault of a text."""
+    return parse_fault(text(value))
+
+
+_SHORT: Final = ("stage", "travel", "position")
+"""Keys of a unit that stand for a channel with them."""
+
+
+def load_bench(path: str | Path, bind: str | None = None) -> Bench:
+    """Read a bench from a TOML file.
+
+    :param bind: the address of the network that its TCP ports may be on; see
+        :func:`~stagewire_virtual.serving.endpoints.parse_tcp`.
+
+    Raises :class:`~stagewire_virtual.errors.BenchError` with everything that is wrong with it.
+    """
+    try:
+        contents = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BenchError([f"{path}: cannot be read: {error.strerror or error}"]) from error
+    except RecursionError as error:
+        raise BenchError([f"{path}: is nested too deeply"]) from error
+    except ValueError as error:  # of TOML or of UTF-8
+        raise BenchError([f"{path}: is no TOML file: {error}"]) from error
+    problems: list[str] = []
+    top = Table(contents, str(path), problems)
+    tables = top.take("unit", tables_of("unit"), ())
+    top.refuse_others()
+    if not tables and not problems:
+        top.wrong("unit", "there is no unit; each begins with a line [[unit]]")
+    return _bench(tables, str(path), bind, problems, called_by_key)
+
+
+def make_bench(
+    tables: Sequence[Mapping[str, Any]],
+    source: str = "the command line",
+    bind: str | None = None,
+    called: Callable[[str], str] = called_by_key,
+) -> Bench:
+    """Make a bench of tables with the keys of a TOML file: ``[{"name": "TDC001", "tcp": "4001"}]``.
+
+    :param source: where they come from; begins each line of an error.
+    :param called: gives a key the name by which an error calls it.
+
+    Raises :class:`~stagewire_virtual.errors.BenchError` with everything that is wrong with it.
+    """
+    return _bench(tables, source, bind, [], called)
+
+
+def _bench(
+    tables: Sequence[Mapping[str, Any]],
+    source: str,
+    bind: str | None,
+    problems: list[str],
+    called: Callable[[str], str],
+) -> Bench:
+    units: list[BenchUnit] = []
+    taken: dict[str, str] = {}
+    for number, values in enumerate(tables, 1):
+        name = values.get("name")
+        shown = f" ({name})" if isinstance(name, str) else ""
+        table = Table(values, f"{source}: unit {number}{shown}", problems, called)
+        unit = _unit(table, number - 1, bind)
+        if unit is not None:
+            _check_place(table, unit.place, taken)
+            units.append(unit)
+    if problems:
+        raise BenchError(problems)
+    return Bench(tuple(units))
+
+
+def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
+    """Return the unit that a table describes; None where it cannot be told what it is."""
+    name = table.take("name", text, "")
+    if "name" not in table:
+        table.wrong("name", f"missing; it is a unit such as TDC001, or {RACK} for modules in bays")
+    is_rack = name.upper() == RACK
+    unit = None if is_rack else table.take("name", unit_named, None) if name else None
+    bays = table.take("bays", list_of(module_named), None) if is_rack else _no_bays(table)
+    if is_rack and "bays" not in table:
+        table.wrong("bays", 'missing; it lists the modules, such as ["MST601", "", "MPZ601"]')
+    channels = _channels(table, [known for known in (unit, *(bays or ())) if known is not None])
+    label = table.take("label", text, "") or name
+    place = _place(table, bind)
+    faults = table.take("faults", list_of(fault_of), ())
+    options = Options(
+        channels=channels,
+        seed=table.take("seed", integer, index),
+        model=table.take("model", text, None),
+        serial_number=table.take("serial_number", integer, None),
+        hardware_type=table.take("hardware_type", integer, None),
+        stage_id=table.take("stage_id", integer, None),
+        line=table.take("line", link_kind, LinkKind.USB),
+        quirks=frozenset(table.take("quirks", list_of(text), ())),
+        answer_unsupported=table.take("answer_unsupported", flag, False),
+        empty_bays=frozenset(table.take("empty_bays", list_of(integer), ())),
+        strategies=table.take("strategies", table_of(text), {}),
+    )
+    table.refuse_others()
+    if (unit is None and not is_rack) or bays is None:
+        return None
+    blueprint = Blueprint(unit=unit, bays=bays, options=options, faults=faults)
+    _try(table, blueprint)
+    return BenchUnit(blueprint, place, label)
+
+
+def _try(table: Table, blueprint: Blueprint) -> None:
+    """Note what the unit refuses: each option by itself, lest one hide another; all of them; each fault."""
+
+    def refused(key: str | Sequence[str], attempt: Blueprint) -> bool:
+        try:
+            attempt.make(SteppedClock())
+        except StagewireError as error:
+            table.wrong(key, str(error))
+            return True
+        return False
+
+    bare = replace(blueprint, options=Options(), faults=())
+    if refused("name" if blueprint.unit else "bays", bare):
+        return
+    short = [key for key in _SHORT if key in table]
+    channels = ["channel"] if "channel" in table else short
+    alone = [
+        refused(
+            channels if option == "channels" else option,
+            replace(bare, options=Options(**{option: value})),
+        )
+        for option in (field.name for field in fields(Options))
+        if (value := getattr(blueprint.options, option)) != getattr(bare.options, option)
+    ]
+    # What is refused only then is more channels than are left by the bays that are empty.
+    if any(alone) or refused(channels, replace(blueprint, faults=())):
+        return
+    for fault in blueprint.faults:
+        refused("faults", replace(blueprint, faults=(fault,)))
+
+
+def _channels(table: Table, units: Sequence[Unit]) -> tuple[Settings, ...]:
+    """Return the settings of the channels, of the short form or one by one."""
+    stage = functools.partial(stage_of, units)
+    short = _settings(table, stage)
+    channels = tuple(
+        _channel(table.inner(values, f"channel {number}"), stage)
+        for number, values in enumerate(table.take("channel", tables_of("unit.channel"), ()), 1)
+    )
+    if short != Settings() and channels:
+        table.wrong(
+            "channel", "give stage, travel and position of the unit, or of each channel; not both"
+        )
+    return channels or (() if short == Settings() else (short,))
+
+
+def _channel(table: Table, stage: Convert[Stage | None]) -> Settings:
+    settings = _settings(table, stage)
+    table.refuse_others()
+    return settings
+
+
+def _settings(table: Table, stage: Convert[Stage | None]) -> Settings:
+    return Settings(
+        stage=table.take("stage", stage, None),
+        travel=table.take("travel", integer, None),
+        position=table.take("position", integer, None),
+    )
+
+
+def _place(table: Table, bind: str | None) -> Endpoint:
+    tcp = table.take("tcp", functools.partial(tcp_endpoint, bind), None)
+    pty = table.take("pty", pty_endpoint, None)
+    if tcp is not None and pty is not None:
+        table.wrong("pty", "give tcp or pty, not both")
+    return pty or tcp or parse_tcp("0", bind)
+
+
+def _check_place(table: Table, place: Endpoint, taken: dict[str, str]) -> None:
+    """Note a port or a symbolic link that another unit has."""
+    match place:
+        case TcpEndpoint(port=port, host=host) if port:
+            key, spot = "tcp", f"port {port} of {host}"
+        case PtyEndpoint(symlink=Path() as symlink):
+            key, spot = "pty", str(symlink)
+        case _:
+            return
+    first = taken.setdefault(spot, table.where)
+    if first != table.where:
+        table.wrong(key, f"{spot} is already taken; see {first}")
+
+
+def _no_bays(table: Table) -> tuple[Unit | None, ...]:
+    """Return the bays that can be told of a unit that is no rack of modules: none."""
+    if "bays" in table:
+        table.take("bays", lambda value: value, None)
+        table.wrong("bays", f'only name = "{RACK}", a rack of modules, has bays with names')
+    return ()

@@ -1,0 +1,215 @@
+"""The parameters of a new motor controller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stagewire.quantities import Limit
+from stagewire_apt.enumerations import (
+    ButtonMode,
+    CurrentPhase,
+    HardLimit,
+    JogMode,
+    MoveDirection,
+    ProfileMode,
+    SoftwareLimitMode,
+    StageAxis,
+    StopMode,
+)
+from stagewire_apt.flags import LedMode
+from stagewire_virtual.errors import BadOptionError
+from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.motor.moves import Scales
+
+_NOMINAL = 100_000
+"""Counts that stand for a millimetre where nobody knows how many they are."""
+_LONGEST = 0x7FFF_FFFF
+"""The longest travel in counts: positions are 32 bits with a sign (page 28)."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Plausible:
+    """What a stage is like: lengths in millimetres, times in seconds."""
+
+    travel: float
+    velocity: float
+    acceleration: float
+    home_velocity: float
+    jog_step: float
+    jog_velocity: float
+    jerk: float
+
+
+_BRUSHLESS = _Plausible(110, 100, 1000, 25, 0.05, 50, 10_000)
+"""The MLS203: travel of its data sheet, homing of page 38, jog step of page 33, jerk of page 70."""
+_SCREW = _Plausible(25, 2, 4, 1, 0.1, 1, 0)
+"""An actuator with a lead screw, which crosses its travel in a quarter of a minute."""
+
+
+def is_brushless(channel: Channel) -> bool:
+    """Say whether a channel drives a brushless stage, which has the parameters of the PMD chip."""
+    return channel.answers("MOT_REQ_PMDSTAGEAXISPARAMS")
+
+
+def travel_of(channel: Channel, scales: Scales) -> int:
+    """Return the travel of a channel's stage in counts: that of the user, of the registry, or of such stages.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for one that a position cannot count.
+    """
+    told = channel.settings.travel
+    if told is None:
+        stage = channel.settings.stage
+        own = None if stage is None else stage.limits.get("travel")
+        length = own.value if isinstance(own, Limit) else _plausible(channel).travel
+        return round(float(length) * _counts_per_mm(scales))
+    if not 0 < told <= _LONGEST:
+        raise BadOptionError(
+            f"{channel.unit.name} needs a travel of 1 to {_LONGEST} counts, not {told}"
+        )
+    return told
+
+
+def starting_place(channel: Channel, travel: int) -> int:
+    """Return where the stage of a new controller stands: as told, or a fifth of its travel.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a place where it cannot stand.
+    """
+    told = channel.settings.position
+    if told is None:
+        return travel // 5
+    if not 0 <= told <= travel:
+        raise BadOptionError(f"{channel.unit.name} cannot stand at {told} of a travel of {travel}")
+    return told
+
+
+def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
+    """Return the parameter sets of a new controller that the unit has.
+
+    Velocities suit the stage. What tunes loops is from the worked examples of the document.
+    """
+    scales = Scales(channel.settings.stage, channel.unit.name)
+    stage = _plausible(channel)
+    counts = _counts_per_mm(scales)
+    brushless = is_brushless(channel)
+    travel = travel_of(channel, scales)
+
+    def velocity(mm_per_s: float) -> int:
+        return round(mm_per_s * counts / scales.velocity)
+
+    def acceleration(mm_per_s2: float) -> int:
+        return round(mm_per_s2 * counts / scales.acceleration)
+
+    sets: dict[str, dict[str, Any]] = {
+        "MOT_VELPARAMS": {
+            "acceleration": acceleration(stage.acceleration),
+            "max_velocity": velocity(stage.velocity),
+        },
+        "MOT_JOGPARAMS": {
+            "jog_mode": JogMode.SINGLE_STEP,
+            "jog_step_size": round(stage.jog_step * counts),
+            "jog_acceleration": acceleration(stage.acceleration),
+            "jog_max_velocity": velocity(stage.jog_velocity),
+            "jog_stop_mode": StopMode.PROFILED,
+        },
+        "MOT_HOMEPARAMS": {
+            # Both are ignored for brushless stages (page 37), and zero in the example of page 38.
+            "home_direction": 0 if brushless else MoveDirection.REVERSE,
+            "limit_switch": 0 if brushless else 1,
+            "home_velocity": velocity(stage.home_velocity),
+        },
+        "MOT_LIMSWITCHPARAMS": {
+            "cw_hard_limit": HardLimit.MAKES,
+            "ccw_hard_limit": HardLimit.MAKES,
+            "cw_soft_limit": travel if channel.clockwise > 0 else 0,
+            "ccw_soft_limit": 0 if channel.clockwise > 0 else travel,
+            "software_limit_mode": SoftwareLimitMode.IGNORE,
+        },
+        "MOT_DCPIDPARAMS": {  # page 52
+            "proportional": 65,
+            "integral": 175,
+            "differential": 600,
+            "integral_limit": 20_000,
+            "filter_control": 0x0F,
+        },
+        "MOT_AVMODES": {  # "all modes are enabled by default" (page 53)
+            "mode_bits": LedMode.of(
+                ledmode_ident=True, ledmode_limitswitch=True, ledmode_moving=True
+            )
+        },
+        "MOT_POTPARAMS": {  # page 56
+            "zero_wnd": 20,
+            "vel1": round(0.1 * counts),
+            "wnd1": 50,
+            "vel2": round(0.2 * counts),
+            "wnd2": 80,
+            "vel3": round(0.3 * counts),
+            "wnd3": 100,
+            "vel4": round(0.5 * counts),
+        },
+        "MOT_BUTTONPARAMS": {  # page 59
+            "mode": ButtonMode.JOG,
+            "position1": round(0.5 * counts),
+            "position2": round(1.2 * counts),
+            "time_out": 2000,
+        },
+        "MOT_PMDPOSITIONLOOPPARAMS": {  # page 62
+            "proportional": 65,
+            "integral": 175,
+            "integral_limit": 80_000,
+            "differential": 600,
+            "kd_time_pos": 5,
+            "kout_pos": 3277,
+            "kaff_pos": 1000,
+            "pos_err_lim": 65_535,
+        },
+        "MOT_PMDMOTOROUTPUTPARAMS": {  # page 65, with the motor limit that its text has
+            "cont_current_lim": 6553,
+            "energy_lim": 4800,
+            "motor_lim": 32_767,
+        },
+        "MOT_PMDTRACKSETTLEPARAMS": {"settle_window": 20},  # page 67
+        "MOT_PMDPROFILEMODEPARAMS": {  # page 70
+            "mode": ProfileMode.TRAPEZOIDAL,
+            "jerk": round(stage.jerk * counts / scales.jerk),
+        },
+        "MOT_PMDCURRENTLOOPPARAMS": {  # page 72
+            "phase": CurrentPhase.PHASEA_AND_B,
+            "kp_current": 35,
+            "ki_current": 80,
+            "i_lim_current": 32_767,
+            "i_dead_band": 50,
+        },
+        "MOT_PMDSETTLEDCURRENTLOOPPARAMS": {  # page 74
+            "phase": CurrentPhase.PHASEA_AND_B,
+            "ki_settled": 40,
+            "i_lim_settled": 30_000,
+            "i_dead_band_settled": 50,
+            "kff_settled": 500,
+        },
+        "MOT_PMDSTAGEAXISPARAMS": {  # page 76: twice what it moves with at first
+            "stage_id": StageAxis.MLS203_X_AXIS,
+            "part_no_axis": "MLS203 X Axis",
+            "serial_num": channel.random.randrange(1, 10_000_000),
+            "cnts_per_unit": round(counts),
+            "min_pos": 0,
+            "max_pos": travel,
+            "max_accn": acceleration(2 * stage.acceleration),
+            "max_dec": acceleration(2 * stage.acceleration),
+            "max_vel": velocity(2 * stage.velocity),
+        },
+    }
+    return {
+        name: values
+        for name, values in sets.items()
+        if channel.answers(name.replace("MOT_", "MOT_REQ_", 1))
+    }
+
+
+def _plausible(channel: Channel) -> _Plausible:
+    return _BRUSHLESS if is_brushless(channel) else _SCREW
+
+
+def _counts_per_mm(scales: Scales) -> float:
+    return float(scales.counts_per_mm or _NOMINAL)

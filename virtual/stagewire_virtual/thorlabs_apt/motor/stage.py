@@ -1,0 +1,139 @@
+"""The stage on a motor channel: counters, travel and status, whatever moves it (pages 28, 29, 75 to 81)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from stagewire import Frame
+from stagewire_apt import messages as m
+from stagewire_virtual.axis import SimulatedAxis
+from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, Shown, handles, live, stored
+from stagewire_virtual.thorlabs_apt.motor.defaults import (
+    is_brushless,
+    motor_defaults,
+    starting_place,
+    travel_of,
+)
+from stagewire_virtual.thorlabs_apt.motor.drive import Drive
+from stagewire_virtual.thorlabs_apt.motor.moves import Scales
+from stagewire_virtual.thorlabs_apt.motor.status import STATUS_BITS, Counter, Doing, State
+from stagewire_virtual.thorlabs_apt.motor.travel import active_limits, index_run, soft_limits
+
+_FASTEST: Final = 0x7FFF
+"""The greatest velocity that fits into a DC status."""
+
+
+class StageChannel(Behaviour):
+    """What a channel with a stage knows of it.
+
+    :param channel: its parameters, its clock, and the way to the host.
+    """
+
+    can_stick = True
+
+    def __init__(self, channel: Channel) -> None:
+        super().__init__(channel)
+        self._kind: str = channel.unit.facts["status"]
+        self._scales = Scales(channel.settings.stage, channel.unit.name)
+        travel = travel_of(channel, self._scales)
+        place = starting_place(channel, travel)
+        below = index_run(travel) if is_brushless(channel) else 0
+        self._axis = SimulatedAxis(channel.clock, travel, place, below=below)
+        self._drive = Drive(
+            channel, self._axis, lambda: soft_limits(channel, self._position.origin)
+        )
+        self._begin_anew()
+
+    @classmethod
+    def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, Any]]:
+        """Return the values that parameter sets have in a new controller: set -> field -> value."""
+        return motor_defaults(channel)
+
+    def power_on(self) -> None:
+        """Begin anew after a power cycle, not homed, with counters of 0 where the stage stands."""
+        self._drive.rest()
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        self._drive.motion_error = False
+        self._homed = False
+        self._position = Counter(self._axis)
+        self._encoder = Counter(self._axis)
+
+    def stuck_changed(self) -> None:
+        """Hear that something holds the stage, or holds it no more."""
+        self._drive.hold(self.channel.stuck)
+
+    # Counters and the stage
+
+    @live("MOT_POSCOUNTER")
+    def position(self) -> dict[str, int]:
+        """Return the position counter (page 28)."""
+        return {"position": self._position.value}
+
+    @stored("MOT_POSCOUNTER")
+    def position_was_set(self, frame: Frame) -> None:
+        """Let the counter show what was set; nothing moves, and no move under way changes where it goes."""
+        self._position.set(self.channel.parameter("MOT_POSCOUNTER", "position"))
+
+    @live("MOT_ENCCOUNTER")
+    def encoder_count(self) -> dict[str, int]:
+        """Return the encoder counter (page 29)."""
+        return {"encoder_count": self._encoder.value}
+
+    @stored("MOT_ENCCOUNTER")
+    def encoder_count_was_set(self, frame: Frame) -> None:
+        """Let the counter show what was set."""
+        self._encoder.set(self.channel.parameter("MOT_ENCCOUNTER", "encoder_count"))
+
+    @handles("MOT_SET_PMDSTAGEAXISPARAMS")
+    def shorten_travel(self, frame: Frame) -> None:
+        """Raise the minimum or lower the maximum position; nothing else can be set (page 75)."""
+        stage = self.channel.parameters["MOT_PMDSTAGEAXISPARAMS"]
+        match frame.message:
+            case m.MotSetPmdStageAxisParams(min_pos=minimum, max_pos=maximum):
+                minimum, maximum = max(minimum, stage["min_pos"]), min(maximum, stage["max_pos"])
+                if minimum <= maximum:
+                    stage.update(min_pos=minimum, max_pos=maximum)
+                else:
+                    self.channel.report_fault(frame, "the travel would be less than nothing")
+
+    # Status
+
+    @live("MOT_STATUSBITS")
+    def status_bits(self) -> dict[str, int]:
+        """Return the status bits alone: those of the DC status on every motor (page 81)."""
+        return self._bits("dc")
+
+    def status(self) -> Mapping[str, int]:
+        """Return the fields of the status message of this instant (pages 77 and 79)."""
+        position = self._position.value
+        if self._kind == "stepper":
+            return {"position": position, "enc_count": self._encoder.value, **self._bits("stepper")}
+        velocity = round(self._axis.velocity / self._scales.status_velocity)
+        velocity = min(max(velocity, -_FASTEST), _FASTEST)
+        return {"position": position, "velocity": velocity, **self._bits("dc")}
+
+    def row(self) -> Shown:
+        """Return what the live table shows: millimetres where the scale is known, else counts."""
+        counts = self._position.value
+        scale = self._scales.counts_per_mm
+        position = f"{float(counts / scale):.4f} mm" if scale else f"{counts} counts"
+        return Shown(position, self._state().words)
+
+    def _bits(self, table: str) -> dict[str, int]:
+        return {"status_bits": STATUS_BITS[table](self._state())}
+
+    def _state(self) -> State:
+        action, drive = self._drive.action, self._drive
+        return State(
+            doing=Doing.NOTHING if action is None else action.doing,
+            direction=self._axis.direction * self.channel.clockwise,
+            homed=self._homed,
+            limits=active_limits(self.channel, self._axis, self._position.value),
+            enabled=self.channel.enabled,
+            tracking=self.channel.enabled and drive.tracking,
+            settled=self.channel.enabled and drive.settled,
+            motion_error=drive.motion_error,
+        )
