@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from checkout import TESTS
+from checkout import SMALL_SPECS
 
-GOOD = TESTS / "generator" / "good_spec"
+GOOD = SMALL_SPECS / "good_spec"
 
 Edit = tuple[str, str, str]
 """A file of the protocol, and what stands in it before and after."""

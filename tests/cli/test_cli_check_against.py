@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import pytest
 from repositories import GOOD, commit, edit, git, make_repository
 
-from checkout import ROOT
+from checkout import ROOT, SMALL_SPECS
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-OVERLAYS = ROOT / "tests" / "generator" / "good_overlays" / "tiny" / "overlays"
+OVERLAYS = SMALL_SPECS / "good_overlays" / "tiny" / "overlays"
 WIRE = ("messages/core.yaml", "at_rest: {bit: 1}", "at_rest: {bit: 2}")
 PAGE = (
     "messages/core.yaml",

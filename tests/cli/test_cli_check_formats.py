@@ -15,7 +15,7 @@ import jsonschema
 import junitparser
 import pytest
 
-from checkout import ROOT
+from checkout import ROOT, SMALL_SPECS
 from stagewire_cli.main import main
 from stagewire_cli.reports import Report, ReportFormat, written
 from stagewire_generator.diagnostics import CODES, Diagnostic, Place
@@ -23,7 +23,7 @@ from stagewire_generator.diagnostics import CODES, Diagnostic, Place
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-GOOD = ROOT / "tests" / "generator" / "good_spec"
+GOOD = SMALL_SPECS / "good_spec"
 SCHEMA = json.loads((ROOT / "spec/schema/diagnostics.schema.json").read_text(encoding="utf-8"))
 MACHINE = ("json", "github", "junit")
 FILES = 12  # of the good spec

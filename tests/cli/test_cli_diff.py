@@ -11,12 +11,12 @@ import jsonschema
 import pytest
 from repositories import GOOD, commit, edit, make_repository
 
-from checkout import ROOT
+from checkout import ROOT, SMALL_SPECS
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-OVERLAYS = ROOT / "tests" / "generator" / "good_overlays" / "tiny" / "overlays"
+OVERLAYS = SMALL_SPECS / "good_overlays" / "tiny" / "overlays"
 EDITS = {
     "wire": ("messages/core.yaml", "at_rest: {bit: 1}", "at_rest: {bit: 2}"),
     "source": ("messages/core.yaml", "coil_bits", "winding_bits"),

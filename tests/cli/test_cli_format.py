@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from checkout import ROOT
+from checkout import ROOT, SMALL_SPECS
 from stagewire_cli.main import main
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-GOOD = ROOT / "tests" / "generator" / "good_spec"
+GOOD = SMALL_SPECS / "good_spec"
 KINDS = "captures errata examples messages overlay printed protocol quantities rules stages units"
 
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from checkout import ROOT
+from checkout import SMALL_SPECS
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-SMALL = ROOT / "tests" / "generator" / "good_spec"
+SMALL = SMALL_SPECS / "good_spec"
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def test_the_inputs_are_spec_templates_and_generator(stagewire: Stagewire, here:
     (here / "mine").mkdir()
     (here / "mine" / "wrong name.j2").write_text("{% if", encoding="utf-8")
     (here / "mine" / ".hidden").write_text("", encoding="utf-8")
-    shutil.copytree(ROOT / "tests" / "generator" / "good_commands", here / "more")
+    shutil.copytree(SMALL_SPECS / "good_commands", here / "more")
     command = ("generate", "--spec", "spec", "--spec", "more", "--templates", "mine")
     listed = stagewire(*command, "--list-inputs")
     assert (listed.code, listed.err) == (0, "")
@@ -178,7 +178,7 @@ def test_called_wrongly(stagewire: Stagewire, here: Path, words: list[str], said
 def test_folders_with_the_same_names(stagewire: Stagewire, here: Path, old: str, said: str) -> None:
     """Of two protocols that are called alike in any way, one would take the place of the other."""
     for folder in ("one", "two"):
-        shutil.copytree(ROOT / "tests" / "generator" / "good_packets", here / folder)
+        shutil.copytree(SMALL_SPECS / "good_packets", here / folder)
     (here / "two" / "carousel").rename(here / "two" / "other")
     examples = here / "two" / "conformance" / "examples"
     (examples / "carousel.yaml").rename(examples / "other.yaml")

@@ -33,7 +33,7 @@ GIT = [
 
 
 @pytest.fixture(scope="module")
-def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of what the commands work on: two commits, the first one released."""
     folder = tmp_path_factory.mktemp("reader") / "stagewire"
     for part in PARTS:
@@ -47,8 +47,19 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ["tag", "v0.1.0"],
         ["commit", "--quiet", "--allow-empty", "--message", "Nothing more"],
     ):
-        subprocess.run([*GIT, *words], cwd=folder, check=True, capture_output=True, timeout=60)
+        git(folder, *words)
     return folder
+
+
+@pytest.fixture
+def checkout(copied: Path) -> Iterator[Path]:
+    """The copy, without the files that other blocks wrote there."""
+    yield copied
+    git(copied, "clean", "-ffdq")
+
+
+def git(folder: Path, *words: str) -> None:
+    subprocess.run([*GIT, *words], cwd=folder, check=True, capture_output=True, timeout=60)
 
 
 def typed() -> Iterator[Any]:

@@ -19,12 +19,12 @@ from typing import Any
 import jsonschema
 
 import plain_yaml
-from checkout import ROOT
+from checkout import ROOT, SMALL_SPECS
 
 SCHEMAS = ROOT / "spec" / "schema"
-GOOD = ROOT / "tests" / "generator" / "good_spec"
-COMMANDS = ROOT / "tests" / "generator" / "good_commands"
-PACKETS = ROOT / "tests" / "generator" / "good_packets"
+GOOD = SMALL_SPECS / "good_spec"
+COMMANDS = SMALL_SPECS / "good_commands"
+PACKETS = SMALL_SPECS / "good_packets"
 MORE = Path(__file__).parent / "more_spec"
 
 KeyPath = tuple[str | int, ...]

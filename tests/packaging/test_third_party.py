@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from checkout import TESTS
+from checkout import SMALL_SPECS
 
-SPEC = TESTS / "generator" / "good_packets"
+SPEC = SMALL_SPECS / "good_packets"
 COMMAND = [sys.executable, "-c", "from stagewire_cli.main import run; run()"]
 TURN = "AA 55 06 03 13 70 A0 FE 01 85 AB 0D"
 

@@ -7,3 +7,5 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 TESTS = ROOT / "tests"
 SCHEMAS = ROOT / "spec" / "schema"
+SMALL_SPECS = TESTS / "generator"
+"""The folder of ``good_spec``, ``good_commands``, ``good_packets`` and other specs made for tests."""

@@ -21,13 +21,16 @@ NEEDS = {
     "packaging/build_systems/": (LINUX, "runs make, CMake and the compilers of Linux"),
     "generated/c/": (LINUX, "runs the compilers, emulators and checkers of Linux"),
     "fuzz/": (POSIX, "limits the time of a case by SIGALRM"),
-    "generator/test_change_revision.py::test_git_cannot_be_run": (POSIX, "needs a file's mode"),
-    "generator/test_formatting_files.py::test_a_file_keeps_its_mode_and_nothing_lies_beside_it": (
+    "generator/change/test_change_revision.py::test_git_cannot_be_run": (
+        POSIX,
+        "needs a file's mode",
+    ),
+    "generator/formatting/test_formatting_files.py::test_a_file_keeps_its_mode_and_nothing_lies_beside_it": (
         POSIX,
         "needs a file's mode",
     ),
     "generator/test_output.py::test_a_pipe_in_the_place_of_a_file": (POSIX, "needs named pipes"),
-    "generator/test_templates.py::test_everything_that_is_wrong_with_files_is_reported": (
+    "generator/targets/test_templates.py::test_everything_that_is_wrong_with_files_is_reported": (
         POSIX,
         "needs named pipes",
     ),

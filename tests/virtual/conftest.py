@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from virtual_apt_host import Host, host_of
+from apt_host import Host, host_of
 
 
 @pytest.fixture

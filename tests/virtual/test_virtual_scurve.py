@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from virtual_motor import MotorHost
+from motor_host import MotorHost
 
 from stagewire_apt import messages as m
 from stagewire_apt import stages

@@ -13,7 +13,7 @@ from typing import Any
 from command_readers import Reader, Replies
 from toolchain import C, Package, compiles, need
 
-from checkout import ROOT
+from checkout import SMALL_SPECS
 from files import write_files
 from stagewire.commands import Command, CommandProtocol, Reply, SetupCommand
 from stagewire.message import Message
@@ -279,7 +279,7 @@ def make_library(folder: Path, *flags: str) -> CommandLibrary:
 
 def make_turtle(folder: Path, *flags: str) -> CommandLibrary:
     """Make the library of a protocol that nobody has: texts, constants, other marks."""
-    write_files(folder, render([check(ROOT / "tests/generator/good_commands")[0]]))
+    write_files(folder, render([check(SMALL_SPECS / "good_commands")[0]]))
     sys.path.insert(0, str(folder / "python"))
     try:
         protocol = importlib.import_module("stagewire_turtle").PROTOCOL

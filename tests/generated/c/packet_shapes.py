@@ -18,7 +18,7 @@ from typing import Any
 from testees import SANITIZERS, VERSION, Program, build
 from toolchain import C_WARNINGS, Package, compiles
 
-from checkout import ROOT
+from checkout import SMALL_SPECS
 from files import write_files
 from invented_packets import SHAPES, framing_of
 from stagewire.packets import Crc, PacketProtocol, Shape, Sum, Xor
@@ -179,7 +179,7 @@ class Made:
 def make(name: str, folder: Path) -> Made:
     """Generate the protocol of a shape, or the carousel of the tests of the generator."""
     if name == CAROUSEL:
-        spec = ROOT / "tests" / "generator" / "good_packets"
+        spec = SMALL_SPECS / "good_packets"
     else:
         number = list(FRAMINGS).index(name)
         spec = _written(folder / "spec", f"shape{number}", FRAMINGS[name])

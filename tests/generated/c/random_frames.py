@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from random import Random
 
-from checkout import ROOT
+from checkout import SMALL_SPECS
 from stagewire.framing import Direction, Forms, FramingTable
 from stagewire_generator import check
 from stagewire_generator.model import Field, Format, Layout, Message, Protocol
 
 INVENTED = 4
-GOOD_SPEC = ROOT / "tests" / "generator" / "good_spec"
+GOOD_SPEC = SMALL_SPECS / "good_spec"
 DIRECTIONS = {
     "to_host": Direction.TO_HOST,
     "to_controller": Direction.TO_CONTROLLER,

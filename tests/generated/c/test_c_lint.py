@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from toolchain import C, Package, compiles, need, of_each_package, run
 
-from checkout import ROOT
+from checkout import ROOT, SMALL_SPECS
 from stagewire_cli.main import main
 
 HERE = Path(__file__).parent
@@ -114,7 +114,7 @@ def test_cppcheck_finds_nothing_in_test_programs(folder: Path) -> None:
 def test_cppcheck_finds_nothing_in_a_small_package(spec: str, tmp_path: Path) -> None:
     """What takes minutes where there are many layouts: the same templates make it where there are few."""
     need("cppcheck")
-    source = ROOT / "tests" / "generator" / spec
+    source = SMALL_SPECS / spec
     assert main(["generate", "--spec", str(source), "--out", str(tmp_path), *TESTED]) == 0
     made = tmp_path / "c"
     sources = sorted(made.rglob("*.c"))

@@ -39,7 +39,7 @@ from toolchain import (
     packages,
 )
 
-from checkout import ROOT
+from checkout import ROOT, SMALL_SPECS
 from files import write_files
 from parts import first_of
 from stagewire.commands import FORMS
@@ -115,7 +115,7 @@ def test_every_case_of_the_vectors(name: str, testees: Testees) -> None:
 @pytest.mark.matrix
 @pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
 def test_every_case_of_protocols_that_nobody_has(spec: str, tmp_path: Path) -> None:
-    [protocol] = check(ROOT / "tests" / "generator" / spec)
+    [protocol] = check(SMALL_SPECS / spec)
     write_files(tmp_path, render([protocol], ["c", "c-tests", "vectors"]))
     vectors = json.loads((tmp_path / f"vectors/{protocol.name}.json").read_text(encoding="utf-8"))
     cases = vectors["cases"]

@@ -14,7 +14,7 @@ import pytest
 from toolchain import C, Package, need, of_each_package, packages
 from vector_programs import Finding, build_vectors, changed, findings_of, vectors_of
 
-from checkout import ROOT
+from checkout import SMALL_SPECS
 from files import write_files
 from stagewire.protocol import Protocol, load_protocol
 from stagewire_conformance.examples import run as run_in_python
@@ -210,7 +210,7 @@ def written(protocol: Model, folder: Path) -> Package:
 def test_vectors_of_somebody_else_hold(spec: str, tmp_path: Path) -> None:
     """Formats of 1 to 8 bytes, names that C keeps for itself: other protocols have what ours do not."""
     need("gcc")
-    [protocol] = pipeline.check(ROOT / "tests" / "generator" / spec)
+    [protocol] = pipeline.check(SMALL_SPECS / spec)
     package = written(protocol, tmp_path)
     found, _, status = findings_of(build_vectors(package, tmp_path))
     assert status == 0
@@ -260,7 +260,7 @@ ODD = {
 
 def test_examples_that_c_cannot_say_are_noted(tmp_path: Path) -> None:
     need("gcc")
-    [protocol] = pipeline.check(ROOT / "tests" / "generator" / "good_commands")
+    [protocol] = pipeline.check(SMALL_SPECS / "good_commands")
     package = written(replace(protocol, examples={"examples": ODD}), tmp_path)
     found, _, status = findings_of(build_vectors(package, tmp_path, "examples"))
     assert status == 0

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from checkout import ROOT
+from checkout import SMALL_SPECS
 
 SCRIPTS = sysconfig.get_path("scripts")  # where stagewire, cmake, ninja and pre-commit are
 
@@ -22,7 +22,7 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 def project(tmp_path: Path) -> Path:
     """A folder with blanks in its name, and the small good spec in it."""
     folder = tmp_path / "my own project"
-    shutil.copytree(ROOT / "tests" / "generator" / "good_spec", folder / "spec")
+    shutil.copytree(SMALL_SPECS / "good_spec", folder / "spec")
     return folder
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from build_systems_page import blocks
 
-from checkout import ROOT
+from checkout import SMALL_SPECS
 
 if TYPE_CHECKING:
     from conftest import Run
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """A folder for Make, which takes no blanks."""
-    shutil.copytree(ROOT / "tests" / "generator" / "good_spec", tmp_path / "spec")
+    shutil.copytree(SMALL_SPECS / "good_spec", tmp_path / "spec")
     return tmp_path
 
 

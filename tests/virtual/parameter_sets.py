@@ -1,0 +1,51 @@
+"""The parameter sets of every unit, for tests: their messages, and values that can be told apart."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from apt_host import BAY, USB
+
+from stagewire_apt import PROTOCOL
+from stagewire_virtual.instrument import units_of
+
+UNITS = units_of(PROTOCOL)
+
+
+def address_of(unit: str) -> int:
+    """Return where a unit, or its first bay, has its channels."""
+    return USB if UNITS[unit].facts["address"] == "generic_usb" else BAY
+
+
+def plain_sets(unit: str) -> list[tuple[Any, Any, Any]]:
+    """Return (SET, REQ, GET) of the sets that a unit stores and tells."""
+    registry = PROTOCOL.registry()["sets"]
+    return [
+        tuple(PROTOCOL.message_class(names[role]) for role in ("set", "req", "get"))
+        for names in registry.values()
+        if {"set", "req", "get"} <= names.keys()
+        and {names["set"], names["req"], names["get"]} <= UNITS[unit].messages
+        and not names["set"].startswith("RACK_")
+    ]
+
+
+def channel_of(message: Any, ident: int = 1) -> dict[str, int]:
+    """Return the channel as the keyword of a message; nothing for one that names none."""
+    return {"chan_ident": ident} if "chan_ident" in message.layout.fields else {}
+
+
+def wanted_values(set_: Any, seed: int) -> dict[str, Any]:
+    """Return a value for each field that may be set, different by channel where it can be."""
+    entry = next(e for e in PROTOCOL.registry()["messages"] if e["name"] == set_.layout.message)
+    values: dict[str, Any] = {}
+    [layout] = entry["layouts"]
+    for field in [layout["param1"], layout["param2"], *layout["fields"]]:
+        if field is None or field["role"] != "value" or field["name"] == "chan_ident":
+            continue
+        if field["kind"] == "text":
+            values[field["name"]] = f"PART{seed}"
+        elif "enum" in field:
+            values[field["name"]] = sorted(field["enum"].values())[-seed]
+        else:
+            values[field["name"]] = min(field["maximum"], field["minimum"] + 40 + seed)
+    return values

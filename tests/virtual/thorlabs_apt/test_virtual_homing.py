@@ -1,0 +1,154 @@
+"""Homing: where to, how long it takes, what is zero afterwards."""
+
+from __future__ import annotations
+
+import pytest
+from motor_host import MotorHost
+
+from stagewire_apt import messages as m
+from stagewire_apt import stages
+from stagewire_virtual.clock import SECOND
+
+FORWARD, REVERSE = (1, 4), (2, 1)  # direction and switch as public drivers send them
+
+
+def homing(name: str, *home: int, position: int = 20_000) -> MotorHost:
+    """A motor that homes at 10,000 counts/s and 20,000 counts/s²."""
+    host = MotorHost(name, travel=100_000, position=position)
+    host.say(m.MotSetVelParams(1, 0, 20_000, 50_000))
+    host.say(m.MotSetHomeParams(1, *home))
+    host.say(m.MotMoveHome(1))
+    return host
+
+
+@pytest.mark.parametrize("name", ["TDC001", "ODC001", "TST001", "BSC001", "BSC103", "MST601"])
+@pytest.mark.parametrize(
+    ("home", "way", "lowest", "highest"),
+    [(REVERSE, 20_000, 0, 100_000), (FORWARD, 80_000, -100_000, 0)],
+)
+def test_it_runs_onto_the_switch_and_counts_from_there(
+    name: str, home: tuple[int, int], way: int, lowest: int, highest: int
+) -> None:
+    """0.5 s and 2,500 counts until it runs at 10,000 counts/s, with which it comes to the switch."""
+    host = homing(name, *home, 10_000, 0)
+    host.wait(60)
+    [(when, message)] = host.said
+    assert message == m.MotMoveHomed(1)
+    assert when == pytest.approx((0.5 + (way - 2_500) / 10_000) * SECOND, abs=SECOND // 10_000)
+    assert host.position == 0
+    assert "homed" in host.bits
+    for end in (lowest, highest):
+        host.say(m.MotMoveAbsolute(1, end * 2))
+        host.wait(60)
+        assert host.position == end
+
+
+@pytest.mark.parametrize(("home", "end"), [(REVERSE, -3_000), (FORWARD, 3_000)])
+def test_the_offset_leads_back_from_the_switch(home: tuple[int, int], end: int) -> None:
+    host = homing("TDC001", *home, 10_000, 3_000)
+    host.wait(60)
+    assert host.kinds == ["MOT_MOVE_HOMED"]
+    assert host.position == 0
+    assert not host.bits & {"reverse_hardware_limit", "forward_hardware_limit"}
+    host.say(m.MotMoveAbsolute(1, 40 * end))
+    host.wait(60)
+    assert host.position == end
+
+
+def test_the_encoder_counts_from_home_too() -> None:
+    host = homing("BSC001", *REVERSE, 10_000, 0)
+    host.say(m.MotSetEncCounter(1, 5))
+    host.wait(60)
+    assert host.ask(m.MotReqEncCounter(1)).encoder_count == 0
+
+
+@pytest.mark.parametrize("home", [(0, 0), (1, 1), (2, 4), (2, 0)])
+def test_without_a_switch_it_runs_into_the_end_and_is_not_homed(home: tuple[int, int]) -> None:
+    """Home parameters of zeros have driven stages into their ends."""
+    host = homing("TDC001", *home, 10_000, 0)
+    host.wait(60)
+    assert host.kinds == ["MOT_MOVE_STOPPED"]
+    assert "homed" not in host.bits
+    assert host.position == (80_000 if home[0] == 1 else -20_000)
+
+
+@pytest.mark.parametrize(("home", "found"), [(REVERSE, False), (FORWARD, True)])
+def test_a_switch_that_is_ignored_is_not_found(home: tuple[int, int], found: bool) -> None:
+    """Page 39: "Ignore switch or switch not present", of the reverse one."""
+    host = MotorHost("TDC001", travel=100_000, position=50_000)
+    host.say(m.MotSetLimSwitchParams(1, 2, 1, 0, 0, 1))
+    host.say(m.MotSetHomeParams(1, *home, 50_000, 0))
+    host.say(m.MotMoveHome(1))
+    host.wait(60)
+    assert host.kinds == ["MOT_MOVE_HOMED" if found else "MOT_MOVE_STOPPED"]
+    assert ("homed" in host.bits) is found
+
+
+@pytest.mark.parametrize("name", ["BBD101", "BBD102", "BBD203"])
+@pytest.mark.parametrize("home", [(0, 0), FORWARD, REVERSE, (77, 99)])
+def test_a_brushless_stage_heeds_the_velocity_only(name: str, home: tuple[int, int]) -> None:
+    """Page 37: the direction is always positive, no switch is used, and the offset neither."""
+    host = homing(name, *home, 10_000, 12_345)
+    host.wait(1)
+    assert host.velocity == -10_000
+    host.wait(1.8)
+    assert host.velocity > 0  # the last approach is positive
+    host.wait(60)
+    assert host.kinds == ["MOT_MOVE_HOMED"]
+    assert host.position == 0
+    for asked, reached in ((500_000, 100_000), (-500_000, 0)):
+        host.say(m.MotMoveAbsolute(1, asked))
+        host.wait(60)
+        assert host.position == reached
+
+
+def test_homing_begins_anew_what_is_homed() -> None:
+    host = homing("TDC001", *REVERSE, 10_000, 0)
+    host.wait(60)
+    host.say(m.MotMoveAbsolute(1, 50_000))
+    host.wait(60)
+    host.say(m.MotMoveHome(1))
+    assert "homed" not in host.bits
+    assert "homing" in host.bits
+    host.wait(1)
+    host.say(m.MotMoveStop(1, 1))
+    host.wait(60)
+    assert host.kinds == ["MOT_MOVE_HOMED", "MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED"]
+    assert not host.bits & {"homing", "homed"}
+
+
+def test_a_move_takes_over_from_homing() -> None:
+    host = homing("TDC001", *REVERSE, 10_000, 0)
+    host.wait(1)
+    host.say(m.MotMoveAbsolute(1, 0))
+    host.wait(60)
+    assert host.kinds == ["MOT_MOVE_COMPLETED"]
+    assert host.position == 0
+    assert "homed" not in host.bits
+
+
+def test_homing_goes_through_soft_limits() -> None:
+    host = MotorHost("TDC001", travel=100_000, position=20_000)
+    host.say(m.MotSetLimSwitchParams(1, 2, 2, 1_000, -1_000, 2))
+    host.say(m.MotMoveHome(1))
+    host.wait(60)
+    assert host.kinds == ["MOT_MOVE_HOMED"]
+
+
+@pytest.mark.parametrize(
+    ("name", "stage"),
+    [("TDC001", stages.Z8), ("BBD102", stages.MLS203), ("BSC101", stages.APT_STEPPER)],
+)
+def test_a_new_controller_homes_within_seconds(name: str, stage: object) -> None:
+    host = MotorHost(name, stage=stage)
+    host.say(m.MotMoveHome(1))
+    host.wait(60)
+    [(when, message)] = host.said
+    assert message == m.MotMoveHomed(1)
+    assert SECOND < when < 20 * SECOND
+
+
+def test_who_stands_at_home_homes_again() -> None:
+    host = homing("TDC001", *REVERSE, 10_000, 0, position=0)
+    host.wait(1)
+    assert host.kinds == ["MOT_MOVE_HOMED"]
