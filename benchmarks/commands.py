@@ -17,7 +17,8 @@ from struct import Struct
 from measure import Bound, interleave, report, statement
 from reading import chunks, reading
 
-from stagewire.commands import Command, CommandFrame, CommandReceived
+from stagewire.framing import CommandReceived
+from stagewire.protocols import Command, CommandFrame
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m
 

@@ -26,8 +26,8 @@ from functools import partial
 from measure import holds, memory
 
 import stagewire_virtual as virtual
-from stagewire._sessions.framed import FramedCore
 from stagewire.framing import Received
+from stagewire.sessions import FramedCore
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

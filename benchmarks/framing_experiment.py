@@ -23,7 +23,6 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 from stagewire.framing import (
-    Direction,
     End,
     Event,
     Forms,
@@ -33,7 +32,7 @@ from stagewire.framing import (
     Undocumented,
     Unknown,
 )
-from stagewire.header import DATA_FLAG, MAXIMUM_PACKET
+from stagewire.protocols import DATA_FLAG, MAXIMUM_PACKET, Direction
 
 HOST = 0x01
 DEVICES = frozenset({0x11, *range(0x21, 0x2B), 0x50})

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from measure import holds
 from virtual_soak import PERIOD, kinds, serving
 
-from stagewire._sessions.asynchronous import AsyncFramedSession
-from stagewire.framed_message import FramedMessage
 from stagewire.links import open_async_link
+from stagewire.protocols import FramedMessage
+from stagewire.sessions import AsyncFramedSession
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual.instrument import Unit

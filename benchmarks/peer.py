@@ -20,7 +20,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
-from stagewire.framed_message import FramedMessage
+from stagewire.protocols import FramedMessage
 from stagewire_apt import messages as m
 
 HEADER = 6

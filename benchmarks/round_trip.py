@@ -26,9 +26,8 @@ from contextlib import ExitStack
 from measure import Bound, Runner, interleave, report
 from peer import DEVICE, HOST, REPLY, REQUEST, Peer, peer
 
-from stagewire._sessions.asynchronous import AsyncFramedSession
-from stagewire._sessions.synchronous import FramedSession
 from stagewire.links import open_async_link, open_link
+from stagewire.sessions import AsyncFramedSession, FramedSession
 from stagewire_apt import PROTOCOL, TDC001
 from stagewire_apt import messages as m
 

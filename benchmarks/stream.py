@@ -5,8 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 
-from stagewire.direction import Direction
-from stagewire.framed_message import UndocumentedMessage
+from stagewire.protocols import Direction, UndocumentedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

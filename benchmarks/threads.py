@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 from peer import peer
 
-from stagewire._sessions.synchronous import FramedSession
-from stagewire.framed_message import FramedMessage
 from stagewire.links import open_link
+from stagewire.protocols import FramedMessage
+from stagewire.sessions import FramedSession
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from stagewire.direction import Direction
 from stagewire.framing import Event
+from stagewire.protocols import Direction
 from stagewire_cli.formats.task import Task
 from stagewire_cli.rendering import frame_line
 from stagewire_conformance.answers import frame_answer

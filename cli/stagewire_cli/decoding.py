@@ -10,8 +10,8 @@ from functools import cached_property
 from pathlib import Path
 
 from stagewire.capture import Heading, Recorded
-from stagewire.direction import Direction
 from stagewire.framing import End
+from stagewire.protocols import Direction
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.task import Stamp, Task
 from stagewire_cli.formats.writer import Writer

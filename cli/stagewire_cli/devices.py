@@ -101,7 +101,7 @@ def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any
     Raises :class:`CalledWronglyError` for a unit or a stage that nobody knows, and
     :class:`~stagewire.errors.StagewireError` for a line that cannot be opened.
     """
-    from stagewire.discovery.opening import device_class, model_option, unit_at
+    from stagewire.discovery import device_class, model_option, unit_at
 
     given = {name: value for name, value in options.items() if value is not None}
     with called_wrongly():

@@ -12,7 +12,7 @@ from stagewire_cli.progress import progress
 from stagewire_cli.terminal import printable
 
 if TYPE_CHECKING:
-    from stagewire.discovery.diagnosis import Diagnosis
+    from stagewire.discovery import Diagnosis
 
 __all__ = ["EXAMPLE", "doctor"]
 
@@ -49,9 +49,7 @@ def doctor(
     Looks for missing ports and permissions, and for drivers that give no port. What is asked of a
     controller, when it is, changes nothing: its identity, at the documented baud rates if need be.
     """
-    from stagewire.discovery.computer_diagnosis import diagnose_computer
-    from stagewire.discovery.diagnosis import Verdict
-    from stagewire.discovery.line_diagnosis import diagnose_line
+    from stagewire.discovery import Verdict, diagnose_computer, diagnose_line
 
     if url is None and unit is not None:
         raise CalledWronglyError(f"--unit {unit}: on which line? give its URL, too")

@@ -7,11 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from stagewire.commands import CommandProtocol
 from stagewire.errors import CodecError
-from stagewire.framed import FramedProtocol
-from stagewire.packets import PacketProtocol
-from stagewire.protocol import Protocol
+from stagewire.protocols import CommandProtocol, FramedProtocol, PacketProtocol, Protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.protocols import PROTOCOL_HELP, choose_by_message
 from stagewire_cli.values import parse_address, parse_assignments, parse_axis, parse_value

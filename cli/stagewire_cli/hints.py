@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from stagewire.commands import CommandProtocol
 from stagewire.errors import CodecError, StagewireError, UnknownMessageError
-from stagewire.framed import FramedProtocol
-from stagewire.header import DATA_FLAG, HEADER_SIZE
-from stagewire.packets import PacketProtocol
-from stagewire.protocol import available_protocols, load_protocol
+from stagewire.protocols import (
+    DATA_FLAG,
+    HEADER_SIZE,
+    CommandProtocol,
+    FramedProtocol,
+    PacketProtocol,
+    available_protocols,
+    load_protocol,
+)
 from stagewire_conformance.answers import message_of
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.codec.base import Codec

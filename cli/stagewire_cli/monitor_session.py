@@ -10,15 +10,14 @@ from typing import Any
 
 import typer
 
-from stagewire._devices.values import Values
+from stagewire.devices import Values
 from stagewire.errors import (
     ReplyTimeout,
     SessionClosedError,
     StagewireError,
     TransportError,
 )
-from stagewire.frame import Frame
-from stagewire.message import Message
+from stagewire.protocols import Frame, Message
 from stagewire_cli.devices import opened, title_of
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.monitor_readings import Board

@@ -11,7 +11,7 @@ from typing import Any
 
 import typer
 
-from stagewire._devices.values import Values
+from stagewire.devices import Values
 from stagewire.errors import (
     BadValueError,
     ControllerFaultError,
@@ -225,7 +225,7 @@ def run_stop(where: Where) -> None:
 
 def _unit_to_stop(where: Where) -> str:
     """Return the unit to stop; raises where it is not known, and says that nothing was stopped."""
-    from stagewire.discovery.opening import unit_at
+    from stagewire.discovery import unit_at
 
     if where.unit is not None:
         return where.unit

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from stagewire.packets import Check, Crc, Shape, Sum
+from stagewire.protocols import Check, Crc, Shape, Sum
 from stagewire_cli.terminal import table
 from stagewire_conformance.hexes import spaced
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import typer
 
 from stagewire.errors import UnknownProtocolError, UnusableProtocolError
-from stagewire.protocol import Protocol, available_protocols, load_protocol
+from stagewire.protocols import Protocol, available_protocols, load_protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.terminal import printable
 

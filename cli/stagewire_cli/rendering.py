@@ -5,8 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from stagewire.frame import Frame
-from stagewire.protocol import Protocol
+from stagewire.protocols import Frame, Protocol
 from stagewire_cli.terminal import printable, table
 from stagewire_conformance.answers import ADDRESSES
 from stagewire_conformance.registry import Registry, registry_of

@@ -8,13 +8,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from stagewire.capture import Heading
-from stagewire.commands import CommandProtocol
 from stagewire.errors import BadValueError, CodecError
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import UndecidedMessage
-from stagewire.message import Message
-from stagewire.packets import PacketProtocol
-from stagewire.protocol import Protocol
+from stagewire.protocols import (
+    CommandProtocol,
+    FramedProtocol,
+    Message,
+    PacketProtocol,
+    Protocol,
+    UndecidedMessage,
+)
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.task import CommandTask, FramedTask, PacketTask, Task
 from stagewire_cli.protocols import choose, choose_by_message

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stagewire.packets import PacketProtocol
+from stagewire.protocols import PacketProtocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.parts import parts_table
 from stagewire_cli.protocols import one_or_all

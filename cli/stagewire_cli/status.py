@@ -7,7 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Values
+from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw
+from stagewire.devices import Values
 from stagewire.errors import UnknownScaleError
 
 __all__ = ["Reading", "Value", "numbers_of", "reading_of", "status_of"]

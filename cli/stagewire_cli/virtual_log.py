@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TextIO, cast
 
 from stagewire.capture import CaptureWriter, Heading
-from stagewire.direction import Direction
+from stagewire.protocols import Direction
 from stagewire_cli.conversation import Conversation
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.selection import Selection

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stagewire.direction import Direction
+from stagewire.protocols import Direction
 from stagewire_cli.terminal import printable
 from stagewire_cli.virtual_log import STANDARD_OUTPUT, Log, begin, logs
 from stagewire_cli.virtual_units import LinkMaker

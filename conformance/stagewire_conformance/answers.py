@@ -5,12 +5,16 @@ from __future__ import annotations
 from functools import singledispatch
 from typing import Any, TypeAlias
 
-from stagewire.commands import CommandFrame, Reply
 from stagewire.errors import CodecError
-from stagewire.frame import Frame
-from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
-from stagewire.message import Message
-from stagewire.packets import Packet
+from stagewire.protocols import (
+    CommandFrame,
+    Frame,
+    Message,
+    Packet,
+    Reply,
+    UndecidedMessage,
+    UndocumentedMessage,
+)
 
 __all__ = ["ADDRESSES", "Decoded", "Refusal", "frame_answer", "message_of", "refusal"]
 

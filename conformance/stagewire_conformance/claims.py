@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.registry import Json, registry_of
 from stagewire_conformance.verdict import Findings

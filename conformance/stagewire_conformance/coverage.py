@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.registry import registry_of
 
 __all__ = ["Coverage", "coverage"]

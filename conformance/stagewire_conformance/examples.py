@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.claims import check_claim
 from stagewire_conformance.frames import check_capture, check_frame
 from stagewire_conformance.keyboard import check_keyboard

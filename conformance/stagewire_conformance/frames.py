@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from stagewire.errors import CodecError
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.answers import ADDRESSES
 from stagewire_conformance.codec import Codec, codec_of
 from stagewire_conformance.hexes import octets, spaced

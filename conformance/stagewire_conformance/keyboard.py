@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stagewire.errors import CodecError
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.frames import check_reproduced, wanted_of
 from stagewire_conformance.hexes import octets, spaced

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 
 __all__ = ["Json", "Registry", "registry_of"]
 

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO, NoReturn
 
 import stagewire
 from stagewire.errors import CodecError, UnknownProtocolError
-from stagewire.protocol import available_protocols, load_protocol
+from stagewire.protocols import available_protocols, load_protocol
 from stagewire_conformance.answers import Refusal, refusal
 from stagewire_conformance.codec import ENDS, KEYS, Codec, codec_of
 from stagewire_conformance.hexes import from_hex

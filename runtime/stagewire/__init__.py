@@ -1,22 +1,22 @@
-"""Stagewire: what generated protocol packages stand on.
+"""Stagewire: the runtime of generated protocol packages.
 
-The runtime knows no message of any protocol. It cuts streams into frames (:mod:`stagewire.framing`),
-carries messages (:mod:`stagewire.message`, :mod:`stagewire.frame`), reads commands that have no
-header (:mod:`stagewire.commands`) and packets in a shape of their own (:mod:`stagewire.packets`), finds
-protocols (:mod:`stagewire.protocol`) and controllers (:mod:`stagewire.discovery`), converts units exactly
-(:mod:`stagewire.quantities`) and says what went wrong (:mod:`stagewire.errors`).
+The runtime knows no message of any protocol. Public are the names here and those of the modules
+:mod:`~stagewire.protocols`, :mod:`~stagewire.framing`, :mod:`~stagewire.links`, :mod:`~stagewire.sessions`,
+:mod:`~stagewire.devices`, :mod:`~stagewire.discovery`, :mod:`~stagewire.columns`, :mod:`~stagewire.capture`,
+:mod:`~stagewire.quantities`, :mod:`~stagewire.errors` and, for generated code, :mod:`~stagewire.support`.
+All others begin with an underscore, and may change in any release (``docs/versioning.md``).
 """
 
 from __future__ import annotations
 
+from stagewire._codec.flags import Bit, Flags
+from stagewire._codec.message import Message
+from stagewire._codec.protocol import Protocol, available_protocols, load_protocol
+from stagewire._framings.header.frame import Frame
+from stagewire._framings.header.message import FramedMessage
+from stagewire._framings.header.protocol import FramedProtocol
 from stagewire.errors import StagewireError
-from stagewire.flags import Bit, Flags
-from stagewire.frame import Frame
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import FramedMessage
 from stagewire.framing import End, Framer
-from stagewire.message import Message
-from stagewire.protocol import Protocol, available_protocols, load_protocol
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:

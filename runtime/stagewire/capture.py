@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TextIO
 
-from stagewire.direction import Direction
+from stagewire._codec.message import Direction
 from stagewire.errors import BadValueError, CaptureError
 
 __all__ = [

@@ -27,6 +27,7 @@ __all__ = [
     "ReplyTimeout",
     "SessionClosedError",
     "StagewireError",
+    "SupportVersionError",
     "TargetNotReachedError",
     "TrailingBytesError",
     "TransportError",
@@ -161,6 +162,10 @@ class UnusableProtocolError(UnknownProtocolError):
     """A protocol of this name is installed, but by two packages, or by one that cannot be used."""
 
 
+class SupportVersionError(StagewireError, ImportError):
+    """A generated package needs another version of :mod:`stagewire.support` than the installed one."""
+
+
 class UnknownScaleError(StagewireError):
     """The scale of a quantity is not known for this stage, controller or setting."""
 
@@ -252,7 +257,7 @@ class TargetNotReachedError(StagewireError):
     :param target_in_units: the target in that unit; None where the scale is unknown.
     :param position_in_units: the position, likewise.
     :param limits: names of the limit bits that were set, such as ``forward_hardware_limit``.
-    :param end: the :class:`~stagewire._devices.tables.MotionEnd`.
+    :param end: the :class:`~stagewire.support.MotionEnd`.
     """
 
     def __init__(

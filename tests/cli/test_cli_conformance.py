@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from stagewire.protocol import Protocol, available_protocols, load_protocol
+from stagewire.protocols import Protocol, available_protocols, load_protocol
 from stagewire_cli.conformance import examples
 from stagewire_conformance import Verdict
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_conformance.device import rules
 from stagewire_conformance.device.rules import Coverage
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stagewire.capture import Heading
-from stagewire.direction import Direction
+from stagewire.protocols import Direction
 from stagewire_cli.conversation import Conversation
 from stagewire_cli.selection import Selection
 

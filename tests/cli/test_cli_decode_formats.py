@@ -20,9 +20,8 @@ from pyarrow import parquet
 
 from parts import every_nth
 from stagewire import Frame
-from stagewire.framed_message import UndocumentedMessage
 from stagewire.framing import Received, Undocumented
-from stagewire.message import Message
+from stagewire.protocols import Message, UndocumentedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_cli import decode, inputs

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from serial_ports import linux, port, show
-from stagewire.discovery import linux as linux_room
+from stagewire._discovery import ports as system
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def a_computer_with_nothing_plugged_in(monkeypatch: pytest.MonkeyPatch) -> None:
     show(monkeypatch)
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(linux_room, "usb_devices", list)
+    monkeypatch.setattr(system, "usb_devices", list)
 
 
 def test_nothing_is_plugged_in(stagewire: Stagewire) -> None:

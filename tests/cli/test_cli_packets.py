@@ -15,8 +15,7 @@ from pyarrow import parquet
 
 from checkout import TESTS
 from invented_packets import PROTOCOL, SHAPES, SetAngle, Stop, protocol_of
-from stagewire.packets import Packet
-from stagewire.protocol import Protocol
+from stagewire.protocols import Packet, Protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.task import PacketTask
 from stagewire_cli.parts import parts_table

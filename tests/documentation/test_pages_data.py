@@ -20,7 +20,7 @@ import stagewire_virtual as virtual
 from checkout import ROOT
 from markdown_blocks import blocks
 from stagewire.capture import read_capture
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_cli.main import main
 from stagewire_conformance.device.pics.file import parse_pics
 from stagewire_conformance.testee import Testee

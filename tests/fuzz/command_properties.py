@@ -7,14 +7,6 @@ from itertools import cycle, pairwise
 from command_streams import COMMAND_CONTROLS
 from tally import Seen, count
 
-from stagewire.commands import (
-    BadCommandLength,
-    Command,
-    CommandFrame,
-    CommandReceived,
-    ReplyReceived,
-    UnknownCommand,
-)
 from stagewire.errors import (
     BadLengthError,
     OutOfRangeError,
@@ -23,7 +15,16 @@ from stagewire.errors import (
     TruncatedError,
     UnknownMessageError,
 )
-from stagewire.framing import Event, Garbage, join_garbage
+from stagewire.framing import (
+    BadCommandLength,
+    CommandReceived,
+    Event,
+    Garbage,
+    ReplyReceived,
+    UnknownCommand,
+    join_garbage,
+)
+from stagewire.protocols import Command, CommandFrame
 from stagewire_ms2000 import PROTOCOL
 
 LONGEST = 3 + 255 + 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
-from stagewire.commands import Command, SetupCommand
+from stagewire.protocols import Command, SetupCommand
 from stagewire_ms2000 import PROTOCOL
 
 COMMAND_CONTROLS = 4

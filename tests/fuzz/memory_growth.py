@@ -27,7 +27,7 @@ import streams
 
 from stagewire import End
 from stagewire.framing import Event, Received, Undocumented
-from stagewire.header import HEADER_SIZE, MAXIMUM_PACKET
+from stagewire.protocols import HEADER_SIZE, MAXIMUM_PACKET
 from stagewire_apt import PROTOCOL
 
 FRAMES = 10_000_000

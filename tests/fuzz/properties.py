@@ -15,7 +15,6 @@ from command_properties import check_commands
 from streams import STREAM_CONTROLS
 from tally import SEEN, Seen, count, count_in
 
-from stagewire.direction import Direction
 from stagewire.errors import (
     BadLengthError,
     BadValueError,
@@ -28,8 +27,6 @@ from stagewire.errors import (
     UnknownMessageError,
     UnsupportedError,
 )
-from stagewire.frame import Frame
-from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
 from stagewire.framing import (
     BadLength,
     End,
@@ -41,8 +38,16 @@ from stagewire.framing import (
     Unknown,
     join_garbage,
 )
-from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
-from stagewire.message import Message
+from stagewire.protocols import (
+    DATA_FLAG,
+    HEADER_SIZE,
+    MAXIMUM_PACKET,
+    Direction,
+    Frame,
+    Message,
+    UndecidedMessage,
+    UndocumentedMessage,
+)
 from stagewire_apt import PROTOCOL
 
 __all__ = ["SEEN", "check_codec", "check_commands", "check_stream", "count_in"]

@@ -14,9 +14,13 @@ from random import Random
 import command_streams
 from command_streams import change_commands
 
-from stagewire.direction import Direction
-from stagewire.framed_message import UndocumentedMessage
-from stagewire.header import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
+from stagewire.protocols import (
+    DATA_FLAG,
+    HEADER_SIZE,
+    MAXIMUM_PACKET,
+    Direction,
+    UndocumentedMessage,
+)
 from stagewire_apt import PROTOCOL
 
 __all__ = [

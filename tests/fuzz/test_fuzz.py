@@ -25,9 +25,8 @@ from sandbox import Case, Ran, Sandbox, Wrong
 
 import stagewire_cli.main
 from quick_specs import quick_specs
-from stagewire.commands import CommandFrame, CommandFramer, ReplyDecoder
-from stagewire.frame import Frame
-from stagewire.framing import Event, Framer
+from stagewire.framing import CommandFramer, Event, Framer, ReplyDecoder
+from stagewire.protocols import CommandFrame, Frame
 from stagewire_apt import PROTOCOL
 
 HERE = Path(__file__).parent

@@ -13,8 +13,7 @@ import yaml
 
 from checkout import ROOT
 from files import write_files
-from stagewire.commands import CommandReceived, TextReceived
-from stagewire.commands.formats import host_framer
+from stagewire.framing import CommandReceived, TextReceived, host_framer
 from stagewire_conformance import run
 
 

@@ -14,7 +14,7 @@ import yaml
 from checkout import ROOT
 from files import write_files
 from stagewire.errors import BadLengthError
-from stagewire.packets import Packet
+from stagewire.protocols import Packet
 from stagewire_conformance import run
 from stagewire_generator import check, render
 from stagewire_generator.diagnostics import Diagnostics, SpecError

@@ -134,7 +134,7 @@ def test_with(answers: dict[str, dict[str, Any]]) -> None:
 def test_the_classes(packages: dict[str, Path]) -> None:
     """Of the package with the overlay, as a program uses them."""
     program = f"""\
-from stagewire.frame import Frame
+from stagewire._framings.header.frame import Frame
 from stagewire_apt import messages as m
 frame = m.decode(bytes.fromhex({LONG_STATUS!r}))
 assert type(frame.message) is m.MotGetStatusUpdateLong, frame

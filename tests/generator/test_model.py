@@ -10,11 +10,18 @@ from typing import Any
 
 import pytest
 
-from stagewire.commands import Command, Reply, SetupCommand
-from stagewire.flags import Enumeration, Flags
-from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
-from stagewire.message import Message
-from stagewire.protocol import load_protocol
+from stagewire.protocols import (
+    Command,
+    Enumeration,
+    Flags,
+    FramedMessage,
+    Message,
+    Reply,
+    SetupCommand,
+    UndecidedMessage,
+    UndocumentedMessage,
+    load_protocol,
+)
 from stagewire_generator import check, model
 from stagewire_generator.diagnostics import Diagnostic, Place, SpecError
 from stagewire_generator.model import Factor, Field, Protocol

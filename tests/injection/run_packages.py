@@ -15,11 +15,21 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from stagewire.commands import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
 from stagewire.errors import OutOfRangeError
-from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
-from stagewire.message import Message
-from stagewire.packets import Packet, PacketMessage, PacketProtocol
+from stagewire.protocols import (
+    Command,
+    CommandFrame,
+    CommandProtocol,
+    FramedMessage,
+    Message,
+    Packet,
+    PacketMessage,
+    PacketProtocol,
+    Reply,
+    SetupCommand,
+    UndecidedMessage,
+    UndocumentedMessage,
+)
 
 sys.dont_write_bytecode = True
 

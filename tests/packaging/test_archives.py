@@ -17,7 +17,7 @@ import stagewire
 from checkout import ROOT
 from files import import_program
 from markdown_blocks import blocks
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_generator import check, render
 
 EPOCH = 1_700_000_000

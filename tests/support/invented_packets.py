@@ -8,9 +8,17 @@ from __future__ import annotations
 from struct import Struct
 from typing import Any, Self
 
-from stagewire.direction import Direction
-from stagewire.message import Layout, check_bytes, check_integer, check_text
-from stagewire.packets import Crc, PacketMessage, PacketProtocol, Shape, Sum, Xor
+from stagewire._codec.message import check_bytes, check_integer, check_text
+from stagewire.protocols import (
+    Crc,
+    Direction,
+    Layout,
+    PacketMessage,
+    PacketProtocol,
+    Shape,
+    Sum,
+    Xor,
+)
 
 CCITT = Crc(size=2, polynomial=0x1021, initial=0xFFFF, reflected=False, final=0)
 

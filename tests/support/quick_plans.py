@@ -8,7 +8,7 @@ from functools import cache
 
 import pytest
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_cli.conformance import codec_session
 from stagewire_conformance.testees import Case, running
 from stagewire_conformance.testees.hello import Hello

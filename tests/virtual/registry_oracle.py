@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 
 Json = Mapping[str, Any]
 HOST = 0x01

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stagewire.direction import Direction
+from stagewire.protocols import Direction
 from stagewire_virtual.errors import FaultError
 from stagewire_virtual.faults.fault import ACTIONS, KEYS, Action, Fault, Piece, parse_fault
 

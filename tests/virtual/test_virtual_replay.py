@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stagewire.capture import Capture, CaptureReader, CaptureWriter, Heading
-from stagewire.direction import Direction
 from stagewire.errors import CaptureError
+from stagewire.protocols import Direction
 from stagewire_virtual.blueprint import make_instrument
 from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.errors import FaultError, ReplayError

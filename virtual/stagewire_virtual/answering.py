@@ -9,11 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
-from stagewire.commands import CommandProtocol
 from stagewire.errors import CodecError
-from stagewire.frame import Frame
-from stagewire.framed import FramedProtocol
 from stagewire.framing import End
+from stagewire.protocols import CommandProtocol, Frame, FramedProtocol
 from stagewire_virtual.instrument import Unit
 from stagewire_virtual.listening import is_text
 from stagewire_virtual.recording import Said, Step

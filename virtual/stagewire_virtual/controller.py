@@ -5,8 +5,8 @@ from __future__ import annotations
 from contextlib import ExitStack
 from pathlib import Path
 
-from stagewire.closing import Closing
 from stagewire.framing import Event
+from stagewire.links import Closing
 from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.errors import VirtualError
 from stagewire_virtual.instrument import Instrument

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from stagewire.protocol import Protocol, available_protocols, load_protocol
+from stagewire.protocols import Protocol, available_protocols, load_protocol
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.errors import UnknownUnitError
 

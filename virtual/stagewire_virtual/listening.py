@@ -6,13 +6,9 @@ import typing
 from collections.abc import Callable
 from typing import Final
 
-from stagewire.commands import CommandProtocol
-from stagewire.commands.formats import host_framer
 from stagewire.errors import CodecError, UnsupportedError
-from stagewire.framed import FramedProtocol
-from stagewire.framing import End, Event
-from stagewire.packets import PacketProtocol
-from stagewire.protocol import Protocol
+from stagewire.framing import End, Event, host_framer
+from stagewire.protocols import CommandProtocol, FramedProtocol, PacketProtocol, Protocol
 from stagewire_virtual.clock import SECOND, Clock
 
 PATIENCE: Final = SECOND

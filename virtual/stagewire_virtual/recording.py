@@ -7,10 +7,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from stagewire.capture import Capture, Heading
-from stagewire.direction import Direction
-from stagewire.framed import FramedProtocol
 from stagewire.framing import End, Event, Garbage
-from stagewire.protocol import load_protocol
+from stagewire.protocols import Direction, FramedProtocol, load_protocol
 from stagewire_virtual.clock import Clock, SteppedClock
 from stagewire_virtual.instrument import Unit, units_of
 from stagewire_virtual.listening import Listener, message_name

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import typer
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_cli.conformance.files import UNFINISHED, ReportFiles, code_of
 from stagewire_cli.conformance.screen import show_end, show_results
 from stagewire_cli.conformance.typed import as_typed

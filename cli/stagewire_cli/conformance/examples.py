@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_cli.errors import WRONG
 from stagewire_cli.progress import progress
 from stagewire_cli.protocols import one_or_all

@@ -7,11 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from stagewire._sessions.recording import Recording
-from stagewire.commands import CommandProtocol
-from stagewire.framed import FramedProtocol
 from stagewire.links import Link
-from stagewire.protocol import Protocol
+from stagewire.protocols import CommandProtocol, FramedProtocol, Protocol
+from stagewire.sessions import Recording
 
 __all__ = ["recorded"]
 

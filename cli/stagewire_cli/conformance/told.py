@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from stagewire.discovery.known import by_name, by_serial_number
-from stagewire.framed import FramedProtocol
+from stagewire.discovery import by_name, by_serial_number
 from stagewire.links import Link
+from stagewire.protocols import FramedProtocol
 from stagewire_cli.terminal import printable
 from stagewire_conformance.device.declared import declare
 from stagewire_conformance.device.lines.apt_line import AptLine

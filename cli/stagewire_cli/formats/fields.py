@@ -7,9 +7,8 @@ from collections.abc import Callable
 from operator import attrgetter
 from typing import Any
 
-from stagewire.columns.shape import Kind, shape_of
-from stagewire.framed_message import FramedMessage, UndecidedMessage, UndocumentedMessage
-from stagewire.message import Message
+from stagewire.columns import Kind, shape_of
+from stagewire.protocols import FramedMessage, Message, UndecidedMessage, UndocumentedMessage
 
 __all__ = ["AS_JSON", "AS_WORDS", "FieldsText", "compact"]
 

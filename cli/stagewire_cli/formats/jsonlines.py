@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TextIO
 
 from stagewire.errors import CodecError
-from stagewire.frame import Frame
+from stagewire.protocols import Frame
 from stagewire_cli.formats.fields import AS_JSON, FieldsText, compact
 from stagewire_cli.formats.task import Task
 from stagewire_cli.formats.writer import PENDING, TextWriter

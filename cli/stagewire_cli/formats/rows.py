@@ -9,8 +9,8 @@ from typing import Any, Final
 import typer
 
 from stagewire.errors import CodecError
-from stagewire.frame import Frame
 from stagewire.framing import Event
+from stagewire.protocols import Frame
 from stagewire_cli.formats.fields import AS_JSON, FieldsText, compact
 from stagewire_cli.formats.sink import Column, Sink
 from stagewire_cli.formats.task import Task

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TextIO
 
-from stagewire.commands import TextReceived
 from stagewire.errors import CodecError
-from stagewire.frame import Frame
+from stagewire.framing import TextReceived
+from stagewire.protocols import Frame
 from stagewire_cli.explain import explain
 from stagewire_cli.formats.fields import AS_WORDS, FieldsText
 from stagewire_cli.formats.task import Task

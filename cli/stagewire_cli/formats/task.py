@@ -7,15 +7,17 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
-from stagewire.commands import CommandFrame, CommandProtocol
-from stagewire.commands.overheard import Asking, Replies
-from stagewire.direction import Direction
 from stagewire.errors import CodecError
-from stagewire.framed import FramedProtocol
-from stagewire.framing import End, Event
-from stagewire.message import Message
-from stagewire.packets import PacketProtocol
-from stagewire.protocol import Protocol
+from stagewire.framing import Asking, End, Event, Replies
+from stagewire.protocols import (
+    CommandFrame,
+    CommandProtocol,
+    Direction,
+    FramedProtocol,
+    Message,
+    PacketProtocol,
+    Protocol,
+)
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.sink import Column
 from stagewire_cli.formats.typed import FrameRows, MessageRows, TypedRows, integer_type

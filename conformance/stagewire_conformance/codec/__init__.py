@@ -9,11 +9,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from stagewire.commands import CommandProtocol
 from stagewire.errors import UnsupportedError
-from stagewire.framed import FramedProtocol
-from stagewire.packets import PacketProtocol
-from stagewire.protocol import Protocol
+from stagewire.protocols import CommandProtocol, FramedProtocol, PacketProtocol, Protocol
 from stagewire_conformance.codec.base import ENDS, Codec
 from stagewire_conformance.codec.commands import CommandCodec
 from stagewire_conformance.codec.events import EVENT_NAMES

@@ -10,8 +10,7 @@ from typing import Any, ClassVar
 
 from stagewire.errors import BadValueError
 from stagewire.framing import End, Event, join_garbage
-from stagewire.message import Layout
-from stagewire.protocol import Protocol
+from stagewire.protocols import Layout, Protocol
 from stagewire_conformance.answers import Decoded, frame_answer
 from stagewire_conformance.codec.events import EVENT_NAMES
 from stagewire_conformance.hexes import from_hex

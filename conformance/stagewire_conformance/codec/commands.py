@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, NoReturn
 
-from stagewire.commands import (
+from stagewire.errors import BadValueError, MissingFieldError
+from stagewire.framing import CommandReceived, Event, ReplyReceived
+from stagewire.protocols import (
     FORMS,
     SLOTS,
     Command,
     CommandFrame,
     CommandProtocol,
-    CommandReceived,
     Reply,
-    ReplyReceived,
     SetupCommand,
 )
-from stagewire.errors import BadValueError, MissingFieldError
-from stagewire.framing import Event
 from stagewire_conformance.answers import Refusal
 from stagewire_conformance.codec.base import Codec, Json, Reader
 from stagewire_conformance.hexes import from_hex

@@ -5,15 +5,22 @@ Text it does not know: what a testee cuts is in one format. Recorded sessions ha
 
 from __future__ import annotations
 
-from stagewire.commands import (
+from stagewire.framing import (
     BadCommandLength,
+    BadLength,
+    BadPacketLength,
     CommandReceived,
+    Event,
+    Garbage,
+    PacketReceived,
+    Received,
     ReplyReceived,
     TextReceived,
+    Undocumented,
+    Unknown,
     UnknownCommand,
+    UnknownPacket,
 )
-from stagewire.framing import BadLength, Event, Garbage, Received, Undocumented, Unknown
-from stagewire.packets import BadPacketLength, PacketReceived, UnknownPacket
 
 __all__ = ["EVENT_NAMES"]
 

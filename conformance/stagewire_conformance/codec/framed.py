@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from stagewire.errors import BadLengthError, BadValueError, MissingFieldError
-from stagewire.frame import Frame
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
 from stagewire.framing import Event, Received, Undocumented
+from stagewire.protocols import Frame, FramedProtocol, UndecidedMessage, UndocumentedMessage
 from stagewire_conformance.codec.base import ENDS, Codec, Context, Json, Reader
 from stagewire_conformance.hexes import from_hex
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from stagewire.errors import MissingFieldError
-from stagewire.framing import Event
-from stagewire.packets import Packet, PacketProtocol, PacketReceived
+from stagewire.framing import Event, PacketReceived
+from stagewire.protocols import Packet, PacketProtocol
 from stagewire_conformance.codec.base import Codec, Json, Reader
 from stagewire_conformance.hexes import from_hex
 

@@ -8,13 +8,10 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
-from stagewire._devices.unit import Facts, Unit
-from stagewire.commands import CommandProtocol
-from stagewire.discovery.known import protocols
+from stagewire._discovery.products import protocols
+from stagewire.devices import Facts, Unit
 from stagewire.errors import StagewireError
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import FramedMessage
-from stagewire.protocol import Protocol
+from stagewire.protocols import CommandProtocol, FramedMessage, FramedProtocol, Protocol
 from stagewire_conformance.device.permissions import Range, RangeError
 from stagewire_conformance.device.pics import Pics
 from stagewire_conformance.device.places import Connected, Place, Travel

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from stagewire._devices.unit import Facts, Unit
-from stagewire.candidates import candidates, clean_model
+from stagewire.devices import Facts, Unit, candidates, clean_model
 
 __all__ = ["names_of"]
 

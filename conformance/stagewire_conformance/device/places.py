@@ -8,10 +8,9 @@ from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import NamedTuple
 
-from stagewire._devices.scales import Scales
-from stagewire._devices.unit import Facts, Unit
+from stagewire.devices import Facts, Scales, Unit
 from stagewire.errors import UnknownScaleError
-from stagewire.framed_message import FramedMessage
+from stagewire.protocols import FramedMessage
 from stagewire.quantities import Scale, Stage
 from stagewire_conformance.device.pics import ChannelPics
 

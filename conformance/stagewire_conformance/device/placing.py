@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Final
 
-from stagewire._devices.unit import Facts, Unit
-from stagewire.commands import CommandProtocol
+from stagewire.devices import Facts, Unit
+from stagewire.protocols import CommandProtocol
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 from stagewire_conformance.device.places import Place, connected
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.registry import Json, Registry, registry_of
 

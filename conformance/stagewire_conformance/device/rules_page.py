@@ -10,7 +10,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from stagewire.protocol import Protocol, load_protocol
+from stagewire.protocols import Protocol, load_protocol
 from stagewire_conformance.device.rules import Coverage, coverage
 
 __all__ = ["page"]

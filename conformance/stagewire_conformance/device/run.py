@@ -11,9 +11,9 @@ from random import Random
 from types import MappingProxyType
 from typing import Final
 
-from stagewire.commands import CommandProtocol
 from stagewire.errors import StagewireError, TransportLost
 from stagewire.links import Link
+from stagewire.protocols import CommandProtocol
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.digests import digests_of

@@ -11,7 +11,7 @@ from stagewire_conformance.device.report import Finding
 from stagewire_conformance.device.results import Result, worst
 
 if TYPE_CHECKING:
-    from stagewire.framed_message import FramedMessage
+    from stagewire.protocols import FramedMessage
     from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.lines.heard import Heard
     from stagewire_conformance.device.permissions import Permissions

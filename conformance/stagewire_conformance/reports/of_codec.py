@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from importlib import resources
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.comparison import Outcome
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.reports.model import (

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stagewire.protocol import Protocol, available_protocols
+from stagewire.protocols import Protocol, available_protocols
 from stagewire_conformance.testees.case import Case
 from stagewire_conformance.testees.errors import ExpectedFileError
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_conformance.comparison import canonical, shape
 from stagewire_conformance.testees.case import Case, Step
 from stagewire_conformance.testees.places import name_at

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from stagewire.commands import SLOTS, CommandProtocol
 from stagewire.errors import CodecError
-from stagewire.header import HEADER_SIZE
-from stagewire.message import Layout
-from stagewire.packets import PacketProtocol
-from stagewire.protocol import Protocol
+from stagewire.protocols import (
+    HEADER_SIZE,
+    SLOTS,
+    CommandProtocol,
+    Layout,
+    PacketProtocol,
+    Protocol,
+)
 from stagewire_conformance.registry import registry_of
 
 __all__ = ["name_at"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 from collections.abc import Collection, Iterable, Sequence
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.testees.case import Case, Step, ask
 from stagewire_conformance.testees.hello import Hello
 from stagewire_conformance.testees.hostile import damaged, ids, lines

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from datetime import UTC, datetime
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.comparison import Outcome
 from stagewire_conformance.testees.case import Case
 from stagewire_conformance.testees.errors import NothingToAskError

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.testees.case import Case, Step, ask
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.frames import wanted_of
 from stagewire_conformance.hexes import octets

@@ -22,10 +22,9 @@ from stagewire._devices.structure import (
     connect,
     url_of,
 )
+from stagewire._links.link import AsyncClosing, AsyncLink
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
-from stagewire.closing import AsyncClosing
 from stagewire.errors import LinkOpenError, ReplyTimeout, StagewireError
-from stagewire.links import AsyncLink
 
 if TYPE_CHECKING:
     from stagewire._sessions.lines import Mode
@@ -66,7 +65,7 @@ class _Opened(DeviceBase, Part, AsyncClosing):
 
         :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
 
-        Options: see :class:`~stagewire._devices.options.OpenOptions`. Raises
+        Options: see :class:`~stagewire.devices.OpenOptions`. Raises
         :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
         :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.BadValueError` and
         :class:`~stagewire.errors.UnknownScaleError`.

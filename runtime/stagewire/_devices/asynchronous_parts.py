@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any, Generic, TypeVar, overload
 
+from stagewire._codec.events import Event
 from stagewire._devices import calls, moving
 from stagewire._devices.awaited import CommandLine, FramedLine
 from stagewire._devices.structure import ChannelsBase, PartBase
@@ -15,7 +16,6 @@ from stagewire._devices.unasked import First, Second, Third, Unasked
 from stagewire._devices.values import Values
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire._sessions.subscribing import AsyncSubscription
-from stagewire.framing.events import Event
 
 __all__ = ["Axis", "Bay", "Channel", "ChannelsBay", "Motion", "Part"]
 

@@ -8,17 +8,18 @@ from contextlib import AbstractAsyncContextManager
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 from typing import Protocol as TypingProtocol
 
+from stagewire._codec.message import Message
+from stagewire._codec.protocol import Protocol
 from stagewire._devices.connection import Connection
 from stagewire._devices.line import ClosedSession, OnDone, heard_from
 from stagewire._devices.opening import link_options, session_options
 from stagewire._devices.spot import CONTROLLER
+from stagewire._links.link import AsyncLink
+from stagewire._links.opening import open_async_link
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.options import Ends
 from stagewire.errors import ReplyTimeout
-from stagewire.links import AsyncLink, open_async_link
-from stagewire.message import Message
-from stagewire.protocol import Protocol
 
 __all__ = ["CommandLine", "FramedLine", "Opening", "open_session"]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeAlias, TypeVar
 
+from stagewire._codec.message import Message
 from stagewire._devices.giving import check_held, fields_of
 from stagewire._devices.line import Deadline
 from stagewire._devices.motions import Running
@@ -23,7 +24,6 @@ from stagewire.errors import (
     TransportLost,
     UnsupportedError,
 )
-from stagewire.message import Message
 
 __all__ = [
     "Keywords",

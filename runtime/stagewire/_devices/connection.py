@@ -10,6 +10,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from stagewire._codec.message import Message
 from stagewire._devices.limits import Limits, check_measurable, limits_of
 from stagewire._devices.line import Line
 from stagewire._devices.motions import Motions
@@ -19,7 +20,6 @@ from stagewire._devices.tables import Action, Command
 from stagewire._devices.unit import Alias, Facts, Setting, Told, Unit
 from stagewire._devices.values import Values
 from stagewire._sessions.options import Ends
-from stagewire.message import Message
 
 _log = logging.getLogger("stagewire")
 

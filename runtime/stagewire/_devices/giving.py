@@ -15,10 +15,10 @@ from collections.abc import Mapping
 from functools import reduce
 from typing import Any, NoReturn
 
+from stagewire._codec.flags import Enumeration, Flags
 from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Given, Named
 from stagewire.errors import BadValueError, MissingFieldError, OutOfRangeError
-from stagewire.flags import Enumeration, Flags
 from stagewire.quantities import Number, Scale, exact
 
 __all__ = ["check_held", "fields_of", "in_unit", "number_of"]

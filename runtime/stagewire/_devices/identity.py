@@ -9,10 +9,17 @@ import logging
 from collections.abc import Sequence
 from typing import Any
 
+from stagewire._devices.candidates import (
+    DIGITS,
+    Candidate,
+    candidates,
+    clean_model,
+    owners,
+    reported_by,
+)
 from stagewire._devices.connection import Connection
 from stagewire._devices.unit import Alias
 from stagewire._devices.values import Values
-from stagewire.candidates import DIGITS, Candidate, candidates, clean_model, owners, reported_by
 from stagewire.errors import WrongUnitError
 
 __all__ = ["check_identity", "described_identity"]

@@ -7,17 +7,18 @@ from collections.abc import Callable, Coroutine
 from contextlib import AbstractAsyncContextManager
 from typing import Any, TypeVar, cast
 
+from stagewire._codec.message import Message
+from stagewire._codec.protocol import Protocol
 from stagewire._devices.connection import Connection
 from stagewire._devices.line import ClosedSession, OnDone, heard_from
 from stagewire._devices.opening import link_options, session_options
 from stagewire._devices.spot import CONTROLLER
+from stagewire._links.link import Link
+from stagewire._links.opening import open_link
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.options import Ends
 from stagewire._sessions.synchronous import CommandSession, FramedSession
 from stagewire.errors import ReplyTimeout
-from stagewire.links import Link, open_link
-from stagewire.message import Message
-from stagewire.protocol import Protocol
 
 __all__ = ["CommandLine", "FramedLine", "open_session", "run"]
 

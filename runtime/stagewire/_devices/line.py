@@ -7,10 +7,10 @@ from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
 from typing import Any, Final, Protocol
 
+from stagewire._codec.message import Message
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.options import Ends
 from stagewire.errors import BadValueError, SessionClosedError
-from stagewire.message import Message
 
 __all__ = [
     "MOMENT",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from stagewire._codec.message import Message
 from stagewire._sessions.exchange import Exchange
-from stagewire.message import Message
 
 __all__ = ["BEGINNING", "Motions", "Running"]
 

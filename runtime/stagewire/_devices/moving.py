@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from stagewire._codec.message import Message
 from stagewire._devices.arrival import checked
 from stagewire._devices.calls import Keywords, refuse_left, send_starting
 from stagewire._devices.diagnosis import explained
@@ -30,7 +31,6 @@ from stagewire.errors import (
     TargetNotReachedError,
     UnsupportedError,
 )
-from stagewire.message import Message
 
 __all__ = ["Started", "act", "halt", "start"]
 
@@ -74,7 +74,7 @@ class Started:
         return self._end is not None or (exchange is not None and exchange.done)
 
     async def wait(self, timeout: float | None) -> MotionEnd:
-        """Wait for its end; see :meth:`stagewire._devices.synchronous.Motion.wait`."""
+        """Wait for its end; see :meth:`stagewire.devices.Motion.wait`."""
         if self._end is None:
             seconds = None if timeout is None else self.spot.seconds(timeout)
             deadline = self._deadline if seconds is None else Deadline(self.spot.line, seconds)
@@ -133,7 +133,7 @@ class Started:
         return MotionStopped(f"{self.running.what} was stopped before its end{said}", message)
 
     async def stop(self, timeout: float | None) -> MotionEnd | None:
-        """Stop it; see :meth:`stagewire._devices.synchronous.Motion.stop`."""
+        """Stop it; see :meth:`stagewire.devices.Motion.stop`."""
         table = self.action.halted_by
         if table is None or not self.running.stop:
             raise UnsupportedError(f"{self.running.what}: the unit has no message that stops it")

@@ -14,10 +14,10 @@ from stagewire._devices.spot import Spot
 from stagewire._devices.tables import Query
 from stagewire._devices.unit import Facts
 from stagewire._devices.values import Values
+from stagewire._framings.header.protocol import FramedProtocol
+from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._sessions.options import SessionOptions
-from stagewire.commands import CommandProtocol
 from stagewire.errors import ReplyTimeout, StagewireError, TurnedAwayError
-from stagewire.framed import FramedProtocol
 
 __all__ = [
     "commanded",

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from contextlib import AbstractAsyncContextManager
 from typing import Any, Final, cast
 
+from stagewire._codec.message import Message
 from stagewire._devices.connection import Connection, Place
 from stagewire._devices.line import Deadline, Line, LineOfFrames, seconds_of
 from stagewire._devices.motions import Running
 from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Action, Command, ParameterSet, Query
-from stagewire.commands import Command as WireCommand
-from stagewire.message import Message
+from stagewire._framings.slots.command import Command as WireCommand
 
 __all__ = ["CONTROLLER", "Spot", "defaults_of"]
 

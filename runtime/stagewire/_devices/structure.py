@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Generic, TypeVar
 
+from stagewire._codec.flags import Enumeration
+from stagewire._codec.message import Message
 from stagewire._devices.connection import Connection, Name, Place
 from stagewire._devices.describing import description
 from stagewire._devices.giving import number_of
@@ -15,8 +17,6 @@ from stagewire._devices.spot import CONTROLLER, Spot
 from stagewire._devices.unit import Facts, Unit
 from stagewire._devices.values import Values
 from stagewire.errors import BadValueError, OutOfRangeError
-from stagewire.flags import Enumeration
-from stagewire.message import Message
 
 __all__ = ["AxesBase", "BaysBase", "ChannelsBase", "DeviceBase", "PartBase", "connect", "url_of"]
 

@@ -22,10 +22,9 @@ from stagewire._devices.structure import (
     url_of,
 )
 from stagewire._devices.synchronous_parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
+from stagewire._links.link import Closing, Link
 from stagewire._sessions.synchronous import CommandSession, FramedSession
-from stagewire.closing import Closing
 from stagewire.errors import LinkOpenError, ReplyTimeout, StagewireError
-from stagewire.links import Link
 
 if TYPE_CHECKING:
     from stagewire._sessions.lines import Mode
@@ -62,7 +61,7 @@ class _Opened(DeviceBase, Part, Closing):
 
         :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
 
-        Options: see :class:`~stagewire._devices.options.OpenOptions`. Raises
+        Options: see :class:`~stagewire.devices.OpenOptions`. Raises
         :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
         :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.BadValueError` and
         :class:`~stagewire.errors.UnknownScaleError`.

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
+from stagewire._codec.flags import Enumeration, Flags
+from stagewire._codec.message import Message
 from stagewire._devices.values import Values
 from stagewire._sessions.options import Ends
-from stagewire.flags import Enumeration, Flags
-from stagewire.message import Message
 
 __all__ = [
     "Action",

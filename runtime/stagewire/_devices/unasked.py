@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, TypeVar
 
+from stagewire._codec.events import Event
+from stagewire._codec.message import Message
 from stagewire._devices.connection import Place
 from stagewire._devices.spot import Spot
 from stagewire._devices.unit import Facts
 from stagewire._devices.values import Values
+from stagewire._framings.header.frame import Received
+from stagewire._framings.header.message import FramedMessage
 from stagewire.errors import BadValueError
-from stagewire.framed_message import FramedMessage
-from stagewire.framing.events import Event, Received
-from stagewire.message import Message
 
 __all__ = ["First", "Second", "Third", "Unasked"]
 

@@ -8,13 +8,13 @@ from fractions import Fraction
 from importlib import import_module
 from typing import Any, Literal
 
+from stagewire._codec.flags import Enumeration
+from stagewire._codec.message import Message
+from stagewire._codec.protocol import Protocol
+from stagewire._devices.candidates import Candidate
 from stagewire._devices.scales import Rule
 from stagewire._devices.tables import ParameterSet, Poll, Query
 from stagewire._devices.values import Values
-from stagewire.candidates import Candidate
-from stagewire.flags import Enumeration
-from stagewire.message import Message
-from stagewire.protocol import Protocol
 from stagewire.quantities import Scale
 
 __all__ = ["Alias", "Facts", "Hindrance", "Setting", "Told", "Unit"]

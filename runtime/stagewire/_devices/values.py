@@ -7,10 +7,10 @@ from enum import Enum
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, Self, TypeVar, overload
 
+from stagewire._codec.flags import Enumeration, Flags
+from stagewire._codec.message import Message
 from stagewire._devices.scales import Scales
 from stagewire.errors import UnknownFieldError, UnknownScaleError
-from stagewire.flags import Enumeration, Flags
-from stagewire.message import Message
 
 __all__ = ["Bits", "BitsByUnit", "InUnits", "Named", "Raw", "RawBytes", "RawText", "Values"]
 

@@ -11,17 +11,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stagewire._framings.header.frame import Frame
+from stagewire._framings.header.message import FramedMessage
+from stagewire._framings.header.protocol import FramedProtocol
+from stagewire._framings.slots.command import Command, Reply, SetupCommand
+from stagewire._framings.slots.protocol import CommandProtocol
+from stagewire._links.link import AsyncLink
 from stagewire._sessions.awaiting import AsyncSession
 from stagewire._sessions.commands import CommandCore
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.framed import FramedCore
 from stagewire._sessions.options import Ends, SessionOptions
 from stagewire._sessions.recording import Recording
-from stagewire.commands import Command, CommandProtocol, Reply, SetupCommand
-from stagewire.frame import Frame
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import FramedMessage
-from stagewire.links import AsyncLink
 
 if TYPE_CHECKING:
     from stagewire._sessions.lines import Mode

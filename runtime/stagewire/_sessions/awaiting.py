@@ -6,14 +6,14 @@ import asyncio
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from stagewire._codec.events import Event
+from stagewire._links.link import AsyncClosing
 from stagewire._sessions.core import Core
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.loop_driver import LoopDriver
 from stagewire._sessions.subscribing import AsyncSubscription, as_it_came
 from stagewire._sessions.waiting import Over, Watchers
-from stagewire.closing import AsyncClosing
 from stagewire.errors import MotionTimeout
-from stagewire.framing.events import Event
 
 if TYPE_CHECKING:
     from stagewire._sessions.core import Wanted

@@ -6,14 +6,14 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from stagewire._codec.events import Event
+from stagewire._links.link import Closing
 from stagewire._sessions.core import Core
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.subscribing import BlockingSubscription, as_it_came
 from stagewire._sessions.thread_driver import ThreadDriver
 from stagewire._sessions.waiting import Waiter, Watchers
-from stagewire.closing import Closing
 from stagewire.errors import MotionTimeout
-from stagewire.framing.events import Event
 
 if TYPE_CHECKING:
     from stagewire._sessions.core import Wanted

@@ -17,14 +17,17 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from math import inf
 
+from stagewire._codec.events import Garbage
+from stagewire._framings.slots.command import Command, SetupCommand
+from stagewire._framings.slots.frame import CommandFrame
+from stagewire._framings.slots.protocol import CommandProtocol
+from stagewire._framings.slots.replies import ReplyReceived
+from stagewire._framings.slots.streams import LONGEST_LINE
 from stagewire._sessions.core import Core, all_is_read, log
 from stagewire._sessions.exchange import Exchange, deadline_of
 from stagewire._sessions.lines import Line, check_mode, in_low_level
 from stagewire._sessions.options import SessionOptions
-from stagewire.commands import Command, CommandFrame, CommandProtocol, ReplyReceived, SetupCommand
-from stagewire.commands.formats import LONGEST_LINE
 from stagewire.errors import BadValueError, ReplyTimeout, StagewireError, WrongModeError
-from stagewire.framing.events import Garbage
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ import logging
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
+from stagewire._links.link import AsyncLink, Link
 from stagewire._sessions.core import Core, log
 from stagewire._sessions.recording import Recording
 from stagewire._sessions.statistics import Statistics
 from stagewire.errors import SessionClosedError, StagewireError, TransportLost
-from stagewire.links import AsyncLink, Link
 
 __all__ = ["Driver"]
 

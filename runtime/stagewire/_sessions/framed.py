@@ -19,6 +19,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from math import inf
 
+from stagewire._codec.events import Event
+from stagewire._framings.header.frame import Received, Undocumented
+from stagewire._framings.header.message import FramedMessage
+from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._sessions.core import Core, all_is_read, log
 from stagewire._sessions.exchange import Exchange, deadline_of
 from stagewire._sessions.framed_exchanges import Ask, FramedExchange, Halt, Motion, Send
@@ -32,9 +36,6 @@ from stagewire._sessions.outgoing import Outgoing
 from stagewire._sessions.requests import Requests
 from stagewire._sessions.wording import Wording
 from stagewire.errors import MotionStopped, StagewireError
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import FramedMessage
-from stagewire.framing import Event, Received, Undocumented
 
 __all__ = ["Ends", "FramedCore", "SessionOptions"]
 

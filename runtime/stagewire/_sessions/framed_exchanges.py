@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from stagewire._framings.header.message import FramedMessage
 from stagewire._sessions.exchange import Exchange
-from stagewire.framed_message import FramedMessage
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from math import inf
 
+from stagewire._codec.events import Event, Garbage
+from stagewire._framings.header.frame import BadLength, Undocumented, Unknown
+from stagewire._framings.header.protocol import FramedProtocol
+from stagewire._framings.header.table import End, Fault
 from stagewire._sessions.statistics import Statistics
-from stagewire.faults import Fault
-from stagewire.framed import FramedProtocol
-from stagewire.framing import BadLength, End, Event, Garbage, Undocumented, Unknown
 
 __all__ = ["Hearing"]
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from stagewire._framings.slots.command import SetupCommand
+from stagewire._framings.slots.frame import CommandFrame
+from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._sessions.exchange import Exchange
-from stagewire.commands import CommandFrame, CommandProtocol, SetupCommand
 from stagewire.errors import WrongModeError
 
 TYPE_CHECKING = False  # typing would take half of the time of an import

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
+from stagewire._links.link import AsyncLink
 from stagewire._sessions import termination
 from stagewire._sessions.core import Core, log
 from stagewire._sessions.driver import Driver
@@ -21,7 +22,6 @@ from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.recording import Recording
 from stagewire._sessions.waiting import Over
 from stagewire.errors import StagewireError, TransportLost
-from stagewire.links import AsyncLink
 
 __all__ = ["LoopDriver"]
 

@@ -15,11 +15,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from stagewire._framings.header.frame import Received, Undocumented
+from stagewire._framings.header.message import DATA_FLAG, FramedMessage
+from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._sessions.framed_exchanges import Ask, FramedExchange, Halt, Motion
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import FramedMessage
-from stagewire.framing import Received, Undocumented
-from stagewire.header import DATA_FLAG
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:

@@ -20,12 +20,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf
 
+from stagewire._framings.header.frame import Received, Undocumented
+from stagewire._framings.header.table import Fault
 from stagewire._sessions.framed_exchanges import Halt, Motion
 from stagewire._sessions.matching import Matching
 from stagewire._sessions.statistics import Statistics
 from stagewire.errors import MotionStopped, MotionUnderWayError
-from stagewire.faults import Fault
-from stagewire.framing import Received, Undocumented
 
 __all__ = ["Motions"]
 

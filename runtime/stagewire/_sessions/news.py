@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from stagewire._codec.events import Event
+from stagewire._framings.header.frame import FrameEvent
+from stagewire._framings.header.message import FramedMessage
 from stagewire._sessions.statistics import Statistics
 from stagewire._sessions.subscription import Subscription
 from stagewire.errors import BadValueError, StagewireError
-from stagewire.framed_message import FramedMessage
-from stagewire.framing.events import Event, FrameEvent
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from math import isfinite
 
+from stagewire._framings.header.message import FramedMessage
 from stagewire.errors import OutOfRangeError
-from stagewire.framed_message import FramedMessage
 
 __all__ = ["Ends", "SessionOptions"]
 

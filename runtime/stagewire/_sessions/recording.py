@@ -7,13 +7,16 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from stagewire._codec.events import Event, Garbage
+from stagewire._codec.message import Direction
+from stagewire._framings.header.protocol import FramedProtocol
+from stagewire._framings.header.table import End
+from stagewire._framings.slots.frame import TextReceived
+from stagewire._framings.slots.protocol import CommandProtocol
+from stagewire._framings.slots.replies import ReplyReceived
+from stagewire._framings.slots.streams import Asking, Replies
 from stagewire.capture import CaptureWriter, Heading
-from stagewire.commands import CommandProtocol, ReplyReceived, TextReceived
-from stagewire.commands.overheard import Asking, Replies
-from stagewire.direction import Direction
 from stagewire.errors import CodecError, TransportError
-from stagewire.framed import FramedProtocol
-from stagewire.framing import End, Event, Garbage
 
 __all__ = ["Recording"]
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from math import inf
 
+from stagewire._framings.header.frame import Received, Undocumented
 from stagewire._sessions.framed_exchanges import Ask
 from stagewire._sessions.matching import Matching
 from stagewire._sessions.statistics import Statistics
-from stagewire.framing import Received, Undocumented
 
 __all__ = ["Requests"]
 

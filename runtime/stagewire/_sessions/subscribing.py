@@ -8,11 +8,11 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
+from stagewire._codec.events import Event
+from stagewire._links.link import Closing
 from stagewire._sessions.subscription import Subscription
 from stagewire._sessions.waiting import Over, Waiter
-from stagewire.closing import Closing
 from stagewire.errors import ReplyTimeout, SessionClosedError
-from stagewire.framing.events import Event
 
 if TYPE_CHECKING:
     from stagewire._sessions.loop_driver import LoopDriver

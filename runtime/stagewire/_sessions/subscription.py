@@ -6,8 +6,8 @@ import logging
 from collections import deque
 from collections.abc import Callable
 
+from stagewire._codec.events import Event
 from stagewire.errors import OutOfRangeError, StagewireError
-from stagewire.framing.events import Event
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:

@@ -10,6 +10,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stagewire._framings.header.frame import Frame
+from stagewire._framings.header.message import FramedMessage
+from stagewire._framings.header.protocol import FramedProtocol
+from stagewire._framings.slots.command import Command, Reply, SetupCommand
+from stagewire._framings.slots.protocol import CommandProtocol
+from stagewire._links.link import Link
 from stagewire._sessions.calling import Session
 from stagewire._sessions.commands import CommandCore
 from stagewire._sessions.exchange import Exchange
@@ -17,11 +23,6 @@ from stagewire._sessions.framed import FramedCore
 from stagewire._sessions.options import Ends, SessionOptions
 from stagewire._sessions.recording import Recording
 from stagewire._sessions.thread_driver import clock_of
-from stagewire.commands import Command, CommandProtocol, Reply, SetupCommand
-from stagewire.frame import Frame
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import FramedMessage
-from stagewire.links import Link
 
 if TYPE_CHECKING:
     from stagewire._sessions.lines import Mode

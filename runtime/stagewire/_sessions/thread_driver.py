@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable
 from typing import Final, TypeVar
 
+from stagewire._links.link import Link
 from stagewire._sessions import termination
 from stagewire._sessions.core import Core, log
 from stagewire._sessions.driver import Driver
@@ -25,7 +26,6 @@ from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.recording import Recording
 from stagewire._sessions.waiting import Turns, Waiter
 from stagewire.errors import TransportLost
-from stagewire.links import Link
 
 __all__ = ["ThreadDriver", "clock_of"]
 

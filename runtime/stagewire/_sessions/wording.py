@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from stagewire._framings.header.frame import Received, Undocumented
+from stagewire._framings.header.protocol import FramedProtocol
+from stagewire._framings.header.table import Fault
 from stagewire._sessions.framed_exchanges import FramedExchange, Halt, Motion
 from stagewire._sessions.hearing import Hearing
 from stagewire.errors import ControllerFaultError, MotionTimeout, ReplyTimeout
-from stagewire.faults import Fault
-from stagewire.framed import FramedProtocol
-from stagewire.framing import Received, Undocumented
 
 __all__ = ["Wording"]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from faulty_ms2000_link import FaultyMs2000Link, answers, drops, passes
 from ms2000_defects import ACK, MOVES, STATUSES, Defect, Stateful, X, Y, bits, changed, named
 
-from stagewire.commands import CommandFrame
+from stagewire.protocols import CommandFrame
 from stagewire_conformance.device.results import Result
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.flags import StatusBits

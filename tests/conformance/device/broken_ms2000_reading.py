@@ -5,7 +5,7 @@ from __future__ import annotations
 from faulty_ms2000_link import FaultyMs2000Link, answers, passes
 from ms2000_defects import STATUSES, Defect, Stateful, X, Y, bits, named
 
-from stagewire.commands import CommandFrame
+from stagewire.protocols import CommandFrame
 from stagewire_ms2000 import messages as m
 
 

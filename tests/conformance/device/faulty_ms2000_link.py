@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from stagewire.commands import Command, CommandFrame, CommandReceived
+from stagewire.framing import CommandReceived
 from stagewire.links import Link
+from stagewire.protocols import Command, CommandFrame
 from stagewire_ms2000 import PROTOCOL
 from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink

@@ -8,7 +8,7 @@ from typing import Any
 
 from faulty_ms2000_link import FaultyMs2000Link, Make
 
-from stagewire.commands import CommandFrame
+from stagewire.protocols import CommandFrame
 from stagewire_conformance.device.results import Result
 from stagewire_ms2000 import messages as m
 

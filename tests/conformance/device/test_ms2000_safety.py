@@ -22,8 +22,8 @@ from ms2000_runs import (
 )
 from watched_links import DeadLink, WatchedLink
 
-from stagewire.commands import CommandReceived
 from stagewire.errors import TransportLost
+from stagewire.framing import CommandReceived
 from stagewire_conformance.device.check import Need
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes, harmless_value
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError

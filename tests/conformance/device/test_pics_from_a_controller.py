@@ -9,10 +9,9 @@ import pytest
 from watched_links import DeadLink, WatchedLink, controller_of
 
 import stagewire_virtual
-from stagewire.commands import CommandProtocol, CommandReceived
 from stagewire.errors import StagewireError
-from stagewire.framed import FramedProtocol
-from stagewire.framing import End
+from stagewire.framing import CommandReceived, End
+from stagewire.protocols import CommandProtocol, FramedProtocol
 from stagewire_apt import messages as m
 from stagewire_conformance.device.declared import Declared, declare, known_units
 from stagewire_conformance.device.errors import NothingAnswersError

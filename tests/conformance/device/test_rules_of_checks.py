@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from checkout import ROOT
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_conformance.device.checks import kinds_of
 from stagewire_conformance.device.declared import declare, known_units
 from stagewire_conformance.device.permissions import Permissions

@@ -11,9 +11,8 @@ from watched_links import MOTION, WatchedLink, controller_of, declared_as, made,
 
 import stagewire_virtual
 from parts import every_nth
-from stagewire.commands import CommandProtocol, CommandReceived
-from stagewire.framed import FramedProtocol
-from stagewire.framing import End, Received
+from stagewire.framing import CommandReceived, End, Received
+from stagewire.protocols import CommandProtocol, FramedProtocol
 from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_conformance.device.declared import Declared, declare, known_units

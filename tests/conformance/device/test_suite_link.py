@@ -8,7 +8,7 @@ import pytest
 from watched_links import DeadLink, WatchedLink, declared_as
 
 import stagewire_virtual
-from stagewire.frame import Frame
+from stagewire.protocols import Frame
 from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_conformance.device.declared import Declared, declare

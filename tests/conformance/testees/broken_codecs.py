@@ -15,8 +15,7 @@ from functools import cache
 from random import Random
 from typing import Any
 
-from stagewire.commands import CommandProtocol
-from stagewire.protocol import Protocol, load_protocol
+from stagewire.protocols import CommandProtocol, Protocol, load_protocol
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.testee import Testee, lines_of
 from stagewire_conformance.testees.errors import EndedError

@@ -15,7 +15,7 @@ from testee_calls import REQUEST
 
 from checkout import TESTS
 from invented_packets import PROTOCOL as PACKETS
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_conformance.testee import Testee
 from stagewire_conformance.testees import (
     Case,

@@ -11,7 +11,7 @@ import pytest
 from broken_codecs import NAMES, Mistake, broken, drawn
 
 from parts import chosen
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_conformance.comparison import Outcome
 from stagewire_conformance.testee import Testee
 from stagewire_conformance.testees import Case, Result, plan, run

@@ -12,7 +12,7 @@ import pytest
 
 from invented_packets import PROTOCOL as OTHER
 from quick_plans import quick_plans
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_conformance.testees import (
     NotATesteeError,
     NothingToAskError,

@@ -9,7 +9,7 @@ import pytest
 import testee_calls
 
 from stagewire.errors import UnsupportedError
-from stagewire.protocol import Protocol, load_protocol
+from stagewire.protocols import Protocol, load_protocol
 from stagewire_conformance import Verdict, coverage, run
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.examples import run_capture

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import testee_calls
 
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_conformance import Verdict, coverage, run
 from stagewire_conformance.arithmetic import evaluate, rounded
 from stagewire_conformance.examples import run_capture, run_example

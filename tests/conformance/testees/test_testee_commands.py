@@ -10,8 +10,7 @@ from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 from testee_calls import ask, code, one, refused
 
-from stagewire.commands import Command, Reply, SetupCommand
-from stagewire.protocol import load_protocol
+from stagewire.protocols import Command, Reply, SetupCommand, load_protocol
 
 MS2000 = "asi_ms2000"
 MOVE = "185403a086013a"  # the X axis to 10 mm

@@ -12,7 +12,7 @@ from testee_calls import code, one, refused
 from checkout import TESTS
 from invented_packets import PROTOCOL, SHAPES, SetAngle, StateFull, protocol_of
 from stagewire.errors import BadValueError
-from stagewire.packets import Packet
+from stagewire.protocols import Packet
 from stagewire_conformance.codec import codec_of
 
 NAME = "invented_packets"

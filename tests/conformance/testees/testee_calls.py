@@ -10,7 +10,7 @@ from jsonschema_rs import Draft202012Validator
 
 from checkout import SCHEMAS
 from quick_command import entry_points_once
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance import Verdict
 from stagewire_conformance.examples import run_example
 from stagewire_conformance.testee import serve

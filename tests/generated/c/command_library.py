@@ -15,8 +15,7 @@ from toolchain import C, Package, compiles, need
 
 from checkout import SMALL_SPECS
 from files import write_files
-from stagewire.commands import Command, CommandProtocol, Reply, SetupCommand
-from stagewire.message import Message
+from stagewire.protocols import Command, CommandProtocol, Message, Reply, SetupCommand
 from stagewire_generator import check, render
 from stagewire_ms2000 import PROTOCOL
 

@@ -8,8 +8,14 @@ from typing import NamedTuple
 
 from packet_shapes import Made
 
-from stagewire.framing import Event, Garbage
-from stagewire.packets import BadPacketLength, PacketFramer, PacketReceived, UnknownPacket
+from stagewire.framing import (
+    BadPacketLength,
+    Event,
+    Garbage,
+    PacketFramer,
+    PacketReceived,
+    UnknownPacket,
+)
 
 _KINDS = ("none", "message", "unknown", "bad_length", "garbage")
 _CLASSES = {

@@ -21,7 +21,7 @@ from toolchain import C_WARNINGS, Package, compiles
 from checkout import SMALL_SPECS
 from files import write_files
 from invented_packets import SHAPES, framing_of
-from stagewire.packets import Crc, PacketProtocol, Shape, Sum, Xor
+from stagewire.protocols import Crc, PacketProtocol, Shape, Sum, Xor
 from stagewire_generator import TARGETS, check, render
 
 CAROUSEL = "carousel"

@@ -6,7 +6,8 @@ from dataclasses import replace
 from random import Random
 
 from checkout import SMALL_SPECS
-from stagewire.framing import Direction, Forms, FramingTable
+from stagewire.framing import Forms, FramingTable
+from stagewire.protocols import Direction
 from stagewire_generator import check
 from stagewire_generator.model import Field, Format, Layout, Message, Protocol
 

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from toolchain import CORTEX_M0, C, compiles, need
 
-from stagewire.commands import (
+from stagewire.framing import (
     BadCommandLength,
-    Command,
-    CommandProtocol,
     CommandReceived,
+    Garbage,
     UnknownCommand,
+    join_garbage,
 )
-from stagewire.framing import Garbage, join_garbage
+from stagewire.protocols import Command, CommandProtocol
 
 STREAMS = 3000
 KINDS = {

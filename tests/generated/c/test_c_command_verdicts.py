@@ -10,8 +10,8 @@ from command_library import REFUSALS, CommandLibrary
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stagewire.commands import Command, Reply
 from stagewire.errors import CodecError
+from stagewire.protocols import Command, Reply
 
 INTERESTING = [0x00, 0x03, 0x18, 0x2E, 0x3A, 0x3F, 0x41, 0x47, 0x52, 0x54, 0x57, 0xFE, 0xFF]
 a_byte = st.sampled_from(INTERESTING) | st.integers(0, 0xFF)

@@ -10,9 +10,8 @@ from command_library import REFUSALS, CommandLibrary, make_library
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stagewire.commands import Command, CommandFrame, Reply, SetupCommand
 from stagewire.errors import CodecError, OutOfRangeError
-from stagewire.message import Message
+from stagewire.protocols import Command, CommandFrame, Message, Reply, SetupCommand
 
 CASES = settings(max_examples=400, deadline=None)
 INTERESTING = [0x00, 0x03, 0x18, 0x2E, 0x3A, 0x3F, 0x41, 0x47, 0x52, 0x54, 0x57, 0xFE, 0xFF]

@@ -24,7 +24,7 @@ from toolchain import (
 )
 
 from parts import first_of
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 
 LANGUAGES = [
     *((compiler, standard) for compiler in ("gcc", "clang") for standard in C_STANDARDS),

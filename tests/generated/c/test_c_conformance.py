@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from testees import PROTOCOLS, Testees
 
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_conformance.testees import run
 
 pytestmark = pytest.mark.matrix

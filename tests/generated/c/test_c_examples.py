@@ -17,10 +17,8 @@ from toolchain import C_WARNINGS, CORTEX_M0, C, compiles, need, symbols
 from checkout import ROOT
 from markdown_blocks import blocks
 from stagewire import End
-from stagewire.commands import CommandFrame
-from stagewire.framed_message import FramedMessage
 from stagewire.framing import Received
-from stagewire.message import Message
+from stagewire.protocols import CommandFrame, FramedMessage, Message
 from stagewire_apt import PROTOCOL as APT
 from stagewire_apt import messages as m
 from stagewire_apt import stages

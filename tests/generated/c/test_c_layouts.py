@@ -11,7 +11,7 @@ from toolchain import C_WARNINGS, Package, compiles, need, of_each_package, pack
 from vector_programs import build_round_trip, changed
 
 from parts import first_of
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire_conformance.registry import Registry, registry_of
 
 Json = dict[str, Any]

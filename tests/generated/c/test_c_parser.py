@@ -18,7 +18,8 @@ from toolchain import C, compiles, need, run
 from checkout import ROOT
 from files import import_program, write_files
 from parts import first_of
-from stagewire.framing import Direction, End, FramingTable
+from stagewire.framing import End, FramingTable
+from stagewire.protocols import Direction
 from stagewire_apt import PROTOCOL
 from stagewire_generator import render
 from stagewire_generator.model import Protocol

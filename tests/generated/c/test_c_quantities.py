@@ -19,7 +19,7 @@ from toolchain import C_WARNINGS, CORTEX_M0, C, compiles, need, symbols
 import stagewire_apt
 import stagewire_ms2000
 from parts import first_of
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire.quantities import Scale, exact, round_half_away
 from stagewire_conformance.registry import Json, registry_of
 from stagewire_conformance.scales import in_unit, scale_of

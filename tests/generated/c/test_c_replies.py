@@ -11,9 +11,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from stagewire.commands import Command, CommandFrame, ReplyDecoder, ReplyReceived, SetupCommand
 from stagewire.errors import CodecError, OutstandingReplyError
 from stagewire.framing import Event as PythonEvent
+from stagewire.framing import ReplyDecoder, ReplyReceived
+from stagewire.protocols import Command, CommandFrame, SetupCommand
 
 some_bytes = st.binary(max_size=9)
 

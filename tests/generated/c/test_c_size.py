@@ -12,7 +12,7 @@ import size_table
 import sizes
 from toolchain import Package, compiles, need, of_each_package, packages, symbols
 
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 
 PARSER = 640
 HELPERS = 140

@@ -42,8 +42,7 @@ from toolchain import (
 from checkout import ROOT, SMALL_SPECS
 from files import write_files
 from parts import first_of
-from stagewire.commands import FORMS
-from stagewire.protocol import load_protocol
+from stagewire.protocols import FORMS, load_protocol
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.testee import MAXIMUM_LINE
 from stagewire_generator import check, render

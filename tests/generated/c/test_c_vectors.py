@@ -16,7 +16,7 @@ from vector_programs import Finding, build_vectors, changed, findings_of, vector
 
 from checkout import SMALL_SPECS
 from files import write_files
-from stagewire.protocol import Protocol, load_protocol
+from stagewire.protocols import Protocol, load_protocol
 from stagewire_conformance.examples import run as run_in_python
 from stagewire_conformance.registry import registry_of
 from stagewire_generator import pipeline

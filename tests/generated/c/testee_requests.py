@@ -8,10 +8,15 @@ from random import Random
 
 from testees import Json
 
-from stagewire.commands import Command, CommandProtocol, Reply
-from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
-from stagewire.message import Message
-from stagewire.protocol import Protocol
+from stagewire.protocols import (
+    Command,
+    CommandProtocol,
+    Message,
+    Protocol,
+    Reply,
+    UndecidedMessage,
+    UndocumentedMessage,
+)
 from stagewire_conformance.registry import registry_of
 
 _PIECES = ('"', "\\", "{", "}", "[", "]", ":", ",", " ", "\t", "\x00", "\x7f", "0", "1", "-", ".", "e",

@@ -11,15 +11,17 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from invented_packets import framing_of
-from stagewire.commands import BadCommandLength, CommandReceived, UnknownCommand
-from stagewire.framing import Garbage, join_garbage
-from stagewire.packets import (
+from stagewire.framing import (
+    BadCommandLength,
     BadPacketLength,
-    Check,
+    CommandReceived,
+    Garbage,
     PacketReceived,
-    Shape,
+    UnknownCommand,
     UnknownPacket,
+    join_garbage,
 )
+from stagewire.protocols import Check, Shape
 from stagewire_generator.targets.vectors.packet_frame import Packets
 from stagewire_generator.targets.vectors.packet_reader import PacketReader
 from stagewire_generator.targets.vectors.slots_reader import SlotsReader

@@ -11,9 +11,8 @@ from enum import IntEnum
 from struct import Struct
 from typing import Self
 
-from stagewire.commands import Command, CommandProtocol, Reply, SetupCommand
-from stagewire.direction import Direction
-from stagewire.message import Layout, check_bytes, check_integer, check_text
+from stagewire._codec.message import check_bytes, check_integer, check_text
+from stagewire.protocols import Command, CommandProtocol, Direction, Layout, Reply, SetupCommand
 
 PREFIX, TERMINATOR = 0x1B, 0x0D
 

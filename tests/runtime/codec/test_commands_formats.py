@@ -10,18 +10,20 @@ from hypothesis import strategies as st
 from invented_commands import PROTOCOL as INVENTED
 from invented_commands import layout
 
-from stagewire.commands import (
-    Command,
+from stagewire._framings.slots.streams import LONGEST_LINE, FormatFramer
+from stagewire.framing import (
+    Asking,
     CommandFramer,
-    CommandProtocol,
     CommandReceived,
+    Event,
+    Garbage,
+    Replies,
     ReplyReceived,
-    SetupCommand,
     TextReceived,
+    host_framer,
+    join_garbage,
 )
-from stagewire.commands.formats import LONGEST_LINE, FormatFramer, host_framer
-from stagewire.commands.overheard import Asking, Replies
-from stagewire.framing import Event, Garbage, join_garbage
+from stagewire.protocols import Command, CommandProtocol, SetupCommand
 from stagewire_ms2000 import PROTOCOL
 
 HIGH, LOW, RESET, HUNDREDTHS = b"\xffA", b"\xffB", b"\xffR", b"\xffH"

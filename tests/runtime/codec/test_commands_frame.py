@@ -26,9 +26,8 @@ from invented_commands import (
     WriteSpare,
 )
 
-from stagewire.commands import FORMS, Command, CommandFrame
 from stagewire.errors import BadValueError, CodecError, OutOfRangeError, UnsupportedError
-from stagewire.message import Message
+from stagewire.protocols import FORMS, Command, CommandFrame, Message
 
 MOVE = WriteCount(-2)
 RAW = bytes.fromhex("21 57 03 FE FF FF 0D")

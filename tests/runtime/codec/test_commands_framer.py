@@ -22,13 +22,15 @@ from invented_commands import (
     WriteSpare,
 )
 
-from stagewire.commands import (
+from stagewire.framing import (
     BadCommandLength,
-    CommandFrame,
     CommandReceived,
+    Event,
+    Garbage,
     UnknownCommand,
+    join_garbage,
 )
-from stagewire.framing import Event, Garbage, join_garbage
+from stagewire.protocols import CommandFrame
 
 LONGEST = 3 + 255 + 1
 REFERENCE = command_reference(

@@ -20,8 +20,8 @@ from invented_commands import (
     layout,
 )
 
-from stagewire.commands import Command, CommandFrame, CommandProtocol, SetupCommand
 from stagewire.errors import OutOfRangeError
+from stagewire.protocols import Command, CommandFrame, CommandProtocol, SetupCommand
 
 SETUP = (0x51, 0x57, 0x1B)
 LOWEST, HIGHEST = -8_000_000, 8_000_000

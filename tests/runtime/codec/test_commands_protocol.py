@@ -24,7 +24,6 @@ from invented_commands import (
     layout,
 )
 
-from stagewire.commands import Command, CommandFrame, CommandProtocol, CommandReceived, SetupCommand
 from stagewire.errors import (
     BadLengthError,
     BadValueError,
@@ -36,6 +35,8 @@ from stagewire.errors import (
     UnknownFieldError,
     UnknownMessageError,
 )
+from stagewire.framing import CommandReceived
+from stagewire.protocols import Command, CommandFrame, CommandProtocol, SetupCommand
 
 
 def b(text: str) -> bytes:

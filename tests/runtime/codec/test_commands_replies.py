@@ -18,9 +18,9 @@ from invented_commands import (
     Stop,
 )
 
-from stagewire.commands import CommandFrame, ReplyDecoder, ReplyReceived
 from stagewire.errors import BadValueError, OutstandingReplyError, StagewireError
-from stagewire.framing import Event, Garbage, join_garbage
+from stagewire.framing import Event, Garbage, ReplyDecoder, ReplyReceived, join_garbage
+from stagewire.protocols import CommandFrame
 
 COUNT = CommandFrame(ReadCount(), 0x21)
 STATE = CommandFrame(ReadState(), 0x21)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stagewire.errors import UnknownFieldError
-from stagewire.flags import Bit, Enumeration, Flags
+from stagewire.protocols import Bit, Enumeration, Flags
 
 
 class Lamp(Flags):

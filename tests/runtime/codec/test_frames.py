@@ -5,10 +5,8 @@ from __future__ import annotations
 import pytest
 
 from stagewire import End, Frame
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import UndecidedMessage
-from stagewire.framing import Direction, Received
-from stagewire.message import Layout
+from stagewire.framing import Received
+from stagewire.protocols import Direction, FramedProtocol, Layout, UndecidedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

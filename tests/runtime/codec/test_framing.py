@@ -13,7 +13,6 @@ from checkout import ROOT
 from files import import_program
 from stagewire.framing import (
     BadLength,
-    Direction,
     End,
     Event,
     Forms,
@@ -25,6 +24,7 @@ from stagewire.framing import (
     Unknown,
     join_garbage,
 )
+from stagewire.protocols import Direction
 
 IN, OUT, BOTH = Direction.TO_HOST, Direction.TO_CONTROLLER, Direction.BOTH
 MAXIMAL_FRAME = 6 + 255

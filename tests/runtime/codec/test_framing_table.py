@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from stagewire import End
-from stagewire.framing import Direction, Event, Garbage, Received
+from stagewire.framing import Event, Garbage, Received
+from stagewire.protocols import Direction
 from stagewire_apt import PROTOCOL
 
 Json = dict[str, Any]

@@ -19,10 +19,8 @@ from stagewire.errors import (
     UnknownFieldError,
     UnsupportedError,
 )
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import UndecidedMessage
-from stagewire.framing import Direction, Received
-from stagewire.message import Layout, Message
+from stagewire.framing import Received
+from stagewire.protocols import Direction, FramedProtocol, Layout, Message, UndecidedMessage
 from stagewire_apt import PROTOCOL, enumerations, flags
 from stagewire_apt import messages as m
 

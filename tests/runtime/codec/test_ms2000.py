@@ -16,13 +16,9 @@ from framing_references import Piece, command_reference
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from stagewire.commands import (
-    Command,
-    CommandFrame,
-    ReplyReceived,
-)
 from stagewire.errors import OutOfRangeError, UnsupportedError
-from stagewire.framing import Garbage
+from stagewire.framing import Garbage, ReplyReceived
+from stagewire.protocols import Command, CommandFrame
 from stagewire_ms2000 import PROTOCOL, quantities
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.enumerations import Axis

@@ -11,7 +11,7 @@ from framing_references import reference_check
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stagewire.packets import Check, Crc, Sum, Xor
+from stagewire.protocols import Check, Crc, Sum, Xor
 
 DIGITS = b"123456789"
 

@@ -13,15 +13,8 @@ from hypothesis import strategies as st
 
 from invented_packets import PROTOCOL, SHAPES, SetAngle, Stop, protocol_of
 from stagewire.errors import BadValueError
-from stagewire.framing import Event, Garbage
-from stagewire.packets import (
-    BadPacketLength,
-    Packet,
-    PacketProtocol,
-    PacketReceived,
-    Shape,
-    UnknownPacket,
-)
+from stagewire.framing import BadPacketLength, Event, Garbage, PacketReceived, UnknownPacket
+from stagewire.protocols import Packet, PacketProtocol, Shape
 
 LENGTHS = {0x01: {0}, 0x02: {6}, 0x03: {0, 2, 8}, 0x0D: {32}}
 PROTOCOLS = {name: protocol_of(shape) for name, shape in SHAPES.items()}

@@ -22,7 +22,6 @@ from invented_packets import (
     Stop,
     protocol_of,
 )
-from stagewire.direction import Direction
 from stagewire.errors import (
     BadLengthError,
     BadValueError,
@@ -36,13 +35,14 @@ from stagewire.errors import (
     UnknownMessageError,
     UnsupportedError,
 )
-from stagewire.message import Layout
-from stagewire.packets import (
+from stagewire.framing import PacketReceived
+from stagewire.protocols import (
     Crc,
+    Direction,
+    Layout,
     Packet,
     PacketMessage,
     PacketProtocol,
-    PacketReceived,
     Shape,
     Sum,
     Xor,

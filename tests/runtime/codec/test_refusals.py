@@ -22,7 +22,7 @@ from stagewire.errors import (
     UnknownScaleError,
     UnsupportedError,
 )
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 from stagewire.quantities import Scale, UnknownScale, exact
 from stagewire_apt import PROTOCOL, flags, stages
 from stagewire_apt import messages as m

@@ -22,8 +22,7 @@ from stagewire.errors import (
     UnknownMessageError,
     UnsupportedError,
 )
-from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
-from stagewire.message import Message
+from stagewire.protocols import Message, UndecidedMessage, UndocumentedMessage
 from stagewire_apt import PROTOCOL
 
 CLASSES = {(cls.layout.message, cls.layout.form): cls for cls in PROTOCOL.messages}

@@ -18,8 +18,8 @@ from stagewire.capture import (
     is_capture,
     read_capture,
 )
-from stagewire.direction import Direction
 from stagewire.errors import BadValueError, CaptureError
+from stagewire.protocols import Direction
 
 HEADING = "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001\n"
 TO_CONTROLLER, TO_HOST = Direction.TO_CONTROLLER, Direction.TO_HOST

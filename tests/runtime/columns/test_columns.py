@@ -17,6 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stagewire import End
+from stagewire._columns.reading import read, read_numpy
 from stagewire.columns import (
     Frames,
     Kind,
@@ -27,9 +28,6 @@ from stagewire.columns import (
     numpy_columns,
     shape_of,
 )
-from stagewire.columns.reading import read, read_numpy
-from stagewire.commands import Command, Reply
-from stagewire.direction import Direction
 from stagewire.errors import (
     BadLengthError,
     BadValueError,
@@ -38,11 +36,18 @@ from stagewire.errors import (
     TruncatedError,
     UnsupportedError,
 )
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import FramedMessage, UndocumentedMessage
 from stagewire.framing import BadLength, Garbage, Received, Undocumented, Unknown
-from stagewire.message import Layout, Message
-from stagewire.protocol import load_protocol
+from stagewire.protocols import (
+    Command,
+    Direction,
+    FramedMessage,
+    FramedProtocol,
+    Layout,
+    Message,
+    Reply,
+    UndocumentedMessage,
+    load_protocol,
+)
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 
@@ -260,7 +265,7 @@ def test_what_has_no_header_has_no_columns(cls: type[Message]) -> None:
 
 def test_without_numpy_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numpy", None)
-    monkeypatch.delitem(sys.modules, "stagewire.columns.vectors", raising=False)
+    monkeypatch.delitem(sys.modules, "stagewire._columns.vectors", raising=False)
     with pytest.raises(UnsupportedError, match=r"pip install 'stagewire\[numpy\]'") as raised:
         numpy_columns(m.MotGetDcStatusUpdate, STATUS)
     assert raised.value.code == "unsupported"

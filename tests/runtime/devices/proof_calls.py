@@ -11,7 +11,7 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 
 RAISED: dict[str, dict[str, Any]] = {
     "MLS203": {"max_velocity_mm_per_s": 10**9, "max_acceleration_mm_per_s2": 10**9},

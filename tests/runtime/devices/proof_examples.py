@@ -13,8 +13,7 @@ from proof_line import FarEnd, Side, settled
 import plain_yaml
 from checkout import ROOT
 from stagewire import End
-from stagewire.header import DATA_FLAG
-from stagewire.protocol import load_protocol
+from stagewire.protocols import DATA_FLAG, load_protocol
 from stagewire_conformance.hexes import octets
 
 EXAMPLES = ROOT / "conformance/examples"

@@ -10,9 +10,8 @@ from typing import Any
 from proof_calls import Call, calls, fields_at_random, units
 from proof_line import FarEnd, settled
 
-from stagewire.commands import Command, CommandFrame, CommandReceived, Reply
-from stagewire.commands.events import TextReceived
-from stagewire.commands.formats import host_framer
+from stagewire.framing import CommandReceived, TextReceived, host_framer
+from stagewire.protocols import Command, CommandFrame, Reply
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import enumerations as e
 from stagewire_ms2000 import messages as c

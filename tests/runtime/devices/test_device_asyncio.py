@@ -22,7 +22,7 @@ from stagewire.errors import (
     WrongModeError,
     WrongUnitError,
 )
-from stagewire.framing.events import Received
+from stagewire.framing import Received
 from stagewire.links import AsyncLink, open_async_link
 from stagewire_apt import messages as m
 from stagewire_apt.aio import BBD102, BPC201, BSC002, MST601, TDC001

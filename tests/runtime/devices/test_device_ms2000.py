@@ -8,7 +8,6 @@ import pytest
 from recording_link import RecordedLine
 
 import stagewire_virtual as virtual
-from stagewire.commands import CommandReceived
 from stagewire.errors import (
     BadValueError,
     LimitError,
@@ -18,6 +17,7 @@ from stagewire.errors import (
     OutOfRangeError,
     WrongModeError,
 )
+from stagewire.framing import CommandReceived
 from stagewire_ms2000 import MS2000, PROTOCOL
 from stagewire_ms2000 import enumerations as e
 from stagewire_ms2000 import messages as c

@@ -10,7 +10,7 @@ from proof_line import SIDES, Side, settled
 
 from stagewire import Scale, Stage
 from stagewire.errors import BadValueError, OutOfRangeError
-from stagewire.framing.events import Event
+from stagewire.framing import Event
 from stagewire_apt import messages as m
 from stagewire_apt.devices import values as v
 from stagewire_ms2000 import messages as ms

@@ -25,7 +25,7 @@ from proof_controller import Parrot
 from proof_line import SIDES, Side, settled
 
 from stagewire.errors import BadValueError, OutOfRangeError, StagewireError
-from stagewire.flags import Flags
+from stagewire.protocols import Flags
 from stagewire_apt import enumerations, flags
 from stagewire_apt.devices import tables
 

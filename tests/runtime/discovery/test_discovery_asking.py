@@ -9,14 +9,11 @@ import pytest
 import stagewire
 import stagewire_virtual as virtual
 from serial_ports import linux, port, show
-from stagewire import links
-from stagewire.discovery.asking import used_bays
-from stagewire.discovery.computer_diagnosis import diagnose_computer
-from stagewire.discovery.diagnosis import Diagnosis, Verdict
-from stagewire.discovery.line_diagnosis import diagnose_line
-from stagewire.discovery.opening import unit_at
+from stagewire._discovery.questions import used_bays
+from stagewire._links import opening, serial_link
+from stagewire.discovery import Diagnosis, Verdict, diagnose_computer, diagnose_line, unit_at
 from stagewire.errors import BadValueError, LinkOpenError, TransportLost, WrongUnitError
-from stagewire.links import Link, serial_lines
+from stagewire.links import LineSettings, Link
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual.linking import SteppedLink
@@ -75,7 +72,7 @@ def opens(monkeypatch: pytest.MonkeyPatch) -> Callable[[OpenLine], None]:
     show(monkeypatch)
 
     def take(open_line: OpenLine) -> None:
-        monkeypatch.setattr(links, "open_link", open_line)
+        monkeypatch.setattr(opening, "open_link", open_line)
 
     return take
 
@@ -300,11 +297,11 @@ def test_a_controller_of_commands_is_asked_at_every_rate_of_its_switches(
 
     with virtual.MS2000() as ms2000:
 
-        def open_serial(url: str, settings: links.LineSettings) -> Link:
+        def open_serial(url: str, settings: LineSettings) -> Link:
             tried.append(settings.baudrate)
             return SteppedLink(ms2000) if settings.baudrate == 28800 else Silent()
 
-        monkeypatch.setattr(serial_lines, "open_serial", open_serial)
+        monkeypatch.setattr(serial_link, "open_serial", open_serial)
         told = only(diagnose_line("COM3", "MS2000"))
     assert tried == [9600, 19200, 28800]
     assert told.verdict is Verdict.FINE
@@ -313,7 +310,7 @@ def test_a_controller_of_commands_is_asked_at_every_rate_of_its_switches(
 
 def test_no_controller_of_commands_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     show(monkeypatch)
-    monkeypatch.setattr(serial_lines, "open_serial", lambda url, settings: Silent())
+    monkeypatch.setattr(serial_link, "open_serial", lambda url, settings: Silent())
     told = only(diagnose_line("COM3", "MS2000"))
     assert told.verdict is Verdict.WRONG
     assert "tried: 9600, 19200, 28800, 115200 baud" in told.text

@@ -11,13 +11,9 @@ from pathlib import Path
 import pytest
 
 from serial_ports import linux, port, show, windows
-from stagewire.discovery import linux as linux_room
-from stagewire.discovery import windows as windows_room
-from stagewire.discovery.computer_diagnosis import diagnose_computer
-from stagewire.discovery.diagnosis import Diagnosis, Verdict
-from stagewire.discovery.linux import usb_devices
-from stagewire.discovery.ports import Port
-from stagewire.discovery.windows import without_port
+from stagewire._discovery import ports as usb_ports
+from stagewire._discovery.ports import usb_devices, without_port
+from stagewire.discovery import Diagnosis, Port, Verdict, diagnose_computer
 
 INSTANCE = r"USB\VID_0403&PID_FAF0\83828433"
 
@@ -28,7 +24,7 @@ def made_up_computer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     show(monkeypatch)
     monkeypatch.setattr(sys, "platform", "linux")
     real = usb_devices
-    monkeypatch.setattr(linux_room, "usb_devices", lambda: real(tmp_path))
+    monkeypatch.setattr(usb_ports, "usb_devices", lambda: real(tmp_path))
     return tmp_path
 
 
@@ -67,7 +63,7 @@ def wrong(told: list[Diagnosis]) -> list[Diagnosis]:
 )
 def test_nothing_is_plugged_in(monkeypatch: pytest.MonkeyPatch, system: str, said: str) -> None:
     monkeypatch.setattr(sys, "platform", system)
-    monkeypatch.setattr(windows_room, "present", list)
+    monkeypatch.setattr(usb_ports, "present", list)
     [told] = wrong(diagnose_computer())
     assert "no controller is plugged in" in told.text
     assert said in told.advice
@@ -151,7 +147,7 @@ def test_a_device_without_a_serial_number_is_named_so(made_up_computer: Path) ->
 
 def test_windows_tells_the_box_that_gives_a_com_port(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
-    monkeypatch.setattr(windows_room, "present", lambda: [INSTANCE])
+    monkeypatch.setattr(usb_ports, "present", lambda: [INSTANCE])
     [told] = wrong(diagnose_computer())
     assert told.about == "controller 83828433"
     assert "tick “Load VCP” on the page “Advanced”" in told.advice
@@ -159,7 +155,7 @@ def test_windows_tells_the_box_that_gives_a_com_port(monkeypatch: pytest.MonkeyP
 
 def test_windows_with_a_com_port_is_fine(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
-    monkeypatch.setattr(windows_room, "present", lambda: [INSTANCE])
+    monkeypatch.setattr(usb_ports, "present", lambda: [INSTANCE])
     show(monkeypatch, windows("COM3", "83828433"))
     assert wrong(diagnose_computer()) == []
 
@@ -176,7 +172,7 @@ def test_what_the_driver_holds_on_windows() -> None:
 
 
 def test_elsewhere_windows_is_not_asked() -> None:
-    assert windows_room.present() == []
+    assert usb_ports.present() == []
 
 
 class MadeUpRegistry:
@@ -213,4 +209,4 @@ def test_windows_lists_what_the_driver_holds(
 ) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setitem(sys.modules, "winreg", MadeUpRegistry(values))
-    assert windows_room.present() == found
+    assert usb_ports.present() == found

@@ -17,7 +17,7 @@ from stagewire.errors import (
     UnsupportedError,
     WrongUnitError,
 )
-from stagewire.protocol import available_protocols, load_protocol
+from stagewire.protocols import available_protocols, load_protocol
 from stagewire_apt import BBD102, TDC001
 from stagewire_virtual import linking
 from stagewire_virtual.linking import SteppedLink
@@ -111,7 +111,7 @@ def test_a_package_without_device_classes_says_so(monkeypatch: pytest.MonkeyPatc
 
 
 def test_they_are_loaded_when_they_are_asked_for() -> None:
-    assert stagewire.discover.__module__ == "stagewire.discovery.finding"
-    assert stagewire.open.__module__ == "stagewire.discovery.opening"
+    assert stagewire.discover.__module__ == "stagewire._discovery.search"
+    assert stagewire.open.__module__ == "stagewire._discovery.opening"
     with pytest.raises(AttributeError, match="has no attribute 'close'"):
         _ = stagewire.discovery.close

@@ -8,10 +8,9 @@ import pytest
 
 import stagewire
 from serial_ports import linux, macos, port, show, windows
-from stagewire.discovery.known import by_name, by_serial_number
-from stagewire.discovery.ports import port_of, serial_ports
-from stagewire.discovery.usb import plug_of
-from stagewire.protocol import load_protocol
+from stagewire._discovery.ports import plug_of, port_of, serial_ports
+from stagewire.discovery import by_name, by_serial_number
+from stagewire.protocols import load_protocol
 
 APT = load_protocol("thorlabs_apt")
 

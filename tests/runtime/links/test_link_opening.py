@@ -19,8 +19,9 @@ import pytest
 from far_ends import FAR_ENDS
 from hosts import HOSTS, Loop, Threads
 
+from stagewire._links import serial_port
 from stagewire.errors import BadValueError
-from stagewire.links import AsyncLink, LineSettings, Link, open_async_link, open_link, serial_port
+from stagewire.links import AsyncLink, LineSettings, Link, open_async_link, open_link
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated")
 posix = pytest.mark.skipif(os.name != "posix", reason="ports that are files are those of POSIX")

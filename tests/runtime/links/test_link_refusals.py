@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 from hosts import HOSTS
 
+from stagewire._links import serial_port as refusal
 from stagewire.errors import BadValueError, LinkOpenError
-from stagewire.links import ports, refusal
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated"),
@@ -42,8 +42,7 @@ def refused(way: str) -> Callable[..., str]:
 
 @pytest.fixture
 def one_port(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (ports, refusal):
-        monkeypatch.setattr(module, "ports_there_are", lambda: [PORT])
+    monkeypatch.setattr(refusal, "ports_there_are", lambda: [PORT])
 
 
 @pytest.fixture

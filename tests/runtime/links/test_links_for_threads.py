@@ -13,10 +13,10 @@ import pytest
 from far_ends import KINDS, FarEnd
 from hosts import PATIENCE
 
+from stagewire._links.descriptor import Readiness
+from stagewire._links.pumped import PumpedLink
 from stagewire.errors import TransportLost
 from stagewire.links import Link, open_link
-from stagewire.links.pumped import PumpedLink
-from stagewire.links.readiness import Readiness
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated")
 _SOON = 0.02  # seconds that a read waits in a test, where nothing comes

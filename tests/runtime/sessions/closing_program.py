@@ -10,11 +10,9 @@ import os
 import signal
 import sys
 
-from stagewire._sessions.asynchronous import AsyncFramedSession
-from stagewire._sessions.options import Ends
-from stagewire._sessions.synchronous import FramedSession
 from stagewire.errors import TransportLost
 from stagewire.links import open_async_link, open_link
+from stagewire.sessions import AsyncFramedSession, Ends, FramedSession
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
-from stagewire._sessions.commands import CommandCore
 from stagewire._sessions.core import Core
 from stagewire._sessions.exchange import Exchange
-from stagewire._sessions.framed import Ends, FramedCore, SessionOptions
-from stagewire.framed_message import FramedMessage
+from stagewire.protocols import FramedMessage
+from stagewire.sessions import CommandCore, Ends, FramedCore, SessionOptions
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_ms2000 import PROTOCOL as MS2000

@@ -11,8 +11,6 @@ from collections.abc import Callable
 import pytest
 from scripted_links import BAYS, HOST, USB, AsyncTestLink, answer, jog, silent, velocity
 
-from stagewire._sessions.asynchronous import AsyncFramedSession
-from stagewire._sessions.options import Ends
 from stagewire.errors import (
     MotionStopped,
     MotionTimeout,
@@ -22,6 +20,7 @@ from stagewire.errors import (
     TransportLost,
 )
 from stagewire.links import open_async_link
+from stagewire.sessions import AsyncFramedSession, Ends
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual import stepped

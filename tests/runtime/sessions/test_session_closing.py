@@ -16,8 +16,7 @@ from scripted_links import AsyncTestLink, TestLink
 
 import stagewire_virtual as virtual
 from stagewire._sessions import termination
-from stagewire._sessions.asynchronous import AsyncFramedSession
-from stagewire._sessions.synchronous import FramedSession
+from stagewire.sessions import AsyncFramedSession, FramedSession
 from stagewire_apt import PROTOCOL, stages
 from stagewire_virtual import stepped
 

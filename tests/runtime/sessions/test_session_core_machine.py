@@ -17,8 +17,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from stepped_core import Framed, dc_status, said, vel_params
 
 from stagewire._sessions.exchange import Exchange
-from stagewire._sessions.framed import Ends
 from stagewire.errors import MotionStopped, MotionUnderWayError, StagewireError
+from stagewire.sessions import Ends
 from stagewire_apt import messages as m
 
 QUIET = 0.5

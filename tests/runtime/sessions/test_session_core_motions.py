@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 from stepped_core import MOVED, Framed, dc_status, said
 
-from stagewire._sessions.framed import Ends
 from stagewire.errors import (
     ControllerFaultError,
     MotionStopped,
@@ -13,6 +12,7 @@ from stagewire.errors import (
     MotionUnderWayError,
     ReplyTimeout,
 )
+from stagewire.sessions import Ends
 from stagewire_apt import messages as m
 
 COMPLETED = said(m.MotMoveCompletedHeader(1))

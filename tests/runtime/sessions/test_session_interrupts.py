@@ -13,8 +13,7 @@ import pytest
 from scripted_links import USB, TestLink, answer, velocity
 
 from stagewire._sessions import interrupts
-from stagewire._sessions.options import SessionOptions
-from stagewire._sessions.synchronous import FramedSession
+from stagewire.sessions import FramedSession, SessionOptions
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

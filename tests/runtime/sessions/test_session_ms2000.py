@@ -8,11 +8,10 @@ from pathlib import Path
 import pytest
 from scripted_links import AsyncTestLink, TestLink
 
-from stagewire._sessions.asynchronous import AsyncCommandSession
-from stagewire._sessions.synchronous import CommandSession
 from stagewire.capture import read_capture
 from stagewire.errors import OutOfRangeError, ReplyTimeout, WrongModeError
 from stagewire.links import open_async_link, open_link
+from stagewire.sessions import AsyncCommandSession, CommandSession
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m
 from stagewire_virtual import stepped

@@ -8,13 +8,10 @@ from pathlib import Path
 import pytest
 from scripted_links import USB, AsyncTestLink, TestLink, answer, velocity
 
-from stagewire._sessions.asynchronous import AsyncFramedSession
-from stagewire._sessions.recording import Recording
-from stagewire._sessions.synchronous import FramedSession
 from stagewire.capture import read_capture
-from stagewire.commands import CommandFrame
-from stagewire.direction import Direction
 from stagewire.errors import TransportError, TransportLost
+from stagewire.protocols import CommandFrame, Direction
+from stagewire.sessions import AsyncFramedSession, FramedSession, Recording
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_cli.main import main

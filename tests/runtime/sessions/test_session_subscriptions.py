@@ -10,8 +10,6 @@ from typing import Any
 import pytest
 from scripted_links import USB, AsyncTestLink, TestLink, answer, velocity
 
-from stagewire._sessions.asynchronous import AsyncFramedSession
-from stagewire._sessions.synchronous import FramedSession
 from stagewire.errors import (
     OutOfRangeError,
     ReplyTimeout,
@@ -19,6 +17,7 @@ from stagewire.errors import (
     StagewireError,
     TransportLost,
 )
+from stagewire.sessions import AsyncFramedSession, FramedSession
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual import stepped

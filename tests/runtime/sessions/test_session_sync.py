@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 import pytest
 from scripted_links import USB, TestLink, answer, jog, silent, velocity
 
-from stagewire._sessions.options import Ends
-from stagewire._sessions.synchronous import FramedSession
 from stagewire.errors import (
     MotionStopped,
     MotionTimeout,
@@ -18,6 +16,7 @@ from stagewire.errors import (
     SessionClosedError,
     TransportLost,
 )
+from stagewire.sessions import Ends, FramedSession
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 

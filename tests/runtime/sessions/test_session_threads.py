@@ -9,11 +9,10 @@ import time
 import pytest
 from scripted_links import BAYS, HOST, TestLink, answer, jog, velocity
 
-from stagewire._sessions.options import SessionOptions
-from stagewire._sessions.synchronous import FramedSession
 from stagewire._sessions.waiting import Waiter
 from stagewire.errors import ReplyTimeout, StagewireError
 from stagewire.links import LineSettings
+from stagewire.sessions import FramedSession, SessionOptions
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual.linking import open_link

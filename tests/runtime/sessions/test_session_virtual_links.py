@@ -12,11 +12,9 @@ from typing import Any
 import pytest
 
 import stagewire_virtual as virtual
-from stagewire._sessions.asynchronous import AsyncFramedSession
-from stagewire._sessions.options import Ends
-from stagewire._sessions.synchronous import FramedSession
 from stagewire.errors import LinkOpenError, ReplyTimeout, TransportLost
 from stagewire.links import open_async_link, open_link
+from stagewire.sessions import AsyncFramedSession, Ends, FramedSession
 from stagewire_apt import PROTOCOL, stages
 from stagewire_apt import messages as m
 from stagewire_virtual import stepped

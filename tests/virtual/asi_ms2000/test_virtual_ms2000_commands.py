@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 from ms2000_host import Host
 
-from stagewire.commands import CommandReceived
+from stagewire.framing import CommandReceived
 from stagewire_ms2000 import PROTOCOL
 from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
 from stagewire_virtual.clock import SteppedClock

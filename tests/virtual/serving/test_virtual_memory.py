@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stagewire_virtual as virtual
-from stagewire.commands import ReplyReceived, TextReceived
 from stagewire.errors import BadValueError, StagewireError
-from stagewire.framing import Garbage
+from stagewire.framing import Garbage, ReplyReceived, TextReceived
 from stagewire_apt import messages as apt
 from stagewire_apt import stages
 from stagewire_ms2000 import messages as ms

@@ -22,7 +22,7 @@ from registry_oracle import (
 )
 
 import stagewire_virtual as virtual
-from stagewire.protocol import load_protocol
+from stagewire.protocols import load_protocol
 
 BOTH = 3
 A_WHILE = 2.0

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
-from stagewire.commands import Command, Reply
+from stagewire.protocols import Command, Reply
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.enumerations import Busy
 from stagewire_virtual.asi_ms2000.servo_axis import ServoAxis

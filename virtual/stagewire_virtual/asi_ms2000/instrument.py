@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from stagewire.commands import CommandFrame, CommandReceived, SetupCommand
-from stagewire.commands.refusals import refusal
-from stagewire.framing import Garbage
+from stagewire._framings.slots.protocol import refusal
+from stagewire.framing import CommandReceived, Garbage
+from stagewire.protocols import CommandFrame, SetupCommand
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.quantities import POSITION

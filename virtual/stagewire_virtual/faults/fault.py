@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from stagewire.direction import Direction
+from stagewire.protocols import Direction
 from stagewire_virtual.errors import FaultError
 from stagewire_virtual.options import several
 

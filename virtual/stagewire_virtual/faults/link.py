@@ -12,11 +12,8 @@ from functools import partial
 from random import Random
 from typing import Any, Final
 
-from stagewire.commands import CommandProtocol
-from stagewire.direction import Direction
-from stagewire.framed import FramedProtocol
 from stagewire.framing import Event, Garbage
-from stagewire.protocol import Protocol
+from stagewire.protocols import CommandProtocol, Direction, FramedProtocol, Protocol
 from stagewire_virtual.clock import Clock, nanoseconds
 from stagewire_virtual.errors import FaultError, VirtualError
 from stagewire_virtual.faults.chain import Chunk, Effect, FaultChain

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from stagewire.commands import CommandProtocol
-from stagewire.commands.overheard import Asking, Replies
-from stagewire.framed import FramedProtocol
-from stagewire.framing import End, Event
-from stagewire.packets import PacketProtocol
-from stagewire.protocol import Protocol
+from stagewire.framing import Asking, End, Event, Replies
+from stagewire.protocols import CommandProtocol, FramedProtocol, PacketProtocol, Protocol
 from stagewire_virtual.errors import VirtualError
 
 

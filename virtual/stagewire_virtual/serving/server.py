@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, ClassVar, TypeVar
 
-from stagewire.closing import AsyncClosing, Closing
+from stagewire.links import AsyncClosing, Closing
 from stagewire_virtual.clock import SECOND, Clock, RealClock, SteppedClock
 from stagewire_virtual.errors import VirtualError
 from stagewire_virtual.instrument import Instrument

@@ -6,8 +6,7 @@ import random
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from stagewire.framing import BadLength, Event, Received, Undocumented, Unknown
-from stagewire.framing.events import FrameEvent
+from stagewire.framing import BadLength, Event, FrameEvent, Received, Undocumented, Unknown
 from stagewire_apt import PROTOCOL
 from stagewire_apt.messages import HwGetInfo
 from stagewire_virtual.clock import Clock

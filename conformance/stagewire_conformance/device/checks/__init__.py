@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Final
 
-from stagewire.protocol import Protocol
+from stagewire.protocols import Protocol
 from stagewire_conformance.device.check import Kind
 
 __all__ = ["kinds_of"]

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import FramedMessage
-from stagewire.header import DATA_FLAG, HEADER_SIZE
+from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedMessage, FramedProtocol
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.errors import NotAllowedError
 from stagewire_conformance.device.permissions import Permissions, RangeError

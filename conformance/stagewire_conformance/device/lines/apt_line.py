@@ -13,11 +13,9 @@ from functools import partial
 from typing import Final
 
 from stagewire._sessions.matching import Matching
-from stagewire.framed import FramedProtocol
-from stagewire.framed_message import FramedMessage
-from stagewire.framing import End
-from stagewire.framing.events import FrameEvent
+from stagewire.framing import End, FrameEvent
 from stagewire.links import Link
+from stagewire.protocols import FramedMessage, FramedProtocol
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.identity import names_of
 from stagewire_conformance.device.lines.apt_guard import AptGuard

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from stagewire.commands import Command
+from stagewire.protocols import Command
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_ms2000 import messages as m
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from stagewire.commands import CommandFrame, CommandProtocol
+from stagewire.protocols import CommandFrame, CommandProtocol
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.errors import NotAllowedError
 from stagewire_conformance.device.permissions import Permissions, RangeError

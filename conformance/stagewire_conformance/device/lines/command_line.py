@@ -10,9 +10,9 @@ from collections.abc import Callable
 from functools import partial
 from typing import Final
 
-from stagewire.commands import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
 from stagewire.errors import CodecError
 from stagewire.links import Link
+from stagewire.protocols import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.lines.command_contact import first_contact
 from stagewire_conformance.device.lines.command_guard import CommandGuard

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from stagewire.framed_message import FramedMessage
-from stagewire.message import Message
+from stagewire.protocols import FramedMessage, Message
 from stagewire_conformance.device.errors import NothingAnswersError
 
 if TYPE_CHECKING:

@@ -6,9 +6,7 @@ from functools import cached_property
 from typing import Any, Final
 
 from stagewire.errors import CodecError
-from stagewire.frame import Frame
-from stagewire.framed_message import UndecidedMessage, UndocumentedMessage
-from stagewire.framing.events import (
+from stagewire.framing import (
     BadLength,
     DecodableEvent,
     Event,
@@ -18,8 +16,7 @@ from stagewire.framing.events import (
     Undocumented,
     Unknown,
 )
-from stagewire.header import HEADER_SIZE
-from stagewire.message import Message
+from stagewire.protocols import HEADER_SIZE, Frame, Message, UndecidedMessage, UndocumentedMessage
 
 __all__ = ["Heard", "frame_text", "message_text"]
 

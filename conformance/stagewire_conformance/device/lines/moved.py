@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple
 
 from stagewire._sessions.matching import Matching
-from stagewire.framed_message import FramedMessage
+from stagewire.protocols import FramedMessage
 from stagewire_conformance.device.declared import Declared, Place
 
 __all__ = ["Moved"]

@@ -10,12 +10,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any, Final
 
-from stagewire.commands import Command, CommandProtocol
-from stagewire.discovery.known import Known, by_name, by_serial_number
+from stagewire.discovery import Known, by_name, by_serial_number
 from stagewire.errors import StagewireError
-from stagewire.framed import FramedProtocol
 from stagewire.links import Link
-from stagewire.protocol import available_protocols, load_protocol
+from stagewire.protocols import (
+    Command,
+    CommandProtocol,
+    FramedProtocol,
+    available_protocols,
+    load_protocol,
+)
 from stagewire_conformance.device.declared import RACK, Declared, axes_of, declare, facts_of
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.apt_line import AptLine

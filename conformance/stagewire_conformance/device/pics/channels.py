@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any, Final, TypeVar
 
-from stagewire._devices.unit import Unit
-from stagewire.commands import CommandProtocol
+from stagewire.devices import Unit
 from stagewire.errors import UnknownScaleError
-from stagewire.protocol import Protocol
+from stagewire.protocols import CommandProtocol, Protocol
 from stagewire_conformance.device.declared import axes_of, facts_of
 from stagewire_conformance.device.permissions import RangeError
 from stagewire_conformance.device.pics import BayPics, ChannelPics

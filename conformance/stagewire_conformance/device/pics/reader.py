@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Final
 
-from stagewire._devices.unit import Unit
-from stagewire.commands import CommandProtocol
+from stagewire.devices import Unit
+from stagewire.protocols import CommandProtocol
 from stagewire_conformance.device.declared import RACK, facts_of, known_units
 from stagewire_conformance.device.pics import BayPics, Pics, Timing
 from stagewire_conformance.device.pics.channels import ChannelsReader, unique

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 
-from stagewire.commands import CommandProtocol
+from stagewire.protocols import CommandProtocol
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import COUNTS
 from stagewire_conformance.device.pics import ChannelPics, Pics

@@ -11,9 +11,16 @@ from __future__ import annotations
 
 from struct import Struct
 
-from stagewire.direction import Direction
-from stagewire.framed_message import FramedMessage, UndocumentedMessage, check_addresses
-from stagewire.message import Layout, check_bytes, check_integer, check_text
+from stagewire.support import (
+    Direction,
+    FramedMessage,
+    Layout,
+    UndocumentedMessage,
+    check_addresses,
+    check_bytes,
+    check_integer,
+    check_text,
+)
 from stagewire_apt.flags import RackDigitalOutputs, RackStatusBits
 
 TYPE_CHECKING = False  # type checkers know the name; typing takes long to import

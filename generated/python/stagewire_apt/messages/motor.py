@@ -11,9 +11,15 @@ from __future__ import annotations
 
 from struct import Struct
 
-from stagewire.direction import Direction
-from stagewire.framed_message import FramedMessage, UndecidedMessage, check_addresses
-from stagewire.message import Layout, check_integer, check_text
+from stagewire.support import (
+    Direction,
+    FramedMessage,
+    Layout,
+    UndecidedMessage,
+    check_addresses,
+    check_integer,
+    check_text,
+)
 from stagewire_apt.flags import DcStatusBits, LedMode, StepperStatusBits
 
 TYPE_CHECKING = False  # type checkers know the name; typing takes long to import

@@ -11,9 +11,7 @@ from __future__ import annotations
 
 from struct import Struct
 
-from stagewire.direction import Direction
-from stagewire.framed_message import FramedMessage, check_addresses
-from stagewire.message import Layout, check_integer
+from stagewire.support import Direction, FramedMessage, Layout, check_addresses, check_integer
 
 TYPE_CHECKING = False  # type checkers know the name; typing takes long to import
 if TYPE_CHECKING:

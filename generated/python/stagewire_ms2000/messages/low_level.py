@@ -13,9 +13,7 @@ from __future__ import annotations
 
 from struct import Struct
 
-from stagewire.commands.command import Command, Reply
-from stagewire.direction import Direction
-from stagewire.message import Layout, check_integer, check_text
+from stagewire.support import Command, Direction, Layout, Reply, check_integer, check_text
 from stagewire_ms2000.flags import StatusBits
 
 TYPE_CHECKING = False  # type checkers know the name; typing takes long to import

@@ -11,9 +11,7 @@ of range and :class:`~stagewire.errors.BadValueError` for one of the wrong kind.
 
 from __future__ import annotations
 
-from stagewire.commands.command import SetupCommand
-from stagewire.direction import Direction
-from stagewire.message import Layout
+from stagewire.support import Direction, Layout, SetupCommand
 
 __all__ = [
     "ResetController",

@@ -12,6 +12,7 @@ from stagewire_generator.targets.python.message_view import message_views
 from stagewire_generator.targets.python.packet_shape import check_class, shape
 from stagewire_generator.targets.python.packet_view import packet_views
 from stagewire_generator.targets.python.source import (
+    SUPPORT,
     WIDTH,
     bracketed,
     call,
@@ -73,11 +74,8 @@ def _faults(protocol: Protocol) -> list[str]:
 
 
 def _framed_imports(protocol: Protocol) -> tuple[str, ...]:
-    return (
-        *([imported("stagewire.faults", ["FaultPlaces"])] if _faults(protocol) else []),
-        imported("stagewire.framed", ["FramedProtocol"]),
-        imported("stagewire.framed_message", ["FramedMessage"]),
-    )
+    faults = ["FaultPlaces"] if _faults(protocol) else []
+    return (imported(SUPPORT, [*faults, "FramedMessage", "FramedProtocol", "require"]),)
 
 
 def _command_protocol(protocol: Protocol) -> str:
@@ -111,7 +109,7 @@ def _nameless(protocol: Protocol) -> str:
 
 def _packet_imports(protocol: Protocol) -> tuple[str, ...]:
     names = ["PacketMessage", "PacketProtocol", "Shape", *check_class(protocol.framing)]
-    return (imported("stagewire.packets", names),)
+    return (imported(SUPPORT, [*names, "require"]),)
 
 
 def _frozenset(name: str, items: list[str]) -> str:
@@ -131,10 +129,7 @@ _FRAMINGS = {
     "slots": Framing(
         class_views=command_views,
         message_base="Message",
-        imports=lambda _: (
-            imported("stagewire.commands.protocol", ["CommandProtocol"]),
-            imported("stagewire.message", ["Message"]),
-        ),
+        imports=lambda _: (imported(SUPPORT, ["CommandProtocol", "Message", "require"]),),
         protocol=_command_protocol,
     ),
     "packet": Framing(

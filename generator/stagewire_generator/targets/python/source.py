@@ -9,10 +9,12 @@ import re
 import textwrap
 import unicodedata
 from collections.abc import Sequence
+from typing import Final
 
 from stagewire_generator.targets.wrapping import wrapped
 
 __all__ = [
+    "SUPPORT",
     "WIDTH",
     "assigned",
     "bracketed",
@@ -148,6 +150,10 @@ def natural(name: str) -> list[str | int]:
     return [int(part) if part.isdigit() else part for part in re.split(r"([0-9]+)", name)]
 
 
+SUPPORT: Final = "stagewire.support"
+"""The one module of the runtime that a package imports, besides its quantities."""
+
+
 def imported(module: str, names: Sequence[str], indent: int = 0) -> str:
     """Return an import statement, in brackets if it is long; the names as a linter sorts them."""
 
@@ -156,6 +162,15 @@ def imported(module: str, names: Sequence[str], indent: int = 0) -> str:
         return kind, natural(name.lower()), name
 
     names = sorted(names, key=rank)
+    renamed = [
+        name for name in names if " as " in name
+    ]  # a linter gives each a statement of its own
+    if renamed and len(names) > 1:
+        plain = [name for name in names if name not in renamed]
+        groups = sorted(
+            [[name] for name in renamed] + ([plain] if plain else []), key=lambda g: rank(g[0])
+        )
+        return "\n".join(imported(module, group, indent) for group in groups)
     line = f"from {module} import {', '.join(names)}"
     if indent + len(line) <= WIDTH:
         return line

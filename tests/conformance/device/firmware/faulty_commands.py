@@ -30,7 +30,7 @@ from firmware_commands import (
     TakesCommands,
 )
 
-from stagewire.commands import Command
+from stagewire.protocols import Command
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as c
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from firmware_commands import CommandFirmware
 
-from stagewire.commands import Command, CommandFrame
+from stagewire.protocols import Command, CommandFrame
 from stagewire_ms2000 import messages as c
 
 X, Y = 0x18, 0x19

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
-from stagewire.commands import Command, CommandFrame, CommandReceived
+from stagewire.framing import CommandReceived
 from stagewire.links import Link
+from stagewire.protocols import Command, CommandFrame
 from stagewire_conformance.device.results import Result
 from stagewire_ms2000 import PROTOCOL
 

@@ -7,8 +7,8 @@ from typing import assert_type
 
 from stagewire._devices.asynchronous import Motion
 from stagewire._devices.tables import MotionEnd
-from stagewire._sessions.subscribing import AsyncSubscription
-from stagewire.framing.events import Event
+from stagewire.framing import Event
+from stagewire.sessions import AsyncSubscription
 from stagewire_apt import messages as m
 from stagewire_apt.aio import BBD102, TDC001, TPZ001
 from stagewire_apt.devices import values

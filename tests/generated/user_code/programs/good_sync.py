@@ -10,8 +10,8 @@ import stagewire
 from stagewire import Scale, Stage
 from stagewire._devices.synchronous import Motion
 from stagewire._devices.tables import MotionEnd
-from stagewire._sessions.subscribing import BlockingSubscription
-from stagewire.framing.events import Event
+from stagewire.framing import Event
+from stagewire.sessions import BlockingSubscription
 from stagewire_apt import BBD102, BSC002, MST601, TDC001, TPZ001, enumerations
 from stagewire_apt import messages as m
 from stagewire_apt.devices import values

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from stagewire.header import DATA_FLAG, HEADER_SIZE
+from stagewire.protocols import DATA_FLAG, HEADER_SIZE
 from stagewire_conformance.device.checks.apt.requests import Request
 from stagewire_conformance.device.checks.apt.values import faults_of
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stagewire.framed_message import FramedMessage
+from stagewire.protocols import FramedMessage
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Place

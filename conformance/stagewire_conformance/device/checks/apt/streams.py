@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from stagewire.framed_message import FramedMessage
+from stagewire.protocols import FramedMessage
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Place

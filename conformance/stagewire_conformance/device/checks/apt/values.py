@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from stagewire.framed_message import FramedMessage
+    from stagewire.protocols import FramedMessage
     from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.registry import Json
 

@@ -6,9 +6,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import CodecError, TrailingBytesError
-from stagewire.framed import FramedProtocol
 from stagewire.framing import Garbage
-from stagewire.header import DATA_FLAG, HEADER_SIZE
+from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedProtocol
 from stagewire_conformance.device.lines.heard import Heard
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from stagewire.commands import Command, Reply
+from stagewire.protocols import Command, Reply
 from stagewire_conformance.device.lines.command_line import QUIET, CommandLine
 from stagewire_conformance.device.places import Place
 from stagewire_conformance.device.trial import Trial

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from stagewire.commands import Command
+from stagewire.protocols import Command
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.places import Place

@@ -8,7 +8,7 @@ from itertools import pairwise
 from random import Random
 from typing import Final
 
-from stagewire.commands import Command
+from stagewire.protocols import Command
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.trial import EnoughError

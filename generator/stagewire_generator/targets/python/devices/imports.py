@@ -7,14 +7,27 @@ from collections.abc import Collection, Iterable, Sequence
 
 from stagewire_generator.targets.python.devices.methods_view import MethodView
 from stagewire_generator.targets.python.devices.values_view import ValuesView
-from stagewire_generator.targets.python.source import imported
+from stagewire_generator.targets.python.source import SUPPORT, imported
 
 __all__ = ["facts_imports", "parts_imports", "tables_imports", "units_imports", "values_imports"]
 
 _ALIASES = {"e": "enumerations", "f": "flags", "m": "messages"}
 _TABLES = ("Action", "Command", "Ends", "Given", "ParameterSet", "Poll", "Query", "Stored")
-_SCALES = ("ByCase", "BySetting", "ByStage", "ByUnit", "Rule")
-_UNIT = ("Alias", "Facts", "Hindrance", "Setting", "Told", "Unit")
+_FACTS = (
+    *(
+        "Alias",
+        "ByCase",
+        "BySetting",
+        "ByStage",
+        "ByUnit",
+        "Facts",
+        "Hindrance",
+        "Poll",
+        "Rule",
+        "Setting",
+    ),
+    *("Told", "Unit"),
+)
 
 
 def values_imports(package: str, views: Sequence[ValuesView]) -> tuple[str, ...]:
@@ -24,7 +37,7 @@ def values_imports(package: str, views: Sequence[ValuesView]) -> tuple[str, ...]
     )
     kinds = {kind for view in views for kind in view.kinds}
     return (
-        imported("stagewire._devices.values", ["Values", *kinds]),
+        imported(SUPPORT, ["Values", *kinds]),
         *_aliased(package, _names(text + "".join(view.message for view in views))),
     )
 
@@ -32,8 +45,9 @@ def values_imports(package: str, views: Sequence[ValuesView]) -> tuple[str, ...]
 def tables_imports(package: str, statements: Sequence[str]) -> tuple[str, ...]:
     """Return the imports of the module of tables."""
     used = _names("\n".join(statements))
+    named = ["DeviceCommand as Command" if n == "Command" else n for n in _TABLES if n in used]
     return (
-        *_imported("stagewire._devices.tables", _TABLES, used),
+        *([imported(SUPPORT, named)] if named else []),
         *_aliased(package, used),
         *([f"from {package}.devices import values as v"] if "v." in used else []),
     )
@@ -44,10 +58,8 @@ def facts_imports(package: str, text: str) -> tuple[str, ...]:
     used = _names(text)
     return (
         *(["from fractions import Fraction\n"] if " Fraction(" in text else []),
-        *_imported("stagewire._devices.scales", _SCALES, used),
-        *_imported("stagewire._devices.tables", ("Poll",), used),
-        *_imported("stagewire._devices.unit", _UNIT, used),
         *_imported("stagewire.quantities", ("Scale", "UnknownScale"), used),
+        *_imported(SUPPORT, _FACTS, used),
         *_aliased(package, used),
         *([f"from {package} import quantities"] if "quantities." in text else []),
         *([f"from {package}.devices import tables as t"] if "t." in used else []),
@@ -58,10 +70,11 @@ def facts_imports(package: str, text: str) -> tuple[str, ...]:
 def parts_imports(package: str, methods: Iterable[MethodView], aio: bool) -> tuple[str, ...]:
     """Return the imports of a module of parts."""
     used = _names("\n".join(f"{method.signature}\n{method.body}" for method in methods))
+    motion = ["Motion"] if "Motion" in used else []
+    end = ["MotionEnd"] if "MotionEnd" in used else []
     return (
-        *_imported(_bases(aio), ("Motion",), used, "Part"),
-        *_imported("stagewire._devices.tables", ("MotionEnd",), used),
         *_imported("stagewire.quantities", ("Number",), used),
+        imported(SUPPORT, [*_bases(["Part", *motion], aio), *end]),
         *_aliased(package, used),
         f"from {package}.devices import tables as t",
         *([f"from {package}.devices import values as v"] if "v." in used else []),
@@ -75,15 +88,16 @@ def units_imports(
     parts = [imported(f"{package}.{side}.parts", list(chapters))] if chapters else []
     facts = imported(f"{package}.devices.facts", ["FACTS", "UNITS"])
     ours = [*parts, facts] if side < "devices" else [facts, *parts]
-    return (imported(_bases(aio), list(bases)), *ours)
+    return (imported(SUPPORT, _bases(bases, aio)), *ours)
 
 
-def _bases(aio: bool) -> str:
-    return f"stagewire._devices.{'asynchronous' if aio else 'synchronous'}"
+def _bases(names: Iterable[str], aio: bool) -> list[str]:
+    """Return what is imported of base classes: those for asyncio have names of their own there."""
+    return [f"Async{name} as {name}" if aio else name for name in names]
 
 
-def _imported(module: str, names: Iterable[str], used: Collection[str], *always: str) -> list[str]:
-    found = [*always, *(name for name in names if name in used)]
+def _imported(module: str, names: Iterable[str], used: Collection[str]) -> list[str]:
+    found = [name for name in names if name in used]
     return [imported(module, found)] if found else []
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
-from stagewire._devices.scales import ToldValue
+from stagewire.devices import ToldValue
 from stagewire.errors import UnknownScaleError
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, PositionControlMode
@@ -22,7 +22,7 @@ from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
     from stagewire import FramedMessage
-    from stagewire._devices.scales import Scales
+    from stagewire.devices import Scales
     from stagewire_conformance.device.declared import Place
     from stagewire_conformance.device.lines.heard import Heard
     from stagewire_conformance.device.trial import Trial

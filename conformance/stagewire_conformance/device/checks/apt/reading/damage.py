@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire.header import HEADER_SIZE
+from stagewire.protocols import HEADER_SIZE
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks.apt.clean import clean, clean_request, unheeded
 from stagewire_conformance.device.checks.apt.reading.harmless import harmless_bytes, unknown_frame

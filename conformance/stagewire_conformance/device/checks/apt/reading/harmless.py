@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 from typing import TYPE_CHECKING
 
-from stagewire.header import DATA_FLAG
+from stagewire.protocols import DATA_FLAG
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared

@@ -10,7 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from stagewire.errors import CodecError
-from stagewire.header import HEADER_SIZE
+from stagewire.protocols import HEADER_SIZE
 from stagewire_conformance.device.check import Check, Need
 from stagewire_conformance.device.checks.apt.clean import clean, unheeded
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When

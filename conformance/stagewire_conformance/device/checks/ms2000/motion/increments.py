@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from stagewire.commands import Command
+from stagewire.protocols import Command
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course, judge_rest

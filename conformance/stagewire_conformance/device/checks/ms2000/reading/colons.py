@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Final
 
-from stagewire.commands import Command
+from stagewire.protocols import Command
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.clean import asked

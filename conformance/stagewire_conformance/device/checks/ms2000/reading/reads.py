@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Final
 
-from stagewire.commands import Command, Reply
+from stagewire.protocols import Command, Reply
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.making import (

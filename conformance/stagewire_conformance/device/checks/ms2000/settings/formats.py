@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Final
 
-from stagewire.commands import SetupCommand
+from stagewire.protocols import SetupCommand
 from stagewire_conformance.device.check import Check, Kind, Need
 from stagewire_conformance.device.checks.ms2000.axis import Axis, line_of
 from stagewire_conformance.device.checks.ms2000.clean import Clean, asked

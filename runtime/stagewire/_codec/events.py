@@ -1,0 +1,101 @@
+"""What frames of all framings have in common, and the events that every framer gives out.
+
+Frames are equal by their parts, hashable, picklable and never changed.
+
+Attributes of a frozen object can only be set in a roundabout and slow way, so a frame is filled as a
+*draft*: an object of a class with the same base and slots and without the lock, whose class is then
+changed. Both methods of the lock share one C slot: a draft needs object's own of both, or setting stays
+slow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from stagewire.errors import BadValueError
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Any
+
+
+class Frozen:
+    """Base of frames; a class says what its parts are."""
+
+    __slots__ = ()
+
+    def _key(self) -> tuple[Any, ...]:
+        """Return the parts."""
+        raise NotImplementedError
+
+    def __setattr__(self, name: str, value: Any, /) -> None:
+        raise AttributeError(f"{type(self).__name__} is immutable; make a new one to change {name}")
+
+    def __delattr__(self, name: str, /) -> None:
+        raise AttributeError(f"{type(self).__name__} is immutable; {name} cannot be deleted")
+
+    def __eq__(self, other: object) -> bool:
+        if other.__class__ is not self.__class__:
+            return NotImplemented
+        return isinstance(other, Frozen) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+
+class Event:
+    """Something that came: ``raw`` holds its bytes, unchanged. Not to be modified."""
+
+    __slots__ = ("raw",)
+    __match_args__ = ("raw",)
+
+    raw: bytes
+
+    def __init__(self, raw: bytes) -> None:
+        self.raw = raw
+
+    def __eq__(self, other: object) -> bool:
+        if other.__class__ is not self.__class__:
+            return NotImplemented
+        return self.raw == other.raw
+
+    def __hash__(self) -> int:
+        return hash((self.__class__, self.raw))
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.raw.hex(' ')!r})"
+
+
+def fed(data: bytes | bytearray | memoryview) -> bytes:
+    """Return what is fed to a framer as bytes.
+
+    Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+    """
+    if isinstance(data, bytes):
+        return data
+    if isinstance(data, (bytearray, memoryview)):
+        return bytes(data)
+    raise BadValueError(f"a framer is fed bytes, not {type(data).__name__}")
+
+
+class Garbage(Event):
+    """Bytes that belong to no frame."""
+
+    __slots__ = ()
+
+
+def join_garbage(events: Iterable[Event]) -> list[Event]:
+    """Return the events with adjacent garbage joined, as streams are compared."""
+    joined: list[Event] = []
+    run: list[bytes] = []  # joined at its end: adding piece by piece would be quadratic
+    for event in events:
+        if isinstance(event, Garbage):
+            run.append(event.raw)
+            continue
+        if run:
+            joined.append(Garbage(b"".join(run)))
+            run.clear()
+        joined.append(event)
+    if run:
+        joined.append(Garbage(b"".join(run)))
+    return joined

@@ -1,0 +1,1 @@
+"""Captures as columns; public are the names of :mod:`stagewire.columns`."""

@@ -1,0 +1,203 @@
+"""Frames of one layout, back to back, to columns; with the standard library, or with NumPy.
+
+With the standard library a slice with a step takes one byte of every frame at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from array import array
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeAlias
+
+from stagewire._codec.message import Message
+from stagewire._columns.shape import Kind, Place, Shape, shape_of
+from stagewire._framings.header.message import DATA_FLAG
+from stagewire.errors import (
+    BadLengthError,
+    BadValueError,
+    DecodeError,
+    TruncatedError,
+    UnsupportedError,
+)
+
+if TYPE_CHECKING:
+    from mmap import mmap
+
+    from numpy.typing import NDArray
+
+Buffer: TypeAlias = "bytes | bytearray | memoryview | mmap"
+Column: TypeAlias = "array[int] | list[str] | list[bytes]"
+"""Integers, text or byte strings, one for every frame."""
+
+_BLOCK: Final = 8192
+"""Frames that are read at once: few enough for what is copied on the way to stay small."""
+
+_FLAGGED: Final = bytes(range(DATA_FLAG, 256))
+_ADDRESSES: Final = bytes(byte & ~DATA_FLAG & 0xFF for byte in range(256))
+_SIGNS: Final = bytes(0xFF if byte & 0x80 else 0 for byte in range(256))
+_CODES: Final = {
+    kind: {array(code).itemsize: code for code in codes}
+    for kind, codes in ((Kind.UNSIGNED, "BHLIQ"), (Kind.SIGNED, "bhliq"))
+}
+
+
+def _read_standard(shape: Shape, view: memoryview) -> tuple[dict[str, Column], int | None]:
+    """Return the columns, and the offset of the first wrong frame (then they end before its block)."""
+    dest, source = array("B"), array("B")
+    columns: dict[str, Column] = {"dest": dest, "source": source}
+    columns |= {place.name: _empty(place) for place in shape.places}
+    size = shape.size
+    whole = len(view) - len(view) % size
+    for start in range(0, whole, _BLOCK * size):
+        block = bytes(view[start : min(start + _BLOCK * size, whole)])
+        if not _right(shape, block):
+            return columns, start + _wrong_frame(shape, block)
+        dest.frombytes(block[4::size].translate(_ADDRESSES))
+        source.frombytes(block[5::size])
+        for place in shape.places:
+            _extend(columns[place.name], block, place, size)
+    if sys.byteorder == "big":
+        for column in columns.values():
+            if isinstance(column, array):
+                column.byteswap()
+    return columns, whole if whole < len(view) else None
+
+
+def _wrong_frame(shape: Shape, block: bytes) -> int:
+    """Return the offset of the first frame that is wrong."""
+    starts = range(0, len(block), shape.size)
+    wrong = (at for at in starts if not _right(shape, block[at : at + shape.size]))
+    return next(wrong)
+
+
+def _right(shape: Shape, block: bytes) -> bool:
+    """Whether every frame of a block has the id, the length and the form of this shape."""
+    size = shape.size
+    destinations = block[4::size]
+    # Without the bytes that announce a packet none may be left, or all of them (ASCII is below).
+    right = (
+        not destinations.translate(None, _FLAGGED) if shape.has_packet else destinations.isascii()
+    )
+    frames = len(destinations)
+    return right and all(
+        block[at::size].count(byte) == frames for at, byte in enumerate(shape.head)
+    )
+
+
+def _empty(place: Place) -> Column:
+    codes = _CODES.get(place.kind)
+    return [] if codes is None else array(codes[place.width])
+
+
+def _extend(column: Any, block: bytes, place: Place, step: int) -> None:
+    """Add the values of one field in a block of frames."""
+    if isinstance(column, array):
+        column.frombytes(_integers(block, place, step))
+        return
+    starts = range(place.offset, len(block), step)
+    values = [block[start : start + place.size] for start in starts]
+    if place.kind is Kind.TEXT:
+        column += [value.rstrip(b"\0").decode("latin-1") for value in values]
+    else:
+        column += values
+
+
+def _integers(block: bytes, place: Place, step: int) -> bytes | bytearray:
+    """Return one field of all frames as machine integers, low byte first."""
+    offset, size, width = place.offset, place.size, place.width
+    if width == 1:
+        return block[offset::step]
+    wide = bytearray(len(block) // step * width)
+    for byte in range(size):
+        wide[byte::width] = block[offset + byte :: step]
+    if place.kind is Kind.SIGNED and size < width:
+        signs = block[offset + size - 1 :: step].translate(_SIGNS)
+        for byte in range(size, width):
+            wide[byte::width] = signs
+    return wide
+
+
+def columns(message: type[Message], raw: Buffer) -> dict[str, Column]:
+    """Return the columns of frames of one message class, with the standard library alone.
+
+    ``raw`` holds whole frames and nothing else: bytes, bytearray, memoryview, mmap. Integers come
+    as :class:`array.array`; text (trailing NULs stripped) and byte strings as lists.
+
+    Raises an error that names the offset of the first frame that is wrong:
+    :class:`~stagewire.errors.DecodeError` for another id, :class:`~stagewire.errors.BadLengthError`
+    for another length or form, :class:`~stagewire.errors.TruncatedError` for a part of a frame at
+    the end. Raises :class:`~stagewire.errors.BadValueError` for what is not bytes or no message
+    class, and :class:`~stagewire.errors.UnsupportedError` for a message without a layout.
+    """
+    return read(shape_of(message), raw)
+
+
+def numpy_columns(message: type[Message], raw: Buffer) -> dict[str, NDArray[Any]]:
+    """Return the columns of frames of one message class as NumPy arrays of their own.
+
+    Integers in the byte order of the machine, text as ``U``, byte strings as ``V`` (``S`` would lose
+    zeros at their ends). Raises as :func:`columns` does, and
+    :class:`~stagewire.errors.UnsupportedError` where NumPy is not installed.
+    """
+    return read_numpy(shape_of(message), raw)
+
+
+def read(shape: Shape, raw: Buffer) -> dict[str, Column]:
+    """Do the work of :func:`columns` for any shape of frames."""
+    with bytes_of(raw) as view:
+        found, wrong = _read_standard(shape, view)
+        if wrong is not None:
+            _refuse(shape, view, wrong)
+    return found
+
+
+def read_numpy(shape: Shape, raw: Buffer) -> dict[str, NDArray[Any]]:
+    """Do the work of :func:`numpy_columns` for any shape of frames."""
+    try:
+        from stagewire._columns.vectors import read as read_vectors
+    except ImportError:
+        raise UnsupportedError(
+            "NumPy is not installed: pip install 'stagewire[numpy]', or use columns()"
+        ) from None
+    with bytes_of(raw) as view:
+        found, wrong = read_vectors(shape, view)
+        if wrong is not None:
+            _refuse(shape, view, wrong)
+    return found
+
+
+@contextmanager
+def bytes_of(raw: Buffer) -> Iterator[memoryview]:
+    """Give a view of single bytes, which is let go when the block ends.
+
+    Raises :class:`~stagewire.errors.BadValueError` for what does not hold bytes in one piece.
+    """
+    try:
+        view = memoryview(raw)
+    except (TypeError, ValueError):  # a mapping that is closed raises ValueError
+        raise BadValueError(f"columns are read from bytes, not {type(raw).__name__}") from None
+    with view:
+        if not view.c_contiguous:
+            raise BadValueError(
+                "columns are read from bytes that stand back to back, without steps"
+            )
+        with view.cast("B") as plain:
+            yield plain
+
+
+def _refuse(shape: Shape, view: memoryview, offset: int) -> NoReturn:
+    """Say what is wrong with the frame at ``offset``."""
+    start = bytes(view[offset : offset + 6])
+    where = f"byte {offset}: a frame of {shape.name} was expected"
+    if len(view) - offset < shape.size and start[: len(shape.head)] == shape.head[: len(start)]:
+        raise TruncatedError(
+            f"{where}, of {shape.size} bytes; {len(view) - offset} are left, so this is no whole "
+            "number of frames"
+        )
+    if start[:2] != shape.head[:2]:
+        wanted, came = (int.from_bytes(head[:2], "little") for head in (shape.head, start))
+        raise DecodeError(f"{where} (id {wanted:#06x}), here is id {came:#06x}")
+    wanted_form = f"a packet of {shape.size - 6} bytes" if shape.has_packet else "no packet"
+    raise BadLengthError(f"{where}, with {wanted_form}; its header is {start.hex(' ')}")

@@ -1,0 +1,130 @@
+"""Where the fields of one layout stand in its frames."""
+
+from __future__ import annotations
+
+import enum
+import re
+import struct
+from dataclasses import dataclass
+
+from stagewire._codec.message import Message
+from stagewire._framings.header.message import (
+    HEADER_SIZE,
+    FramedMessage,
+    UndecidedMessage,
+    UndocumentedMessage,
+)
+from stagewire.errors import BadValueError, UnsupportedError
+
+_CODES = re.compile(r"(\d*)([xsbBhHlLqQ])")
+
+
+class Kind(enum.Enum):
+    """What the bytes of a field are."""
+
+    UNSIGNED = "unsigned integer"
+    SIGNED = "signed integer"
+    TEXT = "text"
+    BYTES = "bytes"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One field in a frame.
+
+    :param name: name of the field.
+    :param offset: its first byte, counted from the beginning of the frame.
+    :param size: its bytes; an integer, always low byte first, has 1 to 8.
+    :param kind: what they are.
+    """
+
+    name: str
+    offset: int
+    size: int
+    kind: Kind
+
+    @property
+    def width(self) -> int:
+        """Bytes of the machine integer that holds it: 1, 2, 4 or 8."""
+        return 1 << (self.size - 1).bit_length()
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """What all frames of one layout have in common.
+
+    :param name: message and form, for people.
+    :param head: the bytes that every frame begins with: the id and, of a data form, the length.
+    :param has_packet: whether the destination carries the bit that announces a packet.
+    :param size: bytes of a frame, header included.
+    :param places: the fields in wire order.
+    """
+
+    name: str
+    head: bytes
+    has_packet: bool
+    size: int
+    places: tuple[Place, ...]
+
+
+def shape_of(message: type[Message]) -> Shape:
+    """Return the shape of the frames of a message class.
+
+    Raises :class:`~stagewire.errors.BadValueError` for what is no message class, and
+    :class:`~stagewire.errors.UnsupportedError` for a message whose layout is not documented: its
+    frames have no common length.
+    """
+    if not (isinstance(message, type) and issubclass(message, Message)):
+        raise BadValueError(f"columns are made of a message class, not of {message!r}")
+    if not issubclass(message, FramedMessage):
+        raise UnsupportedError(
+            f"{message.__name__} has no header of six bytes; columns are made of frames that have one"
+        )
+    if issubclass(message, UndocumentedMessage):
+        raise UnsupportedError(f"{message.layout.message} has no documented layout, so no columns")
+    layout = message.layout
+    has_packet = layout.form != "header"
+    head = layout.id.to_bytes(2, "little")
+    return Shape(
+        name=f"{layout.message} ({layout.form})",
+        head=head + layout.length.to_bytes(2, "little") if has_packet else head,
+        has_packet=has_packet,
+        size=HEADER_SIZE + layout.length,
+        places=_places(message),
+    )
+
+
+def _places(message: type[Message]) -> tuple[Place, ...]:
+    layout = message.layout
+    if issubclass(message, UndecidedMessage):
+        return (Place("data", HEADER_SIZE, layout.length, Kind.BYTES),)
+    # A generated class states its fields as the format of the Struct that unpacks whole frames.
+    unpacker = getattr(getattr(message, "_unpack", None), "__self__", None)
+    if not isinstance(unpacker, struct.Struct):
+        raise UnsupportedError(f"{message.__name__} does not say where its fields stand")
+    names = iter(layout.fields)
+    places = []
+    offset = 0
+    for digits, code in _CODES.findall(unpacker.format):
+        count = int(digits or 1)
+        if code == "x":
+            offset += count
+        elif code == "s":
+            name = next(names)
+            places.append(Place(name, offset, count, _kind_of_string(message, name)))
+            offset += count
+        else:
+            size = struct.calcsize(f"<{code}")
+            kind = Kind.SIGNED if code.islower() else Kind.UNSIGNED
+            for _ in range(count):
+                places.append(Place(next(names), offset, size, kind))
+                offset += size
+    return tuple(places)
+
+
+def _kind_of_string(message: type[Message], name: str) -> Kind:
+    """Return what a run of bytes is: by the type that the class gives the field, and by its sign."""
+    kind = message.__annotations__.get(name)
+    if kind in (int, "int"):  # a Struct has no code for integers of three bytes
+        return Kind.SIGNED if name in message.layout.signed else Kind.UNSIGNED
+    return Kind.TEXT if kind in (str, "str") else Kind.BYTES

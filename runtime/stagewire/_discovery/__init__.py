@@ -1,0 +1,1 @@
+"""Controller discovery; public are the names of :mod:`stagewire.discovery`."""

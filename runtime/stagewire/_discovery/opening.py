@@ -1,0 +1,144 @@
+"""``stagewire.open``: a controller by its URL, whose class nobody had to name."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from importlib import import_module
+
+from stagewire._discovery.ports import Port, port_of
+from stagewire._discovery.products import Known, by_identity, by_name, every_unit, protocols
+from stagewire._discovery.questions import can_identify, identify
+from stagewire._discovery.search import ASK_TIMEOUT, Found, look_at, recognise
+from stagewire.errors import BadValueError, TransportLost, UnsupportedError, WrongUnitError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from stagewire._framings.header.protocol import FramedProtocol
+
+
+_VIRTUAL = re.compile(r"virtual://([^?#/]*)", re.IGNORECASE)
+_LINK_OPTIONS = ("baudrate", "rtscts")
+
+
+def open(url: str, unit: str | None = None, **options: Any) -> Any:
+    """Open a controller and return its device, as ``TDC001.open(url, **options)`` of its class does.
+
+    Which unit it is, is known by ``unit``; else by the name in ``virtual://NAME``; else by the serial number
+    of the USB port; else the controller is asked (HW_REQ_INFO), which changes nothing. A controller newer
+    than the document is opened as the unit whose messages it takes, where the registry knows one, and has
+    scales of its own (``model=``).
+
+    :param url: a serial port, ``socket://HOST:PORT``, ``virtual://NAME`` or any other that a link opens.
+    :param unit: name of the unit, such as ``TDC001``.
+    :param options: for the class, such as ``stage=``, ``travel_mm=`` or ``bay=``.
+
+    Raises :class:`~stagewire.errors.BadValueError` for a name that no unit has,
+    :class:`~stagewire.errors.WrongUnitError` where it cannot be found out which unit it is,
+    :class:`~stagewire.errors.UnsupportedError` for a unit without a class, and what opening raises.
+    """
+    name = unit or unit_at(url, **options)
+    return device_class(name).open(url, **{**model_option(name), **options})
+
+
+def model_option(name: str) -> dict[str, str]:
+    """Return the option ``model=`` that a name stands for: of a unit that is newer than the document."""
+    known = known_by_name(name)
+    return {} if known.documented else {"model": known.name}
+
+
+def device_class(name: str) -> Any:
+    """Return the class of a unit, by its name in any case, or of the one whose messages it takes.
+
+    Raises :class:`~stagewire.errors.BadValueError` for a name that no unit has, and
+    :class:`~stagewire.errors.UnsupportedError` for a unit without a class.
+    """
+    known = known_by_name(name)
+    if known.unit is None:
+        raise UnsupportedError(str(known))
+    package = known.protocol.package
+    try:
+        devices = import_module(f"{package}.devices")
+    except ModuleNotFoundError as error:
+        if error.name != f"{package}.devices":
+            raise
+        raise UnsupportedError(
+            f"{known.unit}: the package {package} has no device classes; generate it again"
+        ) from None
+    return getattr(devices, known.unit)
+
+
+def known_by_name(name: str) -> Known:
+    """Return what a name in any case stands for; raises as :func:`device_class` does."""
+    known = _by_any(name)
+    if known is None:
+        units = sorted(every_unit())
+        near = difflib.get_close_matches(name.upper()[:80], units)
+        meant = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(units)}"
+        raise BadValueError(f"no unit is named {name}; {meant}")
+    return known
+
+
+def unit_at(url: str, **options: Any) -> str:
+    """Return the name of the unit that a URL leads to; see :func:`open`.
+
+    Raises :class:`~stagewire.errors.WrongUnitError` where it cannot be found out.
+    """
+    virtual = _VIRTUAL.match(url)
+    if virtual and _by_any(virtual[1]) is not None:
+        return virtual[1].upper()
+    port = port_of(url)
+    found = look_at(port) if port else Found(Port(url))
+    if found.unit is None:
+        found = _asked(found, **options)
+    units = {known.unit for known in found.known}
+    if found.unit is None and found.identity is not None and len(units) == 1 and None not in units:
+        return str(units.pop())  # the device finds out which scales hold
+    if found.unit is None:
+        advice = "name its unit (unit='TDC001', or --unit TDC001 of the command)"
+        if found.bays:
+            advice = f"name one of the bays with a module (bay=, or --bay): {', '.join(map(str, found.bays))}"
+        raise WrongUnitError(f"{url}: {found.what}; {advice}")
+    return found.unit
+
+
+def _by_any(name: str) -> Known | None:
+    """Return what a name stands for in any protocol, or None."""
+    found = (by_name(protocol, name) for protocol in protocols())
+    return next((known for known in found if known is not None), None)
+
+
+def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
+    """Ask the controller who it is; of a rack of modules, the one in the bay that is wanted."""
+    from stagewire._links.opening import open_link
+
+    settings = {name: options[name] for name in _LINK_OPTIONS if name in options}
+    link = open_link(found.url, **settings)
+    try:
+        for protocol in protocols():
+            if not can_identify(protocol):
+                continue
+            found = recognise(found, link, protocol, ASK_TIMEOUT)
+            if found.unit is None and found.identity is not None and bay is not None:
+                module, _ = identify(link, protocol, (_bay(protocol, bay),), ASK_TIMEOUT)
+                known = (
+                    by_identity(protocol, int(module.serial_number), module.model) if module else ()
+                )
+                return Found(found.port, tuple(known), module)
+            if found.identity is not None:
+                return found
+    except TransportLost as error:
+        raise error.turned_away or error from None
+    finally:
+        link.close()
+    raise WrongUnitError(
+        f"{found.url}: {found.problem or 'nobody could be asked'}; name its unit "
+        "(unit='TDC001', or --unit TDC001 of the command), or see what stagewire doctor says of it"
+    )
+
+
+def _bay(protocol: FramedProtocol, bay: int) -> int:
+    first: int = protocol.registry()["addresses"]["bays"]["first"]
+    return first + bay - 1

@@ -1,0 +1,1 @@
+"""How bytes become messages: one folder for each framing, named as ``framing.kind`` in ``protocol.yaml``."""

@@ -1,0 +1,174 @@
+"""A frame: a message, where it goes, where it comes from, and bytes beyond what the registry knows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stagewire._codec.events import Event, Frozen
+from stagewire._framings.header.message import (
+    DATA_FLAG,
+    HEADER_SIZE,
+    MAXIMUM_PACKET,
+    FramedMessage,
+    check_addresses,
+)
+from stagewire.errors import BadValueError, OutOfRangeError, UnsupportedError
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Any, Final
+
+
+class Frame(Frozen):
+    """A message on its way between two addresses; immutable.
+
+    :param message: what is said.
+    :param dest: address of the receiver, without the top bit that announces a data packet.
+    :param source: address of the sender.
+    :param extra: bytes of the packet beyond the layout, as newer controllers send them.
+    """
+
+    __slots__ = ("dest", "extra", "message", "source")
+    __match_args__ = ("message", "dest", "source", "extra")
+    message: FramedMessage
+    dest: int
+    source: int
+    extra: bytes
+
+    def __new__(cls, message: FramedMessage, dest: int, source: int, extra: bytes = b"") -> Frame:
+        """Put a message on its way.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none, and
+        :class:`~stagewire.errors.BadValueError` for a part of the wrong kind and for extra bytes
+        where there is no layout that they could follow.
+        """
+        if not isinstance(message, FramedMessage):
+            raise BadValueError(f"a frame carries a message, not {message!r}")
+        check_addresses(dest, source)
+        if extra.__class__ is not bytes:
+            if not isinstance(extra, (bytes, bytearray, memoryview)):
+                raise BadValueError(f"extra takes bytes, not {extra!r}")
+            extra = bytes(extra)
+        if extra and not message.layout.length:
+            raise BadValueError(f"{message.layout.message} has no packet that could be longer")
+        return make_frame(message, dest, source, extra)
+
+    def encode(self) -> bytes:
+        """Return the bytes of the frame.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for a packet of over 255 bytes.
+        """
+        raw = self.message.pack(self.dest, self.source)
+        if not self.extra:
+            return raw
+        length = len(raw) - HEADER_SIZE + len(self.extra)
+        if length > MAXIMUM_PACKET:
+            raise OutOfRangeError(f"a packet has at most {MAXIMUM_PACKET} bytes, not {length}")
+        return raw[:2] + length.to_bytes(2, "little") + raw[4:] + self.extra
+
+    def _key(self) -> tuple[FramedMessage, int, int, bytes]:
+        return self.message, self.dest, self.source, self.extra
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return make_frame, self._key()
+
+    def __repr__(self) -> str:
+        extra = f", extra={self.extra!r}" if self.extra else ""
+        return f"Frame({self.message!r}, dest={self.dest:#04x}, source={self.source:#04x}{extra})"
+
+
+class _Draft(Frozen):
+    """A frame that is still being filled; see :mod:`stagewire._codec.events` for why."""
+
+    __slots__ = Frame.__slots__
+    __setattr__ = object.__setattr__
+    __delattr__ = object.__delattr__
+    message: FramedMessage
+    dest: int
+    source: int
+    extra: bytes
+
+
+def make_frame(message: FramedMessage, dest: int, source: int, extra: bytes = b"") -> Frame:
+    """Make a frame from parts that are known to be right."""
+    draft: Any = _Draft()
+    draft.message = message
+    draft.dest = dest
+    draft.source = source
+    draft.extra = extra
+    draft.__class__ = Frame
+    frame: Frame = draft
+    return frame
+
+
+class FrameEvent(Event):
+    """An event whose bytes are one whole frame, as long as its header declares."""
+
+    __slots__ = ()
+
+    payload_offset: Final = HEADER_SIZE  # where the packet begins, if there is one
+
+    @property
+    def id(self) -> int:
+        """The message id."""
+        return self.raw[0] | self.raw[1] << 8
+
+    @property
+    def dest(self) -> int:
+        """Address of the receiver, without the bit that announces a packet."""
+        return self.raw[4] & ~DATA_FLAG
+
+    @property
+    def source(self) -> int:
+        """Address of the sender."""
+        return self.raw[5]
+
+
+def no_protocol(raw: bytes) -> Frame:
+    """Stand for the decoder of a framer that was made without a protocol."""
+    raise UnsupportedError("this event's framer knows no protocol; use Protocol.framer")
+
+
+class DecodableEvent(FrameEvent):
+    """A frame that is decoded when somebody asks for it."""
+
+    __slots__ = ("decoder",)
+
+    decoder: Callable[[bytes], Frame]
+
+    def __init__(self, raw: bytes, decoder: Callable[[bytes], Frame] = no_protocol) -> None:
+        self.raw = raw
+        self.decoder = decoder
+
+    @property
+    def frame(self) -> Frame:
+        """The decoded frame, by what the framer had been told of its source when it came.
+
+        Raises :class:`~stagewire.errors.UnsupportedError` for an event of a framer that was made
+        without a protocol; ``Protocol.framer`` makes them with one.
+        """
+        return self.decoder(self.raw)
+
+
+class Received(DecodableEvent):
+    """A message of a known layout, perhaps with extra bytes."""
+
+    __slots__ = ()
+
+
+class Undocumented(DecodableEvent):
+    """A frame whose id is known and whose layout is not."""
+
+    __slots__ = ()
+
+
+class Unknown(FrameEvent):
+    """A frame with an id that the table has not, skipped by its length."""
+
+    __slots__ = ()
+
+
+class BadLength(FrameEvent):
+    """A frame of a known message whose packet is too short for every layout."""
+
+    __slots__ = ()

@@ -1,0 +1,336 @@
+"""The framer: bytes in, events out. :mod:`stagewire._framings.header` states the rule, with its reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from struct import Struct
+
+from stagewire._codec.events import Event, Garbage, fed, join_garbage
+from stagewire._codec.message import Direction
+from stagewire._framings.header.frame import (
+    BadLength,
+    DecodableEvent,
+    Frame,
+    FrameEvent,
+    Received,
+    Undocumented,
+    Unknown,
+    no_protocol,
+)
+from stagewire._framings.header.message import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
+from stagewire._framings.header.table import End, Forms, FramingTable
+from stagewire.errors import BadValueError
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from re import Pattern
+    from typing import Final
+
+
+_HEADER: Final = Struct("<HHBB")  # id, parameters or packet length, destination, source
+
+
+class TooLong(FrameEvent):
+    """Never given out: a packet with room for a header after its layout; look inside first."""
+
+    __slots__ = ()
+
+
+class _Shape:
+    """The forms of one id of ours, with the addresses that are right for it."""
+
+    __slots__ = ("header", "lengths", "only_zero", "right")
+
+    def __init__(self, forms: Forms, right: frozenset[int]) -> None:
+        self.header = forms.header
+        self.lengths = forms.lengths
+        self.only_zero = forms.only_zero_parameters
+        self.right = right
+
+    def has_header_form(self, parameters: int) -> bool:
+        """Whether both parameter bytes, read as one word, may stand in a header form."""
+        if parameters in self.lengths or (self.only_zero and parameters):
+            return False
+        return self.header
+
+    def layout_length(self, length: int) -> int | None:
+        """Return the longest layout that a packet of ``length`` bytes fills, if any."""
+        return max((known for known in self.lengths if known <= length), default=None)
+
+
+class Rule:
+    """What one header means, for one table and one end. Not changed once it is made.
+
+    A pair of addresses is one number here: destination (without its top bit) times 256, plus
+    source.
+    """
+
+    def __init__(self, table: FramingTable, end: End) -> None:
+        host, devices = table.host, table.devices
+        to_host = frozenset(host << 8 | device for device in devices)
+        to_controller = frozenset(device << 8 | host for device in devices)
+
+        def right(direction: Direction) -> frozenset[int]:
+            pairs: frozenset[int] = frozenset()
+            if Direction.TO_HOST in direction:
+                pairs |= to_host
+            if Direction.TO_CONTROLLER in direction:
+                pairs |= to_controller
+            return pairs
+
+        self.right = right(end.receives)
+        self.tolerated = to_host | to_controller | {0}
+        self.shapes: dict[int, _Shape] = {}
+        self.undocumented: set[int] = set()
+        self.not_ours: set[int] = set()
+        for id, forms in table.forms.items():
+            ours = forms.direction & end.receives
+            if not forms.documented:
+                self.undocumented.add(id)
+            elif ours:
+                self.shapes[id] = _Shape(forms, right(ours))
+            else:
+                self.not_ours.add(id)
+        self._sieve = self._make_sieve()
+
+    def _make_sieve(self) -> Pattern[bytes]:
+        """Return a pattern that all headers accepted out of step match, and little else does."""
+        import re  # only who frames a stream needs it
+
+        destinations = {pair >> 8 for pair in self.tolerated}
+        destinations |= {destination | DATA_FLAG for destination in destinations}
+        sources = {pair & 0xFF for pair in self.tolerated}
+        low, high = {id & 0xFF for id in self.shapes}, {id >> 8 for id in self.shapes}
+        if not self.shapes:
+            return re.compile(b"(?!)")
+        one_of = [b"[" + b"".join(b"\\x%02x" % byte for byte in sorted(bytes_)) + b"]"
+                  for bytes_ in (low, high, destinations, sources)]  # fmt: skip
+        return re.compile(b"%b%b..%b%b" % tuple(one_of), re.DOTALL)
+
+    def in_step(self, header: bytes) -> tuple[type[Event], int]:
+        """Return what begins with ``header`` where a frame is due, and how many bytes it takes."""
+        id, word, dest, source = _HEADER.unpack(header)
+        has_packet = dest & DATA_FLAG
+        if has_packet and word > MAXIMUM_PACKET:
+            return Garbage, 1
+        size = HEADER_SIZE + word if has_packet else HEADER_SIZE
+        addresses = (dest & ~DATA_FLAG) << 8 | source
+        shape = self.shapes.get(id)
+        if shape is None:
+            if id in self.not_ours or addresses not in self.right:
+                return Garbage, 1
+            return (Undocumented if id in self.undocumented else Unknown), size
+        if addresses not in self.tolerated:
+            return Garbage, 1
+        if not has_packet:
+            return (Received, size) if shape.has_header_form(word) else (Garbage, 1)
+        if not shape.lengths:
+            return Garbage, 1
+        layout = shape.layout_length(word)
+        if layout is None:
+            return BadLength, size
+        return (Received if word - layout < HEADER_SIZE else TooLong), size
+
+    def out_of_step(self, header: bytes) -> int:
+        """Return the size of the frame that ``header`` begins, 0 if not accepted out of step."""
+        id, word, dest, source = _HEADER.unpack(header)
+        shape = self.shapes.get(id)
+        if shape is None:
+            return 0
+        addresses = (dest & ~DATA_FLAG) << 8 | source
+        if dest & DATA_FLAG:
+            exact = word in shape.lengths and addresses in self.tolerated
+            return HEADER_SIZE + word if exact else 0
+        return HEADER_SIZE if shape.has_header_form(word) and addresses in shape.right else 0
+
+    def find(self, data: bytes, start: int, stop: int) -> tuple[int, int]:
+        """Return where the first header accepted out of step stands, and the size of its frame.
+
+        The whole header lies between ``start`` and ``stop``. Without one the size is 0 and the
+        position is the first that has no whole header any more.
+        """
+        while (candidate := self._sieve.search(data, start, stop)) is not None:
+            start = candidate.start()
+            size = self.out_of_step(data[start : start + HEADER_SIZE])
+            if size:
+                return start, size
+            start += 1
+        return max(start, stop - HEADER_SIZE + 1), 0
+
+
+@cache
+def rule_of(table: FramingTable, end: End) -> Rule:
+    """Return the rule of a table and an end, made once: every session and framer needs it."""
+    return Rule(table, end)
+
+
+Decode = Callable[..., Frame]
+"""Makes a frame of its bytes and, if given, of the context that decides between layouts."""
+
+_NEVER: Final = 1 << 62  # the size of a frame that no buffer will ever hold
+_REMEMBERED_HEADERS: Final = 1024
+
+
+class Framer:
+    """Cuts one stream into events, for the end of the line that it sits on.
+
+    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
+    Nothing that comes from outside makes it raise.
+
+    :param table: what framing has to know of the protocol.
+    :param end: which end receives here; a framer that knows it recovers sooner.
+    :param decode: makes a frame of bytes and the context of their source, for ``event.frame``.
+
+    Raises :class:`~stagewire.errors.BadValueError` for an end that is none.
+    """
+
+    __slots__ = (
+        "_contexts", "_decode", "_decoder", "_in_step", "_needed", "_pending", "_rule", "_sizes"
+    )  # fmt: skip
+
+    def __init__(
+        self, table: FramingTable, end: End = End.NONE, decode: Decode | None = None
+    ) -> None:
+        if not isinstance(end, End):
+            raise BadValueError(
+                f"the end of a line is one of {', '.join(map(str, End))}, not {end!r}"
+            )
+        self._rule = rule_of(table, end)
+        self._decode = decode
+        self._decoder: Callable[[bytes], Frame] = decode or no_protocol
+        self._contexts: dict[int, dict[str, str]] = {}
+        # Headers that were messages in step -> size of their frame: a controller says the same few
+        # things again and again. No more than _REMEMBERED_HEADERS, whatever comes.
+        self._sizes: dict[bytes, int] = {}
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what is pending and be in step, as at the beginning of a stream."""
+        self._pending = b""
+        self._needed = HEADER_SIZE
+        self._in_step = True
+
+    def tell(self, source: int, **context: str) -> None:
+        """Say once what decides between layouts of messages from ``source``.
+
+        ``framer.tell(0x22, status="dc")``: ``event.frame`` of messages that come from 0x22 from then
+        on has the DC status, where without it the layout stays undecided. What was told before of
+        this source is replaced. Raises :class:`~stagewire.errors.BadValueError` for a source that is no
+        address.
+        """
+        if isinstance(source, bool) or not isinstance(source, int) or not 0 <= source <= 0xFF:
+            raise BadValueError(f"a source is an address from 0 to 0xff, not {source!r}")
+        if self._decode:
+            self._contexts = {**self._contexts, source: context}
+            self._decoder = _in_context(self._decode, self._contexts)
+
+    @property
+    def pending(self) -> bytes:
+        """The bytes that wait for more to come: the beginning of a frame."""
+        return self._pending
+
+    def abandon(self) -> list[Event]:
+        """Give up waiting: the frame that is pending is garbage, and nothing is pending any more.
+
+        The session calls this after a silence in which the rest of a frame would have come. Whole
+        frames behind a header that was damaged are given out (rule 6). The framer is out of step,
+        unless such a frame was the last that came.
+        """
+        events: list[Event] = []
+        while pending := self._pending:
+            given_up = len(pending) if self._waits_for_unknown() else 1
+            events.append(Garbage(pending[:given_up]))
+            self._pending = b""
+            self._needed = HEADER_SIZE
+            self._in_step = False
+            events += self.feed(pending[given_up:])
+        return join_garbage(events)
+
+    def begins_message(self, data: bytes) -> bool:
+        """Say whether ``data`` begins with a header that is accepted out of step (rule 5)."""
+        return len(data) >= HEADER_SIZE and bool(self._rule.out_of_step(data[:HEADER_SIZE]))
+
+    def _waits_for_unknown(self) -> bool:
+        if not self._in_step or len(self._pending) < HEADER_SIZE:
+            return False
+        kind, _ = self._rule.in_step(self._pending[:HEADER_SIZE])
+        return kind in (Unknown, Undocumented)
+
+    def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
+        """Take the next bytes of the stream and return what they complete.
+
+        The events of a chunk live together: large captures are framed fastest in chunks of a few KiB.
+        Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+        """
+        data = fed(data)
+        if self._pending:
+            data = self._pending + data
+        available = len(data)
+        if available < self._needed:
+            self._pending = data
+            return []
+
+        events: list[Event] = []
+        append, new, size_of = events.append, object.__new__, self._sizes.get
+        decoder = self._decoder
+        position = 0  # everything before it has been given out, or is garbage since `garbage`
+        garbage = 0
+        in_step = self._in_step
+        while True:
+            if in_step:
+                # Headers seen before. A part of a header is never among them.
+                while (
+                    end := position + size_of(data[position : position + HEADER_SIZE], _NEVER)
+                ) <= available:
+                    event = new(Received)
+                    event.raw = data[position:end]
+                    event.decoder = decoder
+                    append(event)
+                    position = end
+                garbage = position
+            if available - position < HEADER_SIZE:
+                needed = HEADER_SIZE
+                break
+            if in_step:
+                header = data[position : position + HEADER_SIZE]
+                kind, size = self._rule.in_step(header)
+                if available - position < size:
+                    needed = size
+                    break
+                if kind is TooLong:
+                    _, found = self._rule.find(data, position + 1, position + size)
+                    kind, size = (Garbage, 1) if found else (Received, size)
+                elif kind is Received and len(self._sizes) < _REMEMBERED_HEADERS:
+                    self._sizes[header] = size
+                if kind is Garbage:
+                    in_step = False
+                elif issubclass(kind, DecodableEvent):
+                    append(kind(data[position : position + size], decoder))
+                else:
+                    append(kind(data[position : position + size]))
+                position += size
+            else:
+                position, size = self._rule.find(data, position, available)
+                if not size or available - position < size:
+                    needed = size or HEADER_SIZE
+                    break
+                if garbage < position:
+                    append(Garbage(data[garbage:position]))
+                append(Received(data[position : position + size], decoder))
+                position += size
+                in_step = True
+
+        if garbage < position:
+            append(Garbage(data[garbage:position]))
+        self._pending = data[position:]
+        self._needed = needed
+        self._in_step = in_step
+        return events
+
+
+def _in_context(
+    decode: Decode, contexts: Mapping[int, Mapping[str, str]]
+) -> Callable[[bytes], Frame]:
+    """Return a decoder by the context of the source, which is byte 5 of a frame."""
+    return lambda raw: decode(raw, contexts.get(raw[5]))

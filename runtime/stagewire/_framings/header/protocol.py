@@ -1,0 +1,303 @@
+"""A protocol of framed messages: how bytes find their message, and how its stream is cut into frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+from stagewire._codec.message import Layout
+from stagewire._codec.protocol import Protocol, as_bytes, check_fields
+from stagewire._framings.header.frame import Frame, make_frame
+from stagewire._framings.header.framer import Framer
+from stagewire._framings.header.message import (
+    DATA_FLAG,
+    HEADER_SIZE,
+    MAXIMUM_PACKET,
+    FramedMessage,
+    UndecidedMessage,
+    UndocumentedMessage,
+)
+from stagewire._framings.header.table import End, FaultPlaces, Forms, FramingTable
+from stagewire.errors import (
+    BadLengthError,
+    BadValueError,
+    MissingFieldError,
+    TrailingBytesError,
+    TruncatedError,
+    UnknownFieldError,
+    UnknownMessageError,
+)
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from typing import Any, Final
+
+
+_REMEMBERED_HEADERS: Final = 1024
+_NO_FAULTS: Final[Mapping[int, FaultPlaces]] = {}
+_ID: Final = range(2)
+_LENGTH: Final = range(2, 4)
+_DEST: Final = range(4, 5)
+
+
+class _Shapes:
+    """The layouts of one message id, ready for dispatch."""
+
+    __slots__ = (
+        "by_length", "decided", "direction", "header", "name", "only_zero", "undocumented"
+    )  # fmt: skip
+
+    def __init__(self, layout: Layout) -> None:
+        self.name = layout.message
+        self.direction = layout.direction
+        self.only_zero = False
+        self.header: type[FramedMessage] | None = None
+        self.by_length: dict[int, type[FramedMessage]] = {}
+        self.decided: list[type[FramedMessage]] = []
+        self.undocumented: type[FramedMessage] | None = None
+
+    def add(self, cls: type[FramedMessage]) -> None:
+        layout = cls.layout
+        if issubclass(cls, UndocumentedMessage):
+            self.undocumented = cls
+        elif layout.form == "header":
+            self.header = cls
+            self.only_zero = layout.only_zero
+        elif layout.when:
+            self.decided.append(cls)
+        else:
+            self.by_length[layout.length] = cls
+
+    def lengths(self) -> frozenset[int]:
+        decided = {cls.layout.length for cls in self.decided}
+        return frozenset(self.by_length) | decided
+
+    def data(self, length: int, context: Mapping[str, str] | None) -> type[FramedMessage] | None:
+        """Return the class for a packet of ``length`` bytes: the longest layout that it fills."""
+        if context:
+            for cls in self.decided:
+                wanted = cls.layout.when
+                if cls.layout.length <= length and wanted.items() <= context.items():
+                    return cls
+        fitting = [size for size in self.by_length if size <= length]
+        return self.by_length[max(fitting)] if fitting else None
+
+
+class FramedProtocol(Protocol):
+    """A protocol of framed messages with a six-byte header.
+
+    :param name: name in the registry, such as ``thorlabs_apt``.
+    :param title: for people.
+    :param package: the generated package; it holds ``registry.json`` and ``vectors.json``.
+    :param messages: every message class.
+    :param host: address of the host.
+    :param devices: addresses that controllers have.
+    :param nameless: messages that the document names without an id, and why they cannot be used.
+    :param channel: the field that says which channel of a controller a message is about; None: a
+        controller has no channels.
+    :param faults: message id -> where that message reports a fault.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        title: str,
+        package: str,
+        messages: Iterable[type[FramedMessage]],
+        host: int,
+        devices: frozenset[int],
+        nameless: Mapping[str, str],
+        channel: str | None = None,
+        faults: Mapping[int, FaultPlaces] = _NO_FAULTS,
+    ) -> None:
+        super().__init__(name, title, package, messages, nameless)
+        self.messages: tuple[type[FramedMessage], ...] = tuple(self.messages)
+        self.host = host
+        self.devices = devices
+        self.channel = channel
+        self.faults = faults
+        self._shapes: dict[int, _Shapes] = {}
+        # What a header alone decides -> unpack, size, destination, source. A controller says the same
+        # few things again and again. No more than _REMEMBERED_HEADERS, whatever comes.
+        self._headers: dict[bytes, tuple[Callable[[bytes], FramedMessage], int, int, int]] = {}
+        for cls in self.messages:
+            layout = cls.layout
+            shapes = self._shapes.setdefault(layout.id, _Shapes(layout))
+            shapes.add(cls)
+        self.framing = FramingTable(
+            forms={
+                id: Forms(
+                    name=shapes.name,
+                    direction=shapes.direction,
+                    header=shapes.header is not None,
+                    lengths=shapes.lengths(),
+                    documented=shapes.undocumented is None,
+                    only_zero_parameters=shapes.only_zero,
+                )
+                for id, shapes in self._shapes.items()
+            },
+            host=host,
+            devices=devices,
+        )
+
+    # Decoding
+
+    def decode(self, raw: bytes, context: Mapping[str, str] | None = None) -> Frame:
+        """Decode the bytes of exactly one frame.
+
+        ``context`` decides between layouts that bytes cannot tell apart, such as
+        ``{"status": "dc"}``; without it such a frame gives the message's ``…Undecided`` class.
+
+        Raises :class:`~stagewire.errors.TruncatedError`, :class:`~stagewire.errors.TrailingBytesError`,
+        :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`,
+        and :class:`~stagewire.errors.BadValueError` for what is not bytes, such as hex text.
+        """
+        if raw.__class__ is not bytes:
+            raw = as_bytes(raw)
+        try:
+            unpack, size, dest, source = self._headers[raw[:HEADER_SIZE]]
+        except KeyError:
+            pass  # not seen before
+        else:
+            if len(raw) == size:
+                return make_frame(unpack(raw), dest, source)
+        return self._decode(raw, context)
+
+    def _decode(self, raw: bytes, context: Mapping[str, str] | None) -> Frame:
+        size = len(raw)
+        if size < HEADER_SIZE:
+            raise TruncatedError(
+                f"a frame has at least {HEADER_SIZE} bytes, here are {size}", range(size, size + 1)
+            )
+        id = raw[0] | raw[1] << 8
+        shapes = self._shapes.get(id)
+        if shapes is None:
+            raise UnknownMessageError(
+                f"bytes 0 and 1: no message of {self.title} has the id {id:#06x}", _ID
+            )
+        dest, source = raw[4] & ~DATA_FLAG, raw[5]
+        extra = b""
+        if raw[4] & DATA_FLAG:
+            length = raw[2] | raw[3] << 8
+            if size != HEADER_SIZE + length:
+                raise self._wrong_size(shapes, length, size)
+            if length > MAXIMUM_PACKET:
+                raise BadLengthError(
+                    f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes; "
+                    f"no packet has more than {MAXIMUM_PACKET}",
+                    _LENGTH,
+                )
+            cls = shapes.undocumented or shapes.data(length, context)
+            if cls is None:
+                raise self._bad_length(shapes, length)
+            if not shapes.undocumented:
+                extra = raw[HEADER_SIZE + cls.layout.length :]
+        else:
+            if size != HEADER_SIZE:
+                # What declares just the bytes that follow lacks the bit that announces them.
+                declared = raw[2] | raw[3] << 8
+                at = _DEST if HEADER_SIZE + declared == size else range(HEADER_SIZE, size)
+                raise TrailingBytesError(
+                    f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, so the frame ends "
+                    f"after {HEADER_SIZE} bytes; {size - HEADER_SIZE} more follow from byte "
+                    f"{HEADER_SIZE} on",
+                    at,
+                )
+            cls = shapes.header or shapes.undocumented
+            if cls is None:
+                raise BadLengthError(
+                    f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, but the message "
+                    f"has no header-only form (packet of {_list(shapes.lengths())} bytes)",
+                    _DEST,
+                )
+        if not extra and not shapes.decided and len(self._headers) < _REMEMBERED_HEADERS:
+            self._headers[raw[:HEADER_SIZE]] = cls.unpack, size, dest, source
+        return make_frame(cls.unpack(raw), dest, source, extra)
+
+    @staticmethod
+    def _wrong_size(shapes: _Shapes, length: int, size: int) -> TruncatedError | TrailingBytesError:
+        text = (
+            f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, "
+            f"{size - HEADER_SIZE} follow the header"
+        )
+        end = HEADER_SIZE + length
+        if size < end:
+            return TruncatedError(f"{text}; the frame ends before byte {size}", _LENGTH)
+        return TrailingBytesError(f"{text}; it ends before byte {end}", range(end, size))
+
+    @staticmethod
+    def _bad_length(shapes: _Shapes, length: int) -> BadLengthError:
+        forms = _list(shapes.lengths())
+        wanted = f"a packet has {forms} bytes" if forms else "it is a header without a packet"
+        return BadLengthError(
+            f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, but {wanted}",
+            _LENGTH,
+        )
+
+    def framer(self, end: End = End.NONE) -> Framer:
+        """Return a new framer for one stream; ``end`` says which end of the line this is.
+
+        Raises :class:`~stagewire.errors.BadValueError` for an end that is none.
+        """
+        return Framer(self.framing, end, self.decode)
+
+    # Encoding by name
+
+    def message_class(self, message: str, form: str | None = None) -> type[FramedMessage]:
+        """Return the class of a message by its name in the registry and, if it has several, its form.
+
+        Raises as :meth:`Protocol.message_class <stagewire.protocols.Protocol.message_class>` does.
+        """
+        found: Any = super().message_class(message, form)
+        cls: type[FramedMessage] = found
+        return cls
+
+    def _certain(self, forms: Iterable[str]) -> list[str]:
+        return [form for form in forms if form != "data:undecided"]
+
+    def build(
+        self,
+        message: str,
+        fields: Mapping[str, Any],
+        form: str | None = None,
+        data: bytes | None = None,
+    ) -> FramedMessage:
+        """Make a message from its name and a mapping of fields; all are checked.
+
+        ``data`` is the whole packet of a message whose layout is undecided or undocumented. Fields
+        given beside the data of an undecided one have to say the same.
+
+        Raises what :meth:`message_class` raises, and an :class:`~stagewire.errors.EncodeError`:
+        :class:`~stagewire.errors.UnknownFieldError`, :class:`~stagewire.errors.MissingFieldError`,
+        :class:`~stagewire.errors.OutOfRangeError` or :class:`~stagewire.errors.BadValueError`; and
+        :class:`~stagewire.errors.UnsupportedError` where there is no layout and no data.
+        """
+        cls = self.message_class(message, form)
+        layout = cls.layout
+        if "data" in fields and issubclass(cls, (UndecidedMessage, UndocumentedMessage)):
+            raise UnknownFieldError(
+                f"{message} ({layout.form}): data is the packet and no field; give it as data=…"
+            )
+        if issubclass(cls, UndecidedMessage):
+            check_fields(layout, fields, {*layout.fields, *cls.shared})
+            if data is None:
+                raise MissingFieldError(f"{message} ({layout.form}) is made from its data alone")
+            undecided = cls(data)
+            for name, value in fields.items():
+                if isinstance(value, (bool, float)) or getattr(undecided, name) != value:
+                    raise BadValueError(
+                        f"{message}.{name} is {getattr(undecided, name)} in data, not {value!r}"
+                    )
+            return undecided
+        if issubclass(cls, UndocumentedMessage):
+            check_fields(layout, fields, layout.fields)
+            return cls(data, **fields)
+        check_fields(layout, fields, layout.fields)
+        if data is not None:
+            raise BadValueError(f"{message} ({layout.form}) is made from its fields, not from data")
+        made: Any = super().build(message, fields, form)
+        framed: FramedMessage = made
+        return framed
+
+
+def _list(lengths: frozenset[int]) -> str:
+    return " or ".join(str(length) for length in sorted(lengths))

@@ -1,0 +1,33 @@
+"""Public modules whose names are imported when they are first used."""
+
+from __future__ import annotations
+
+import sys
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from typing import Any
+
+
+def lazy(module: str, places: Mapping[str, str]) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a public module.
+
+    :param places: private module -> the names that it gives, separated by spaces; ``here=there`` is published
+        under the second name.
+    """
+    found: dict[str, tuple[str, str]] = {}
+    for place, names in places.items():
+        for name in names.split():
+            defined, _, published = name.partition("=")
+            found[published or defined] = (f"stagewire.{place}", defined)
+
+    def load(name: str) -> Any:
+        if name not in found:
+            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+        place, defined = found[name]
+        value = getattr(__import__(place, fromlist=[defined]), defined)
+        setattr(sys.modules[module], name, value)
+        return value
+
+    return load

@@ -1,0 +1,1 @@
+"""Links to controllers; public are the names of :mod:`stagewire.links`."""

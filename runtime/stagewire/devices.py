@@ -1,0 +1,57 @@
+"""Device classes: what every generated class has in common. See ``docs/devices.md``.
+
+The names for threads are plain; those for asyncio begin with ``Async``.
+"""
+
+from __future__ import annotations
+
+from stagewire._lazy import lazy
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from stagewire._devices.asynchronous import Device as AsyncDevice
+    from stagewire._devices.asynchronous import Motion as AsyncMotion
+    from stagewire._devices.asynchronous import Part as AsyncPart
+    from stagewire._devices.candidates import candidates as candidates
+    from stagewire._devices.candidates import clean_model as clean_model
+    from stagewire._devices.options import OpenOptions as OpenOptions
+    from stagewire._devices.scales import Scales as Scales
+    from stagewire._devices.scales import ToldValue as ToldValue
+    from stagewire._devices.synchronous import Device as Device
+    from stagewire._devices.synchronous import Motion as Motion
+    from stagewire._devices.synchronous import Part as Part
+    from stagewire._devices.unit import Facts as Facts
+    from stagewire._devices.unit import Unit as Unit
+    from stagewire._devices.values import Values as Values
+
+__all__ = [
+    "AsyncDevice",
+    "AsyncMotion",
+    "AsyncPart",
+    "Device",
+    "Facts",
+    "Motion",
+    "OpenOptions",
+    "Part",
+    "Scales",
+    "ToldValue",
+    "Unit",
+    "Values",
+    "candidates",
+    "clean_model",
+]
+
+__path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "_devices.synchronous": "Device Motion Part",
+        "_devices.asynchronous": "Device=AsyncDevice Motion=AsyncMotion Part=AsyncPart",
+        "_devices.options": "OpenOptions",
+        "_devices.unit": "Facts Unit",
+        "_devices.values": "Values",
+        "_devices.scales": "Scales ToldValue",
+        "_devices.candidates": "candidates clean_model",
+    },
+)

@@ -1,0 +1,38 @@
+"""Links to controllers: bytes in, bytes out, for threads and for asyncio.
+
+A link knows nothing of frames, messages or controllers. ``docs/links.md`` lists the URLs.
+"""
+
+from __future__ import annotations
+
+from stagewire._lazy import lazy
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from stagewire._links.link import AsyncClosing as AsyncClosing
+    from stagewire._links.link import AsyncLink as AsyncLink
+    from stagewire._links.link import Closing as Closing
+    from stagewire._links.link import LineSettings as LineSettings
+    from stagewire._links.link import Link as Link
+    from stagewire._links.opening import open_async_link as open_async_link
+    from stagewire._links.opening import open_link as open_link
+
+__all__ = [
+    "AsyncClosing",
+    "AsyncLink",
+    "Closing",
+    "LineSettings",
+    "Link",
+    "open_async_link",
+    "open_link",
+]
+
+__path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "_links.link": "AsyncClosing AsyncLink Closing LineSettings Link",
+        "_links.opening": "open_async_link open_link",
+    },
+)

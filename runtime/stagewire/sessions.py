@@ -1,0 +1,53 @@
+"""Sessions with controllers, for threads and for asyncio, and their sans-I/O cores. See ``docs/sessions.md``.
+
+A core decides: bytes and the time go in, bytes and the ends of exchanges come out. A session drives a core
+over a link.
+"""
+
+from __future__ import annotations
+
+from stagewire._lazy import lazy
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from stagewire._sessions.asynchronous import AsyncCommandSession as AsyncCommandSession
+    from stagewire._sessions.asynchronous import AsyncFramedSession as AsyncFramedSession
+    from stagewire._sessions.commands import CommandCore as CommandCore
+    from stagewire._sessions.framed import FramedCore as FramedCore
+    from stagewire._sessions.options import Ends as Ends
+    from stagewire._sessions.options import SessionOptions as SessionOptions
+    from stagewire._sessions.recording import Recording as Recording
+    from stagewire._sessions.statistics import Statistics as Statistics
+    from stagewire._sessions.subscribing import AsyncSubscription as AsyncSubscription
+    from stagewire._sessions.subscribing import BlockingSubscription as BlockingSubscription
+    from stagewire._sessions.synchronous import CommandSession as CommandSession
+    from stagewire._sessions.synchronous import FramedSession as FramedSession
+
+__all__ = [
+    "AsyncCommandSession",
+    "AsyncFramedSession",
+    "AsyncSubscription",
+    "BlockingSubscription",
+    "CommandCore",
+    "CommandSession",
+    "Ends",
+    "FramedCore",
+    "FramedSession",
+    "Recording",
+    "SessionOptions",
+    "Statistics",
+]
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "_sessions.options": "Ends SessionOptions",
+        "_sessions.statistics": "Statistics",
+        "_sessions.framed": "FramedCore",
+        "_sessions.commands": "CommandCore",
+        "_sessions.synchronous": "CommandSession FramedSession",
+        "_sessions.asynchronous": "AsyncCommandSession AsyncFramedSession",
+        "_sessions.subscribing": "AsyncSubscription BlockingSubscription",
+        "_sessions.recording": "Recording",
+    },
+)

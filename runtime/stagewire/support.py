@@ -1,0 +1,234 @@
+"""The one module that generated packages import, besides :mod:`stagewire.quantities`.
+
+:data:`VERSION` counts its incompatible changes. A generated package states the version that it was made for
+(:func:`require`). A runtime that does not offer it refuses to load the package and says what to do.
+Names are only added within a version. ``docs/versioning.md`` says how long a version is kept.
+
+A name is imported when it is first used: a package of messages does not load sessions or device classes. The
+device classes for asyncio begin with ``Async``; a package imports them under their plain names.
+"""
+
+from __future__ import annotations
+
+from stagewire._lazy import lazy
+from stagewire.errors import SupportVersionError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
+
+    from stagewire._codec.flags import Bit as Bit
+    from stagewire._codec.flags import Enumeration as Enumeration
+    from stagewire._codec.flags import Flags as Flags
+    from stagewire._codec.message import Direction as Direction
+    from stagewire._codec.message import Layout as Layout
+    from stagewire._codec.message import Message as Message
+    from stagewire._codec.message import check_bytes as check_bytes
+    from stagewire._codec.message import check_integer as check_integer
+    from stagewire._codec.message import check_text as check_text
+    from stagewire._devices.asynchronous import AxesDevice as AsyncAxesDevice
+    from stagewire._devices.asynchronous import Axis as AsyncAxis
+    from stagewire._devices.asynchronous import Bay as AsyncBay
+    from stagewire._devices.asynchronous import Channel as AsyncChannel
+    from stagewire._devices.asynchronous import ChannelsBay as AsyncChannelsBay
+    from stagewire._devices.asynchronous import ChannelsDevice as AsyncChannelsDevice
+    from stagewire._devices.asynchronous import Device as AsyncDevice
+    from stagewire._devices.asynchronous import ModuleDevice as AsyncModuleDevice
+    from stagewire._devices.asynchronous import Motion as AsyncMotion
+    from stagewire._devices.asynchronous import Part as AsyncPart
+    from stagewire._devices.asynchronous import RackDevice as AsyncRackDevice
+    from stagewire._devices.asynchronous import SingleChannelDevice as AsyncSingleChannelDevice
+    from stagewire._devices.asynchronous import SingleChannelModule as AsyncSingleChannelModule
+    from stagewire._devices.scales import ByCase as ByCase
+    from stagewire._devices.scales import BySetting as BySetting
+    from stagewire._devices.scales import ByStage as ByStage
+    from stagewire._devices.scales import ByUnit as ByUnit
+    from stagewire._devices.scales import Rule as Rule
+    from stagewire._devices.synchronous import AxesDevice as AxesDevice
+    from stagewire._devices.synchronous import Axis as Axis
+    from stagewire._devices.synchronous import Bay as Bay
+    from stagewire._devices.synchronous import Channel as Channel
+    from stagewire._devices.synchronous import ChannelsBay as ChannelsBay
+    from stagewire._devices.synchronous import ChannelsDevice as ChannelsDevice
+    from stagewire._devices.synchronous import Device as Device
+    from stagewire._devices.synchronous import ModuleDevice as ModuleDevice
+    from stagewire._devices.synchronous import Motion as Motion
+    from stagewire._devices.synchronous import Part as Part
+    from stagewire._devices.synchronous import RackDevice as RackDevice
+    from stagewire._devices.synchronous import SingleChannelDevice as SingleChannelDevice
+    from stagewire._devices.synchronous import SingleChannelModule as SingleChannelModule
+    from stagewire._devices.tables import Action as Action
+    from stagewire._devices.tables import Command as DeviceCommand
+    from stagewire._devices.tables import Given as Given
+    from stagewire._devices.tables import MotionEnd as MotionEnd
+    from stagewire._devices.tables import ParameterSet as ParameterSet
+    from stagewire._devices.tables import Poll as Poll
+    from stagewire._devices.tables import Query as Query
+    from stagewire._devices.tables import Stored as Stored
+    from stagewire._devices.unit import Alias as Alias
+    from stagewire._devices.unit import Facts as Facts
+    from stagewire._devices.unit import Hindrance as Hindrance
+    from stagewire._devices.unit import Setting as Setting
+    from stagewire._devices.unit import Told as Told
+    from stagewire._devices.unit import Unit as Unit
+    from stagewire._devices.values import Bits as Bits
+    from stagewire._devices.values import BitsByUnit as BitsByUnit
+    from stagewire._devices.values import InUnits as InUnits
+    from stagewire._devices.values import Named as Named
+    from stagewire._devices.values import Raw as Raw
+    from stagewire._devices.values import RawBytes as RawBytes
+    from stagewire._devices.values import RawText as RawText
+    from stagewire._devices.values import Values as Values
+    from stagewire._framings.header.message import FramedMessage as FramedMessage
+    from stagewire._framings.header.message import UndecidedMessage as UndecidedMessage
+    from stagewire._framings.header.message import UndocumentedMessage as UndocumentedMessage
+    from stagewire._framings.header.message import check_addresses as check_addresses
+    from stagewire._framings.header.protocol import FramedProtocol as FramedProtocol
+    from stagewire._framings.header.table import FaultPlaces as FaultPlaces
+    from stagewire._framings.packet.packet import PacketMessage as PacketMessage
+    from stagewire._framings.packet.protocol import PacketProtocol as PacketProtocol
+    from stagewire._framings.packet.shape import Crc as Crc
+    from stagewire._framings.packet.shape import Shape as Shape
+    from stagewire._framings.packet.shape import Sum as Sum
+    from stagewire._framings.packet.shape import Xor as Xor
+    from stagewire._framings.slots.command import Command as Command
+    from stagewire._framings.slots.command import Reply as Reply
+    from stagewire._framings.slots.command import SetupCommand as SetupCommand
+    from stagewire._framings.slots.protocol import CommandProtocol as CommandProtocol
+    from stagewire._sessions.options import Ends as Ends
+
+__all__ = [
+    "VERSION",
+    "Action",
+    "Alias",
+    "AsyncAxesDevice",
+    "AsyncAxis",
+    "AsyncBay",
+    "AsyncChannel",
+    "AsyncChannelsBay",
+    "AsyncChannelsDevice",
+    "AsyncDevice",
+    "AsyncModuleDevice",
+    "AsyncMotion",
+    "AsyncPart",
+    "AsyncRackDevice",
+    "AsyncSingleChannelDevice",
+    "AsyncSingleChannelModule",
+    "AxesDevice",
+    "Axis",
+    "Bay",
+    "Bit",
+    "Bits",
+    "BitsByUnit",
+    "ByCase",
+    "BySetting",
+    "ByStage",
+    "ByUnit",
+    "Channel",
+    "ChannelsBay",
+    "ChannelsDevice",
+    "Command",
+    "CommandProtocol",
+    "Crc",
+    "Device",
+    "DeviceCommand",
+    "Direction",
+    "Ends",
+    "Enumeration",
+    "Facts",
+    "FaultPlaces",
+    "Flags",
+    "FramedMessage",
+    "FramedProtocol",
+    "Given",
+    "Hindrance",
+    "InUnits",
+    "Layout",
+    "Message",
+    "ModuleDevice",
+    "Motion",
+    "MotionEnd",
+    "Named",
+    "PacketMessage",
+    "PacketProtocol",
+    "ParameterSet",
+    "Part",
+    "Poll",
+    "Query",
+    "RackDevice",
+    "Raw",
+    "RawBytes",
+    "RawText",
+    "Reply",
+    "Rule",
+    "Setting",
+    "SetupCommand",
+    "Shape",
+    "SingleChannelDevice",
+    "SingleChannelModule",
+    "Stored",
+    "Sum",
+    "Told",
+    "UndecidedMessage",
+    "UndocumentedMessage",
+    "Unit",
+    "Values",
+    "Xor",
+    "check_addresses",
+    "check_bytes",
+    "check_integer",
+    "check_text",
+    "require",
+]
+
+VERSION: Final = 1
+"""The version of this module."""
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "_codec.message": "Direction Layout Message check_bytes check_integer check_text",
+        "_codec.flags": "Bit Enumeration Flags",
+        "_framings.header.message": (
+            "FramedMessage UndecidedMessage UndocumentedMessage check_addresses"
+        ),
+        "_framings.header.table": "FaultPlaces",
+        "_framings.header.protocol": "FramedProtocol",
+        "_framings.slots.command": "Command Reply SetupCommand",
+        "_framings.slots.protocol": "CommandProtocol",
+        "_framings.packet.shape": "Crc Shape Sum Xor",
+        "_framings.packet.packet": "PacketMessage",
+        "_framings.packet.protocol": "PacketProtocol",
+        "_devices.values": "Bits BitsByUnit InUnits Named Raw RawBytes RawText Values",
+        "_devices.tables": (
+            "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Stored"
+        ),
+        "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
+        "_devices.unit": "Alias Facts Hindrance Setting Told Unit",
+        "_sessions.options": "Ends",
+        "_devices.synchronous": (
+            "AxesDevice Axis Bay Channel ChannelsBay ChannelsDevice Device ModuleDevice "
+            "Motion Part RackDevice SingleChannelDevice SingleChannelModule"
+        ),
+        "_devices.asynchronous": (
+            "AxesDevice=AsyncAxesDevice Axis=AsyncAxis Bay=AsyncBay Channel=AsyncChannel "
+            "ChannelsBay=AsyncChannelsBay ChannelsDevice=AsyncChannelsDevice "
+            "Device=AsyncDevice ModuleDevice=AsyncModuleDevice Motion=AsyncMotion "
+            "Part=AsyncPart RackDevice=AsyncRackDevice "
+            "SingleChannelDevice=AsyncSingleChannelDevice "
+            "SingleChannelModule=AsyncSingleChannelModule"
+        ),
+    },
+)
+
+
+def require(version: int) -> None:
+    """Refuse to load a generated package that needs another version of this module.
+
+    Raises :class:`~stagewire.errors.SupportVersionError`.
+    """
+    if version != VERSION:
+        raise SupportVersionError(
+            f"this package needs version {version} of stagewire.support, the installed stagewire has version "
+            f"{VERSION}: {'upgrade stagewire' if version > VERSION else 'generate the package again'}"
+        )
