@@ -16,7 +16,7 @@ PYTHON ?= python3
 SPEC := spec
 OUT := generated
 # make test runs the unit tests first, so that most failures show within two minutes.
-UNITS := runtime generator
+UNITS := structure runtime generator
 PYTEST = .venv/test/bin/python -m pytest -q -n $(WORKERS) --dist worksteal
 # One worker more than there are cores: some tests only wait.
 WORKERS := $(shell $(PYTHON) -c "import os; print((os.cpu_count() or 1) + 1)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from ledger import BY_MACHINE, ELSEWHERE, LONG, NOT_RUN, READ_ONLY, documents, here
+from block_runners import BY_MACHINE, ELSEWHERE, LONG, NOT_RUN, READ_ONLY, documents, here
 from shell import lines
 from test_pages_data import READ_BY
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ledger import here
+from block_runners import here
 
 from markdown_blocks import Block, said
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ledger import BY_MACHINE, LONG, NOT_RUN, here
+from block_runners import BY_MACHINE, LONG, NOT_RUN, here
 from shell import Shell, lines
 from test_pages_data import block_of
 

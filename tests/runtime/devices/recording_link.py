@@ -10,7 +10,7 @@ from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.linking import SteppedLink
 
 
-class RecordedLine(SteppedLink):
+class RecordingLink(SteppedLink):
     """A line to a virtual controller; `sent` is what was written since the last `forget`."""
 
     def __init__(self, controller: VirtualController) -> None:

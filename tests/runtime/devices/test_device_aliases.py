@@ -6,7 +6,7 @@ import asyncio
 from typing import Any
 
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire import Scale, Stage
@@ -20,13 +20,13 @@ UNITS: dict[str, type[Any]] = {
 }
 
 
-def line_of(unit: str, number: int, model: str | bytes) -> RecordedLine:
+def line_of(unit: str, number: int, model: str | bytes) -> RecordingLink:
     """A line to a controller that reports a serial number and a model."""
     kind = UNITS[unit].unit.kind
     controller: VirtualController = (
         virtual.rack(unit) if kind == "bay" else getattr(virtual, unit)()
     )
-    line = RecordedLine(controller)
+    line = RecordingLink(controller)
     text = model.encode() if isinstance(model, str) else model
     info = m.HwGetInfo.layout.id.to_bytes(2, "little")
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire.errors import (
@@ -23,7 +23,7 @@ from stagewire_apt import messages as m
 
 
 def test_bays_are_numbered_as_the_addresses_of_the_document() -> None:
-    line = RecordedLine(virtual.BBD102(stage=stages.MLS203))
+    line = RecordingLink(virtual.BBD102(stage=stages.MLS203))
     with BBD102.open(line, stage="MLS203", line="rs232") as rack:
         line.forget()
         rack.bay(2).set_vel_params(
@@ -50,7 +50,7 @@ def test_a_stepper_answers_with_its_status_bits_alone(unit: str) -> None:
 
 
 def test_the_rack_itself_is_the_motherboard() -> None:
-    line = RecordedLine(virtual.BBD102(empty_bays=[1]))
+    line = RecordingLink(virtual.BBD102(empty_bays=[1]))
     with BBD102.open(line, line="rs232") as rack:
         line.forget()
         assert rack.get_bay_used(bay_ident=e.RackBay.BAY_2).bay_state is e.BayState.EMPTY
@@ -60,7 +60,7 @@ def test_the_rack_itself_is_the_motherboard() -> None:
 
 
 def test_bays_move_at_once_and_each_has_its_own_end() -> None:
-    with BBD102.open(RecordedLine(virtual.BBD102(stage=stages.MLS203)), stage="MLS203") as rack:
+    with BBD102.open(RecordingLink(virtual.BBD102(stage=stages.MLS203)), stage="MLS203") as rack:
         for bay in rack.bays:
             bay.home()
         far = rack.bay(1).start_move_absolute(mm=50)
@@ -74,7 +74,7 @@ def test_bays_move_at_once_and_each_has_its_own_end() -> None:
 
 
 def test_all_bays_are_stopped_at_the_end() -> None:
-    line = RecordedLine(virtual.BBD102(stage=stages.MLS203))
+    line = RecordingLink(virtual.BBD102(stage=stages.MLS203))
     with BBD102.open(line, stage="MLS203", line="rs232") as rack:
         for bay in rack.bays:
             bay.start_home()
@@ -91,17 +91,17 @@ def test_all_bays_are_stopped_at_the_end() -> None:
     [(0, OutOfRangeError), (3, OutOfRangeError), (True, BadValueError), ("1", BadValueError)],
 )
 def test_what_is_not_there_is_refused(number: object, error: type[Exception]) -> None:
-    with BBD102.open(RecordedLine(virtual.BBD102())) as rack, pytest.raises(error, match="bay"):
+    with BBD102.open(RecordingLink(virtual.BBD102())) as rack, pytest.raises(error, match="bay"):
         rack.bay(number)  # type: ignore[arg-type]
     with (
-        BSC002.open(RecordedLine(virtual.BSC002())) as device,
+        BSC002.open(RecordingLink(virtual.BSC002())) as device,
         pytest.raises(error, match="channel"),
     ):
         device.channel(number)  # type: ignore[arg-type]
 
 
 def test_channels_have_their_own_stages_and_travels() -> None:
-    line = RecordedLine(virtual.BSC002(stage=stages.APT_STEPPER))
+    line = RecordingLink(virtual.BSC002(stage=stages.APT_STEPPER))
     with BSC002.open(line, stages={1: "APT_STEPPER"}, travel_mm={1: 10}, line="rs232") as device:
         first, second = device.channels
         line.forget()
@@ -121,7 +121,7 @@ def test_channels_have_their_own_stages_and_travels() -> None:
 
 
 def test_a_channel_is_named_by_number_member_or_name() -> None:
-    line = RecordedLine(virtual.BSC002())
+    line = RecordingLink(virtual.BSC002())
     with BSC002.open(line, identify=False) as bsc:
         line.forget()
         for second in (2, e.Channel.CHAN2, "CHAN2", "chan2", np.uint8(2)):
@@ -134,7 +134,7 @@ def test_a_channel_is_named_by_number_member_or_name() -> None:
 
 def test_a_bay_is_named_by_its_number_alone() -> None:
     """The enumeration of bays counts from 0 on the wire: its BAY_2 is 1."""
-    with BBD102.open(RecordedLine(virtual.BBD102()), identify=False) as rack:
+    with BBD102.open(RecordingLink(virtual.BBD102()), identify=False) as rack:
         assert rack.bay(np.int8(2)) is rack.bays[1]
         for wrong in (e.RackBay.BAY_2, e.Channel.CHAN1, "BAY_2", True):
             with pytest.raises(BadValueError, match=r"BBD102 bay .* is not one of 1, 2"):
@@ -142,7 +142,7 @@ def test_a_bay_is_named_by_its_number_alone() -> None:
 
 
 def test_channels_move_at_once() -> None:
-    line = RecordedLine(virtual.BSC002(stage=stages.APT_STEPPER))
+    line = RecordingLink(virtual.BSC002(stage=stages.APT_STEPPER))
     with BSC002.open(line, stage="APT_STEPPER") as device:
         motions = [channel.start_home() for channel in device.channels]
         ends = [motion.wait().message for motion in motions]
@@ -150,7 +150,7 @@ def test_channels_move_at_once() -> None:
 
 
 def test_a_module_is_reached_in_its_bay() -> None:
-    line = RecordedLine(virtual.rack("MST601", None, "MST601"))
+    line = RecordingLink(virtual.rack("MST601", None, "MST601"))
     with MST601.open(line, bay=3, stage="APT_STEPPER", line="rs232") as module:
         line.forget()
         module.channel(2).set_pos_counter(mm=1)
@@ -162,7 +162,7 @@ def test_a_module_is_reached_in_its_bay() -> None:
 
 
 def test_a_cube_answers_at_its_other_addresses_too() -> None:
-    line = RecordedLine(virtual.TDC001())
+    line = RecordingLink(virtual.TDC001())
     with TDC001.open(line, address=0x21) as tdc:
         line.forget()
         assert tdc.get_pos_counter().position == 0
@@ -173,7 +173,7 @@ def test_a_cube_answers_at_its_other_addresses_too() -> None:
 
 
 def test_a_subscription_is_about_one_bay() -> None:
-    with BBD102.open(RecordedLine(virtual.BBD102(stage=stages.MLS203)), stage="MLS203") as rack:
+    with BBD102.open(RecordingLink(virtual.BBD102(stage=stages.MLS203)), stage="MLS203") as rack:
         everything, second = rack.subscribe(), rack.bay(2).subscribe()
         for bay in rack.bays:
             bay.start_home()
@@ -186,7 +186,7 @@ def test_a_subscription_is_about_one_bay() -> None:
 
 
 def test_modules_of_a_rack_share_a_line() -> None:
-    line = RecordedLine(virtual.rack("MST601", None, "MPZ601", "MST601"))
+    line = RecordingLink(virtual.rack("MST601", None, "MPZ601", "MST601"))
     with MST601.open(line, bay=1, stage="APT_STEPPER") as first:
         fourth = MST601.open(first, bay=4, stage="APT_STEPPER", travel_mm=5)
         piezo = MPZ601.open(fourth, bay=3)
@@ -208,7 +208,7 @@ def test_modules_of_a_rack_share_a_line() -> None:
 
 
 def test_a_module_that_shares_a_line_is_closed_alone() -> None:
-    line = RecordedLine(virtual.rack("MST601", "MST601"))
+    line = RecordingLink(virtual.rack("MST601", "MST601"))
     with MST601.open(line, stage="APT_STEPPER") as first:
         second = MST601.open(first, bay=2, stage="APT_STEPPER")
         going = first.channel(1).start_move_absolute(mm=5)
@@ -232,7 +232,7 @@ def test_a_module_that_shares_a_line_is_closed_alone() -> None:
 
 
 def test_a_module_ends_with_the_line_that_it_shares() -> None:
-    line = RecordedLine(virtual.rack("MST601", "MST601"))
+    line = RecordingLink(virtual.rack("MST601", "MST601"))
     first = MST601.open(line, stage="APT_STEPPER")
     second = MST601.open(first, bay=2, stage="APT_STEPPER")
     second.channel(1).start_move_absolute(mm=5)
@@ -245,7 +245,7 @@ def test_a_module_ends_with_the_line_that_it_shares() -> None:
 
 
 def test_a_module_that_is_not_there_leaves_a_shared_line_as_it_was() -> None:
-    line = RecordedLine(virtual.rack("MST601", None))
+    line = RecordingLink(virtual.rack("MST601", None))
     with MST601.open(line) as first:
         with pytest.raises(ReplyTimeout, match="no MST601 answers"):
             MST601.open(first, bay=2, timeout=0.3)
@@ -259,7 +259,7 @@ def test_a_module_that_is_not_there_leaves_a_shared_line_as_it_was() -> None:
 
 
 def test_a_subscription_is_about_one_channel() -> None:
-    line = RecordedLine(virtual.BSC002(stage=stages.APT_STEPPER))
+    line = RecordingLink(virtual.BSC002(stage=stages.APT_STEPPER))
     with BSC002.open(line, stage="APT_STEPPER") as device:
         everything = device.channel(2).subscribe()
         homed = device.channel(2).subscribe(m.MotMoveHomed)
@@ -283,7 +283,7 @@ def taken(subscription: Any) -> list[Any]:
 
 
 def test_what_was_said_has_values() -> None:
-    with TDC001.open(RecordedLine(virtual.TDC001()), stage="Z8") as tdc:
+    with TDC001.open(RecordingLink(virtual.TDC001()), stage="Z8") as tdc:
         status = m.MotGetDcStatusUpdate(chan_ident=1, position=34304, velocity=0, status_bits=0)
         values = tdc.values(status)
         assert values is not None

@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from checkout import ROOT
@@ -44,7 +44,7 @@ def expected(way: int) -> list[int]:
 
 @ways
 def test_jogs_and_runs_for_threads(quirk: str, direction: MoveDirection, way: int) -> None:
-    with TDC001.open(RecordedLine(controller(quirk)), stage="Z8") as tdc:
+    with TDC001.open(RecordingLink(controller(quirk)), stage="Z8") as tdc:
         ends = [tdc.jog(direction), tdc.move_velocity(direction)]
     assert [end.values.position for end in ends if end.values is not None] == expected(way)
 
@@ -67,7 +67,7 @@ def test_jogs_and_runs_for_asyncio(quirk: str, direction: MoveDirection, way: in
 def test_a_jog_is_refused_only_where_it_leads_out_both_ways(
     quirk: str, direction: MoveDirection
 ) -> None:
-    line = RecordedLine(controller(quirk))
+    line = RecordingLink(controller(quirk))
     with TDC001.open(line, stage="Z8", travel_mm=(0, "0.15")) as tdc:
         tdc.jog(direction)  # from 0 up, or out: nobody knows beforehand
         tdc.set_pos_counter(mm="0.075")

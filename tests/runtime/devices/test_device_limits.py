@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire import Scale, Stage
@@ -18,9 +18,9 @@ from stagewire_apt import BBD102, PROTOCOL, TDC001, TPZ001, TST001, aio, stages
 from stagewire_ms2000 import MS2000
 
 
-def z8(**options: Any) -> tuple[RecordedLine, TDC001]:
+def z8(**options: Any) -> tuple[RecordingLink, TDC001]:
     """A TDC001 with a Z8, and the line to it."""
-    line = RecordedLine(virtual.TDC001(stage=stages.Z8))
+    line = RecordingLink(virtual.TDC001(stage=stages.Z8))
     tdc = TDC001.open(line, **{"stage": "Z8", "line": "rs232", **options})
     line.forget()
     return line, tdc
@@ -79,10 +79,10 @@ def test_a_limit_is_raised_and_lowered_when_a_device_is_opened() -> None:
 
 
 def test_what_the_controller_holds_is_not_written_back_above_the_limit() -> None:
-    line = RecordedLine(virtual.TDC001(stage=stages.Z8))
+    line = RecordingLink(virtual.TDC001(stage=stages.Z8))
     with TDC001.open(line, stage="Z8", max_velocity_mm_per_s=9) as tdc:
         tdc.change_vel_params(max_velocity_mm_per_s=8)
-    line = RecordedLine(line.controller)
+    line = RecordingLink(line.controller)
     with TDC001.open(line, stage="Z8", line="rs232") as tdc:
         line.forget()
         with pytest.raises(LimitError, match="holds a value that cannot be written back"):
@@ -105,7 +105,7 @@ def test_asyncio_has_the_same_limits() -> None:
 
 def test_a_travel_of_the_registry_is_a_length_wherever_the_counter_begins() -> None:
     controller = virtual.TDC001(stage=stages.Z812, position=0)
-    line = RecordedLine(controller)
+    line = RecordingLink(controller)
     with TDC001.open(line, stage="Z812", line="rs232") as tdc:
         line.forget()
         with pytest.raises(
@@ -126,7 +126,7 @@ def test_a_travel_of_the_registry_is_a_length_wherever_the_counter_begins() -> N
         tdc.set_move_abs_params(mm=1)
         with pytest.raises(LimitError, match="from 101 mm to 1 mm"):
             tdc.move_absolute_stored()
-    with TDC001.open(RecordedLine(controller), stage="Z812", travel_mm=(0, 102)) as tdc:
+    with TDC001.open(RecordingLink(controller), stage="Z812", travel_mm=(0, 102)) as tdc:
         tdc.start_move_absolute(mm=1)
 
 
@@ -233,7 +233,7 @@ def test_every_limit_of_the_registry_has_a_source() -> None:
 
 
 def test_an_ms2000_compares_the_length_of_a_travel_with_its_position() -> None:
-    line = RecordedLine(virtual.MS2000())
+    line = RecordingLink(virtual.MS2000())
     with (
         MS2000.open(line, stage=Stage.of_user("slide", travel_mm=20)) as ms2000,
         ms2000.low_level(),

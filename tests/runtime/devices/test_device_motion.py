@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire.errors import (
@@ -26,18 +26,18 @@ STOP = m.MotMoveStop(chan_ident=1, stop_mode=e.StopMode.PROFILED).pack(0x50, 0x0
 
 
 @pytest.fixture
-def line() -> RecordedLine:
-    return RecordedLine(virtual.TDC001(stage=stages.Z8, travel=12 * 34304))
+def line() -> RecordingLink:
+    return RecordingLink(virtual.TDC001(stage=stages.Z8, travel=12 * 34304))
 
 
 @pytest.fixture
-def tdc(line: RecordedLine) -> Iterator[TDC001]:
+def tdc(line: RecordingLink) -> Iterator[TDC001]:
     with TDC001.open(line, stage=stages.Z8, travel_mm=12, line="rs232") as tdc:
         line.forget()
         yield tdc
 
 
-def test_home_and_move_wait_for_their_ends(tdc: TDC001, line: RecordedLine) -> None:
+def test_home_and_move_wait_for_their_ends(tdc: TDC001, line: RecordingLink) -> None:
     end = tdc.home()
     assert end.message == m.MotMoveHomed(chan_ident=1)
     assert 0 < end.seconds < 60
@@ -48,7 +48,7 @@ def test_home_and_move_wait_for_their_ends(tdc: TDC001, line: RecordedLine) -> N
     assert line.names(PROTOCOL) == ["MOT_MOVE_HOME", "MOT_MOVE_ABSOLUTE"]
 
 
-def test_a_motion_that_was_started_is_waited_for_later(tdc: TDC001, line: RecordedLine) -> None:
+def test_a_motion_that_was_started_is_waited_for_later(tdc: TDC001, line: RecordingLink) -> None:
     motion = tdc.start_move_absolute(mm=1)
     assert not motion.done
     assert tdc.is_moving()
@@ -67,7 +67,7 @@ def test_waiting_may_end_before_the_motion(tdc: TDC001) -> None:
     assert isinstance(motion.wait().message, m.MotMoveCompletedDc)
 
 
-def test_a_second_motion_is_refused_before_a_byte(tdc: TDC001, line: RecordedLine) -> None:
+def test_a_second_motion_is_refused_before_a_byte(tdc: TDC001, line: RecordingLink) -> None:
     motion = tdc.start_move_absolute(mm=5)
     line.forget()
     with pytest.raises(MotionUnderWayError, match="is under way"):
@@ -79,7 +79,7 @@ def test_a_second_motion_is_refused_before_a_byte(tdc: TDC001, line: RecordedLin
     tdc.move_absolute(mm=1)
 
 
-def test_a_stop_ends_the_motion_and_says_where(tdc: TDC001, line: RecordedLine) -> None:
+def test_a_stop_ends_the_motion_and_says_where(tdc: TDC001, line: RecordingLink) -> None:
     motion = tdc.start_move_absolute(mm=5)
     tdc.session.pause(1)
     line.forget()
@@ -93,7 +93,7 @@ def test_a_stop_ends_the_motion_and_says_where(tdc: TDC001, line: RecordedLine) 
     assert stopped.value.message is not None
 
 
-def test_after_a_timeout_a_status_settles_it(tdc: TDC001, line: RecordedLine) -> None:
+def test_after_a_timeout_a_status_settles_it(tdc: TDC001, line: RecordingLink) -> None:
     with pytest.raises(MotionTimeout):
         tdc.move_absolute(mm=5, timeout=0.5)
     with pytest.raises(MotionUnderWayError):
@@ -106,7 +106,9 @@ def test_after_a_timeout_a_status_settles_it(tdc: TDC001, line: RecordedLine) ->
     tdc.move_absolute(mm=0)
 
 
-def test_a_status_from_before_the_beginning_does_not_count(tdc: TDC001, line: RecordedLine) -> None:
+def test_a_status_from_before_the_beginning_does_not_count(
+    tdc: TDC001, line: RecordingLink
+) -> None:
     still = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
 
     def stale(data: bytes) -> bytes:
@@ -119,7 +121,7 @@ def test_a_status_from_before_the_beginning_does_not_count(tdc: TDC001, line: Re
     assert not tdc.is_moving()  # by now it would show
 
 
-def test_a_stop_that_is_no_stop_mode_is_refused(tdc: TDC001, line: RecordedLine) -> None:
+def test_a_stop_that_is_no_stop_mode_is_refused(tdc: TDC001, line: RecordingLink) -> None:
     with pytest.raises(OutOfRangeError):
         tdc.stop(0x10000)
     assert line.raw == b""
@@ -143,7 +145,7 @@ def test_a_stop_that_is_no_stop_mode_is_refused(tdc: TDC001, line: RecordedLine)
     ],
 )
 def test_a_target_outside_the_travel_is_refused_before_a_byte(
-    tdc: TDC001, line: RecordedLine, move: Callable[[TDC001], object]
+    tdc: TDC001, line: RecordingLink, move: Callable[[TDC001], object]
 ) -> None:
     with pytest.raises(LimitError, match="the travel, 0 to 12 mm; nothing was sent"):
         move(tdc)
@@ -157,7 +159,7 @@ def test_both_ends_of_the_travel_can_be_reached(tdc: TDC001) -> None:
     tdc.move_absolute(mm=0)
 
 
-def test_a_distance_is_counted_from_the_position(tdc: TDC001, line: RecordedLine) -> None:
+def test_a_distance_is_counted_from_the_position(tdc: TDC001, line: RecordingLink) -> None:
     tdc.home()
     tdc.move_absolute(mm=10)
     line.forget()
@@ -168,7 +170,7 @@ def test_a_distance_is_counted_from_the_position(tdc: TDC001, line: RecordedLine
     assert tdc.get_pos_counter().mm == 7
 
 
-def test_what_is_stored_is_held_against_the_travel(line: RecordedLine) -> None:
+def test_what_is_stored_is_held_against_the_travel(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.set_move_abs_params(mm=5)
         tdc.set_move_rel_params(mm=4)
@@ -182,7 +184,7 @@ def test_what_is_stored_is_held_against_the_travel(line: RecordedLine) -> None:
         assert tdc.get_pos_counter().mm == 5
 
 
-def test_a_stored_distance_that_leads_out_of_the_travel_is_refused(line: RecordedLine) -> None:
+def test_a_stored_distance_that_leads_out_of_the_travel_is_refused(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8, travel_mm=6) as tdc:
         tdc.set_pos_counter(mm=3)
         tdc.set_move_rel_params(mm=4)
@@ -192,12 +194,12 @@ def test_a_stored_distance_that_leads_out_of_the_travel_is_refused(line: Recorde
         tdc.move_relative_stored()
 
 
-def line_to(line: RecordedLine) -> RecordedLine:
+def line_to(line: RecordingLink) -> RecordingLink:
     """Another line to the same controller."""
-    return RecordedLine(line.controller)
+    return RecordingLink(line.controller)
 
 
-def test_a_travel_has_two_ends(line: RecordedLine) -> None:
+def test_a_travel_has_two_ends(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8, travel_mm=(-1, "2.5")) as tdc:
         line.forget()
         with pytest.raises(LimitError, match=r"the travel, -1 to 2\.5 mm"):
@@ -206,13 +208,13 @@ def test_a_travel_has_two_ends(line: RecordedLine) -> None:
 
 
 @pytest.mark.parametrize("travel", [0, -1, (2, 1), (1,), float("nan"), "far", (0, True)])
-def test_what_is_no_travel_is_refused(line: RecordedLine, travel: object) -> None:
+def test_what_is_no_travel_is_refused(line: RecordingLink, travel: object) -> None:
     with pytest.raises(BadValueError, match="travel_mm"):
         TDC001.open(line, stage=stages.Z8, travel_mm=travel)  # type: ignore[arg-type]
     assert line.raw == b""
 
 
-def test_without_a_travel_limits_are_not_checked(line: RecordedLine) -> None:
+def test_without_a_travel_limits_are_not_checked(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         assert "not checked; give travel_mm=" in str(tdc)
         tdc.home()  # 0 is at the reverse end now
@@ -232,7 +234,7 @@ def test_a_stop_is_told_in_words(tdc: TDC001) -> None:
 
 
 def test_a_status_that_does_not_show_a_motion_yet_ends_nothing(
-    tdc: TDC001, line: RecordedLine
+    tdc: TDC001, line: RecordingLink
 ) -> None:
     """A controller may need a moment to begin; what it says until then is not the end."""
     tdc.suspend_end_of_move_msgs()
@@ -253,7 +255,7 @@ def test_a_status_that_does_not_show_a_motion_yet_ends_nothing(
 # Messages at the end of moves that do not come
 
 
-def test_while_ends_are_suspended_nobody_waits_for_them(tdc: TDC001, line: RecordedLine) -> None:
+def test_while_ends_are_suspended_nobody_waits_for_them(tdc: TDC001, line: RecordingLink) -> None:
     tdc.suspend_end_of_move_msgs()
     line.forget()
     with pytest.raises(
@@ -273,7 +275,7 @@ def test_while_ends_are_suspended_nobody_waits_for_them(tdc: TDC001, line: Recor
 
 
 def test_a_unit_that_says_nothing_after_a_stop_is_not_waited_for() -> None:
-    line = RecordedLine(virtual.TSC001())
+    line = RecordingLink(virtual.TSC001())
     with TSC001.open(line) as tsc:
         line.forget()
         assert tsc.stop() is None
@@ -283,7 +285,7 @@ def test_a_unit_that_says_nothing_after_a_stop_is_not_waited_for() -> None:
 # The end
 
 
-def test_what_was_started_is_stopped_at_the_end(line: RecordedLine) -> None:
+def test_what_was_started_is_stopped_at_the_end(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.start_move_absolute(mm=5)
         line.forget()
@@ -292,14 +294,14 @@ def test_what_was_started_is_stopped_at_the_end(line: RecordedLine) -> None:
     assert line.raw == STOP
 
 
-def test_what_was_started_can_be_left(line: RecordedLine) -> None:
+def test_what_was_started_can_be_left(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8, on_close="leave") as tdc:
         tdc.start_move_absolute(mm=5)
         line.forget()
     assert line.raw == b""
 
 
-def test_what_has_ended_is_not_stopped(line: RecordedLine) -> None:
+def test_what_has_ended_is_not_stopped(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.move_absolute(mm=1)
         with pytest.raises(OutOfRangeError):
@@ -308,14 +310,14 @@ def test_what_has_ended_is_not_stopped(line: RecordedLine) -> None:
     assert line.raw == b""
 
 
-def test_what_was_stopped_is_not_stopped_again(line: RecordedLine) -> None:
+def test_what_was_stopped_is_not_stopped_again(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.start_move_absolute(mm=2).stop()
         line.forget()
     assert line.raw == b""
 
 
-def test_what_timed_out_is_stopped_at_the_end(line: RecordedLine) -> None:
+def test_what_timed_out_is_stopped_at_the_end(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         with pytest.raises(MotionTimeout):
             tdc.move_absolute(mm=5, timeout=0.5)
@@ -325,7 +327,7 @@ def test_what_timed_out_is_stopped_at_the_end(line: RecordedLine) -> None:
     assert line.raw == STOP
 
 
-def test_what_was_refused_changes_nothing_of_what_is_under_way(line: RecordedLine) -> None:
+def test_what_was_refused_changes_nothing_of_what_is_under_way(line: RecordingLink) -> None:
     still = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.start_move_absolute(mm=5)
@@ -337,7 +339,7 @@ def test_what_was_refused_changes_nothing_of_what_is_under_way(line: RecordedLin
     assert line.raw == STOP
 
 
-def test_an_exception_stops_what_was_started(line: RecordedLine) -> None:
+def test_an_exception_stops_what_was_started(line: RecordingLink) -> None:
     def interrupted() -> None:
         with TDC001.open(line, stage=stages.Z8) as tdc:
             tdc.start_move_absolute(mm=5)
@@ -350,7 +352,7 @@ def test_an_exception_stops_what_was_started(line: RecordedLine) -> None:
 
 
 def test_what_is_stored_is_not_asked_of_a_unit_whose_list_has_no_question_for_it() -> None:
-    line = RecordedLine(virtual.TSC001())
+    line = RecordingLink(virtual.TSC001())
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1000))
     with TSC001.open(line, stage=mine, travel_mm=12) as tsc:
         line.forget()

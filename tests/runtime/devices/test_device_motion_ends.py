@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire.errors import (
@@ -32,9 +32,9 @@ SHORT = "virtual://TDC001?stage=Z8&travel=171520"
 COMPLETED, STATUS = b"\x64\x04", b"\x91\x04"
 
 
-def short(**options: Any) -> RecordedLine:
+def short(**options: Any) -> RecordingLink:
     """A stage of 5 mm; it begins 1 mm above its reverse end, where its counter is 0."""
-    return RecordedLine(virtual.TDC001(stage=stages.Z8, travel=TRAVEL, **options))
+    return RecordingLink(virtual.TDC001(stage=stages.Z8, travel=TRAVEL, **options))
 
 
 # Targets
@@ -150,7 +150,7 @@ def test_what_is_no_tolerance_is_refused(options: Any, error: type[StagewireErro
 
 def test_a_unit_without_positions_has_no_tolerance() -> None:
     with pytest.raises(BadValueError, match="no position that a motion could miss"):
-        TPZ001.open(RecordedLine(virtual.TPZ001()), target_tolerance_counts=1)
+        TPZ001.open(RecordingLink(virtual.TPZ001()), target_tolerance_counts=1)
 
 
 def test_an_end_without_a_position_is_followed_by_a_question() -> None:
@@ -197,7 +197,7 @@ def test_a_relative_move_asks_where_it_begins_and_only_then() -> None:
 
 
 def test_an_ms2000_that_misses_its_target_is_an_error() -> None:
-    line = RecordedLine(virtual.MS2000(travel=100_000, position=50_000))
+    line = RecordingLink(virtual.MS2000(travel=100_000, position=50_000))
     with MS2000.open(line) as ms, ms.low_level():
         x = ms.axis("X")
         x.write_motor_position(um=0)
@@ -242,7 +242,7 @@ def test_a_timeout_names_the_likely_cause_in_asyncio() -> None:
 
 
 def test_a_status_without_the_bit_is_followed_by_the_question_for_it() -> None:
-    line = RecordedLine(virtual.TST001())
+    line = RecordingLink(virtual.TST001())
     with TST001.open(line, line="rs232", on_close="leave") as tst:
         tst.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
         line.forget()
@@ -254,7 +254,7 @@ def test_a_status_without_the_bit_is_followed_by_the_question_for_it() -> None:
 
 
 def test_a_stepper_names_its_motor_and_its_interlock() -> None:
-    line = RecordedLine(virtual.TST001())
+    line = RecordingLink(virtual.TST001())
     with TST001.open(line, on_close="leave") as tst:
         status = m.MotGetStatusUpdate(1, 0, 0, 1).pack(0x01, 0x50)
         line.twist = lambda data: status if data[:2] == b"\x81\x04" else b""
@@ -277,7 +277,7 @@ def test_a_status_that_shows_no_cause_is_told() -> None:
 
 
 def test_a_controller_that_does_not_answer_is_asked_once_and_for_a_short_time() -> None:
-    line = RecordedLine(virtual.TST001())
+    line = RecordingLink(virtual.TST001())
     with TST001.open(line, line="rs232", on_close="leave") as tst:
         line.twist = lambda data: b""
         line.forget()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire.errors import (
@@ -27,29 +27,29 @@ STOP_X = c.StopMotor().pack(0x18)
 
 
 @pytest.fixture
-def line() -> RecordedLine:
-    return RecordedLine(virtual.MS2000())
+def line() -> RecordingLink:
+    return RecordingLink(virtual.MS2000())
 
 
 @pytest.fixture
-def ms(line: RecordedLine) -> Iterator[MS2000]:
+def ms(line: RecordingLink) -> Iterator[MS2000]:
     with MS2000.open(line, travel_mm={"X": (-10, 10)}) as ms:
         yield ms
 
 
-def commands(line: RecordedLine) -> list[str]:
+def commands(line: RecordingLink) -> list[str]:
     events = PROTOCOL.framer().feed(line.raw)
     assert all(isinstance(event, CommandReceived) for event in events)
     return [event.frame.message.layout.message for event in events]
 
 
-def test_nothing_is_sent_when_it_is_opened(ms: MS2000, line: RecordedLine) -> None:
+def test_nothing_is_sent_when_it_is_opened(ms: MS2000, line: RecordingLink) -> None:
     assert line.raw == b""
     assert ms.mode == "unknown"
 
 
 def test_in_another_mode_everything_is_refused_before_a_byte(
-    ms: MS2000, line: RecordedLine
+    ms: MS2000, line: RecordingLink
 ) -> None:
     x = ms.axis("X")
     for call in (x.read_motor_position, lambda: x.move_absolute(um=1), x.is_moving):
@@ -66,7 +66,7 @@ def test_in_another_mode_everything_is_refused_before_a_byte(
     assert line.raw == HIGH  # nothing was started, and nothing is stopped
 
 
-def test_the_mode_is_entered_and_left(ms: MS2000, line: RecordedLine) -> None:
+def test_the_mode_is_entered_and_left(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level() as same:
         assert same is ms
         assert ms.mode == "low_level"
@@ -79,7 +79,7 @@ def test_the_mode_is_entered_and_left(ms: MS2000, line: RecordedLine) -> None:
     assert ms.mode == "high_level"
 
 
-def test_values_are_in_units(ms: MS2000, line: RecordedLine) -> None:
+def test_values_are_in_units(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level():
         x = ms.axis("X")
         line.forget()
@@ -91,7 +91,7 @@ def test_values_are_in_units(ms: MS2000, line: RecordedLine) -> None:
             x.write_ramping_time(ms=256)
 
 
-def test_a_move_is_over_when_the_axis_is_idle(ms: MS2000, line: RecordedLine) -> None:
+def test_a_move_is_over_when_the_axis_is_idle(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level():
         x = ms.axis(e.Axis.X)
         assert x is ms.axis("x")
@@ -103,7 +103,7 @@ def test_a_move_is_over_when_the_axis_is_idle(ms: MS2000, line: RecordedLine) ->
         assert commands(line).count("WRITE_TARGET_POSITION") == 1
 
 
-def test_a_move_that_is_over_is_not_stopped_at_the_end(line: RecordedLine) -> None:
+def test_a_move_that_is_over_is_not_stopped_at_the_end(line: RecordingLink) -> None:
     with MS2000.open(line) as ms:
         ms.switch_to_low_level()
         ms.axis("X").move_absolute(um=10)
@@ -111,7 +111,7 @@ def test_a_move_that_is_over_is_not_stopped_at_the_end(line: RecordedLine) -> No
     assert line.raw == b""
 
 
-def test_a_second_move_is_refused_while_one_is_under_way(ms: MS2000, line: RecordedLine) -> None:
+def test_a_second_move_is_refused_while_one_is_under_way(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level():
         x, y = ms.axis("X"), ms.axis("Y")
         motion = x.start_move_absolute(um=9000)
@@ -126,7 +126,7 @@ def test_a_second_move_is_refused_while_one_is_under_way(ms: MS2000, line: Recor
         x.move_absolute(um=8999)
 
 
-def test_a_stop_does_not_wait(ms: MS2000, line: RecordedLine) -> None:
+def test_a_stop_does_not_wait(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level():
         x = ms.axis("X")
         motion = x.start_move_absolute(um=9000)
@@ -146,7 +146,7 @@ def test_a_move_that_takes_too_long(ms: MS2000) -> None:
         motion.wait()
 
 
-def test_a_lost_reply_is_not_the_end_of_a_move(ms: MS2000, line: RecordedLine) -> None:
+def test_a_lost_reply_is_not_the_end_of_a_move(ms: MS2000, line: RecordingLink) -> None:
     lost = [b""] * 3
     with ms.low_level():
         motion = ms.axis("X").start_move_absolute(um=5000)
@@ -156,7 +156,7 @@ def test_a_lost_reply_is_not_the_end_of_a_move(ms: MS2000, line: RecordedLine) -
     assert not lost
 
 
-def test_targets_are_held_against_the_travel(ms: MS2000, line: RecordedLine) -> None:
+def test_targets_are_held_against_the_travel(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level():
         line.forget()
         with pytest.raises(LimitError, match="11 mm is outside the travel, -10 to 10 mm"):
@@ -167,20 +167,20 @@ def test_targets_are_held_against_the_travel(ms: MS2000, line: RecordedLine) -> 
         ms.axis("Y").start_move_absolute(um=11000).stop()
 
 
-def test_what_moves_is_stopped_at_the_end_in_its_own_format(line: RecordedLine) -> None:
+def test_what_moves_is_stopped_at_the_end_in_its_own_format(line: RecordingLink) -> None:
     for leave in ("low", "high"):
-        with MS2000.open(RecordedLine(line.controller)) as ms:
+        with MS2000.open(RecordingLink(line.controller)) as ms:
             ms.switch_to_low_level()
             ms.axis("X").write_vector_speed(um_per_s=100)
             if leave == "high":
                 ms.switch_to_high_level()
             used = ms.session._link
-            assert isinstance(used, RecordedLine)
+            assert isinstance(used, RecordingLink)
             used.forget()
         assert used.raw == (STOP_X if leave == "low" else LOW + STOP_X + HIGH)
 
 
-def test_other_identifiers_are_axes_too(ms: MS2000, line: RecordedLine) -> None:
+def test_other_identifiers_are_axes_too(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level():
         line.forget()
         ms.axis(0x30).stop()
@@ -190,7 +190,7 @@ def test_other_identifiers_are_axes_too(ms: MS2000, line: RecordedLine) -> None:
             ms.axis(axis)  # type: ignore[arg-type]
 
 
-def test_values_that_look_like_a_setup_command_are_refused_on_request(line: RecordedLine) -> None:
+def test_values_that_look_like_a_setup_command_are_refused_on_request(line: RecordingLink) -> None:
     with MS2000.open(line, refuse_prefix_bytes=True) as ms, ms.low_level():
         line.forget()
         with pytest.raises(OutOfRangeError, match="may take for"):

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_apt
 import stagewire_virtual as virtual
@@ -31,7 +31,7 @@ from stagewire_ms2000 import MS2000
 
 
 def test_nothing_is_asked_but_what_it_is() -> None:
-    line = RecordedLine(virtual.TDC001())
+    line = RecordingLink(virtual.TDC001())
     with TDC001.open(line) as tdc:
         assert line.names(PROTOCOL) == ["HW_REQ_INFO"]
         assert tdc.serial_number == tdc.get_info().serial_number
@@ -39,13 +39,13 @@ def test_nothing_is_asked_but_what_it_is() -> None:
 
 
 def test_a_piezo_is_asked_for_the_settings_of_its_scales() -> None:
-    line = RecordedLine(virtual.BPC201())
+    line = RecordingLink(virtual.BPC201())
     with BPC201.open(line):
         assert line.names(PROTOCOL) == ["HW_REQ_INFO", "PZ_REQ_MAXTRAVEL", "PZ_REQ_OUTPUTMAXVOLTS"]
 
 
 def test_it_can_be_opened_without_a_question() -> None:
-    line = RecordedLine(virtual.TDC001())
+    line = RecordingLink(virtual.TDC001())
     with TDC001.open(line, identify=False, line="rs232") as tdc:
         assert line.raw == b""
         assert tdc.info is None
@@ -56,14 +56,14 @@ def test_it_can_be_opened_without_a_question() -> None:
 def test_signs_of_life_are_sent_on_usb_alone() -> None:
     alive = m.MotAckDcStatusUpdate().pack(0x50, 0x01)
     for given, count in (("usb", 4), ("rs232", 0)):
-        line = RecordedLine(virtual.TDC001())
+        line = RecordingLink(virtual.TDC001())
         with TDC001.open(line, line=given) as tdc:  # type: ignore[arg-type]
             tdc.session.pause(1.6)
             assert line.raw.count(alive) == count
 
 
 def test_signs_of_life_go_to_every_bay() -> None:
-    line = RecordedLine(virtual.BBD102())
+    line = RecordingLink(virtual.BBD102())
     with BBD102.open(line) as rack:
         rack.session.pause(0.1)
         for bay in (0x21, 0x22):
@@ -75,7 +75,7 @@ def test_signs_of_life_go_to_every_bay() -> None:
 
 
 def test_another_unit_is_refused() -> None:
-    line = RecordedLine(virtual.TST001())
+    line = RecordingLink(virtual.TST001())
     with pytest.raises(
         WrongUnitError,
         match=r"is not a TDC001: .* 80\d+ and the model 'TST001', .* open it as TST001",
@@ -86,20 +86,20 @@ def test_another_unit_is_refused() -> None:
 
 
 def test_another_unit_is_used_all_the_same_without_a_question() -> None:
-    with TDC001.open(RecordedLine(virtual.TST001()), identify=False) as tdc:
+    with TDC001.open(RecordingLink(virtual.TST001()), identify=False) as tdc:
         assert tdc.get_pos_counter().position == 0
 
 
 def test_another_serial_number_is_refused() -> None:
     controller = virtual.TDC001(serial_number=83000001)
     with pytest.raises(WrongUnitError, match="the serial number 83000001, not 83000002"):
-        TDC001.open(RecordedLine(controller), serial_number=83000002)
-    with TDC001.open(RecordedLine(controller), serial_number=83000001) as tdc:
+        TDC001.open(RecordingLink(controller), serial_number=83000002)
+    with TDC001.open(RecordingLink(controller), serial_number=83000001) as tdc:
         assert tdc.serial_number == 83000001
 
 
 def test_a_newer_unit_is_named(caplog: pytest.LogCaptureFixture) -> None:
-    line = RecordedLine(virtual.TDC001(serial_number=27000001))
+    line = RecordingLink(virtual.TDC001(serial_number=27000001))
     with caplog.at_level(logging.WARNING, "stagewire"), TDC001.open(line) as tdc:
         text = "KDC101: K-Cube DC servo driver, newer than the document; messages of TDC001 apply"
         assert text in str(tdc)
@@ -107,26 +107,26 @@ def test_a_newer_unit_is_named(caplog: pytest.LogCaptureFixture) -> None:
 
 
 def test_a_newer_unit_is_not_taken_for_any_other() -> None:
-    line = RecordedLine(virtual.TST001(serial_number=27000001))
+    line = RecordingLink(virtual.TST001(serial_number=27000001))
     with pytest.raises(WrongUnitError, match=r"the number is that of KDC101 \(K-Cube DC servo"):
         TST001.open(line)
     with pytest.raises(
         WrongUnitError, match=r"is that of BPC103 or BPC203 or BPC303 .*, the model that of BPC201"
     ):
-        BPC201.open(RecordedLine(virtual.BPC201(serial_number=71000001)))
+        BPC201.open(RecordingLink(virtual.BPC201(serial_number=71000001)))
 
 
 @pytest.mark.parametrize("name", sorted(FACTS.units))
 def test_every_virtual_unit_passes_for_what_it_is(name: str) -> None:
     unit: type[Any] = getattr(stagewire_apt, name)
     controller = virtual.rack(name) if unit.unit.kind == "bay" else getattr(virtual, name)()
-    with unit.open(RecordedLine(controller)) as device:
+    with unit.open(RecordingLink(controller)) as device:
         assert device.serial_number is not None
         assert name in str(device)
 
 
 def test_nobody_there() -> None:
-    line = RecordedLine(virtual.TDC001())
+    line = RecordingLink(virtual.TDC001())
     line.twist = lambda data: b""
     with pytest.raises(
         ReplyTimeout, match=r"no TDC001 answers at virtual://TDC001: .*identify=False"
@@ -179,7 +179,7 @@ def test_an_option_that_cannot_be_is_refused_before_a_line_is_opened(
 
 def test_an_option_with_named_choices_takes_them_in_any_case() -> None:
     options: dict[str, Any] = {"line": "RS232", "on_close": "Leave"}
-    line = RecordedLine(virtual.TDC001())
+    line = RecordingLink(virtual.TDC001())
     with TDC001.open(line, **options) as tdc:
         tdc.start_move_velocity("forward")
         line.forget()
@@ -216,7 +216,7 @@ def test_a_module_stands_in_a_bay(bay: object) -> None:
 
 
 def test_a_line_is_closed_where_its_log_cannot_be_written(tmp_path: Path) -> None:
-    line = RecordedLine(virtual.TDC001())
+    line = RecordingLink(virtual.TDC001())
     with pytest.raises(TransportError):
         TDC001.open(line, log=tmp_path / "missing" / "log.txt")
     with pytest.raises(TransportLost, match="closed"):
@@ -228,7 +228,7 @@ def test_a_line_is_closed_where_its_log_cannot_be_written(tmp_path: Path) -> Non
 
 def test_a_device_says_what_it_is() -> None:
     controller = virtual.TDC001(stage=stages.Z8, serial_number=83000001)
-    with TDC001.open(RecordedLine(controller), stage="Z8", travel_mm=12) as tdc:
+    with TDC001.open(RecordingLink(controller), stage="Z8", travel_mm=12) as tdc:
         lines = str(tdc).splitlines()
         assert lines[:4] == [
             "TDC001: 1 channel T-Cube DC servo driver, at virtual://TDC001",
@@ -243,10 +243,10 @@ def test_a_device_says_what_it_is() -> None:
 
 
 def test_channels_that_are_alike_are_said_once() -> None:
-    with BBD102.open(RecordedLine(virtual.BBD102()), stage="MLS203") as rack:
+    with BBD102.open(RecordingLink(virtual.BBD102()), stage="MLS203") as rack:
         assert "  bays 1, 2: stage MLS203\n    travel: unknown" in str(rack)
         assert str(rack).count("position: 20000 counts per mm") == 2  # position, encoder_position
-    with BBD102.open(RecordedLine(virtual.BBD102()), stages={2: "MLS203"}) as rack:
+    with BBD102.open(RecordingLink(virtual.BBD102()), stages={2: "MLS203"}) as rack:
         assert "  bay 1: no stage\n    travel: unknown" in str(rack)
         assert str(rack).count(" position, ") == str(rack).count("give stage= (the document") == 1
         assert "  bay 2: stage MLS203" in str(rack)
@@ -290,14 +290,14 @@ def test_behind_a_lost_line_a_motion_may_go_on(tmp_path: Path) -> None:
 
 def test_a_line_of_somebody_else_cannot_be_opened_again() -> None:
     with (
-        TDC001.open(RecordedLine(virtual.TDC001())) as tdc,
+        TDC001.open(RecordingLink(virtual.TDC001())) as tdc,
         pytest.raises(LinkOpenError, match="was opened elsewhere"),
     ):
         tdc.reconnect()
 
 
 def test_a_lost_line_is_one_error_for_every_call() -> None:
-    line = RecordedLine(virtual.TDC001())
+    line = RecordingLink(virtual.TDC001())
     with TDC001.open(line) as tdc:
         line.controller.unplug()
         for call in (tdc.get_info, tdc.home, tdc.stop, tdc.is_moving):

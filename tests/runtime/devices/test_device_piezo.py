@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire.errors import OutOfRangeError, UnknownScaleError, UnsupportedError
@@ -15,7 +15,7 @@ STOP = m.PzStopLutOutput(chan_ident=1).pack(0x50, 0x01)
 
 
 def test_volts_are_a_share_of_the_maximum_that_the_controller_tells() -> None:
-    line = RecordedLine(virtual.BPC201())
+    line = RecordingLink(virtual.BPC201())
     with BPC201.open(line) as bpc:
         assert bpc.get_output_max_volts().volts == 75
         line.forget()
@@ -26,7 +26,7 @@ def test_volts_are_a_share_of_the_maximum_that_the_controller_tells() -> None:
 
 
 def test_another_maximum_makes_another_scale() -> None:
-    line = RecordedLine(virtual.BPC201())
+    line = RecordingLink(virtual.BPC201())
     with BPC201.open(line) as bpc:
         read = bpc.get_output_volts()
         bpc.set_output_volts(voltage=16384)
@@ -41,7 +41,7 @@ def test_another_maximum_makes_another_scale() -> None:
 
 
 def test_a_setting_that_comes_unasked_is_taken_in() -> None:
-    line = RecordedLine(virtual.BPC201())
+    line = RecordingLink(virtual.BPC201())
     with BPC201.open(line) as bpc:
         line.controller.write(
             m.PzSetOutputMaxVolts(chan_ident=1, voltage=1500, flags=0).pack(0x50, 0x01)
@@ -54,7 +54,7 @@ def test_a_setting_that_comes_unasked_is_taken_in() -> None:
 
 
 def test_a_maximum_out_of_a_table_has_its_volts() -> None:
-    line = RecordedLine(virtual.TPZ001())
+    line = RecordingLink(virtual.TPZ001())
     with TPZ001.open(line) as tpz:
         tpz.change_tpz_io_settings(voltage_limit=e.VoltageLimit.VOLTAGELIMIT_150V)
         line.forget()
@@ -64,7 +64,7 @@ def test_a_maximum_out_of_a_table_has_its_volts() -> None:
 
 
 def test_more_than_the_maximum_is_refused_before_a_byte() -> None:
-    line = RecordedLine(virtual.BPC201())
+    line = RecordingLink(virtual.BPC201())
     with BPC201.open(line) as bpc:
         line.forget()
         with pytest.raises(OutOfRangeError, match=r"volts takes -75.*to 75 V, not 75\.01"):
@@ -73,13 +73,13 @@ def test_more_than_the_maximum_is_refused_before_a_byte() -> None:
 
 
 def test_what_nobody_tells_has_to_be_given() -> None:
-    line = RecordedLine(virtual.TPZ001())
+    line = RecordingLink(virtual.TPZ001())
     with TPZ001.open(line) as tpz:
         line.forget()
         with pytest.raises(UnknownScaleError, match=r"maximum_travel.*give max_travel_um= when"):
             tpz.set_output_pos(um=1)
         assert line.raw == b""
-    with TPZ001.open(RecordedLine(line.controller), max_travel_um=20) as tpz:
+    with TPZ001.open(RecordingLink(line.controller), max_travel_um=20) as tpz:
         tpz.set_pos_control_mode(mode=e.PositionControlMode.CLOSED_LOOP)
         tpz.set_output_pos(um=10)
         assert tpz.get_output_pos().um == pytest.approx(10, abs=0.001)
@@ -87,7 +87,7 @@ def test_what_nobody_tells_has_to_be_given() -> None:
 
 
 def test_without_a_question_the_maximum_has_to_be_given() -> None:
-    line = RecordedLine(virtual.BPC201())
+    line = RecordingLink(virtual.BPC201())
     with BPC201.open(line, identify=False) as bpc:
         with pytest.raises(UnknownScaleError, match=r"give max_volts=.* or send PZ_REQ_OUTPUTMAXV"):
             bpc.set_output_volts(volts=30)
@@ -97,7 +97,7 @@ def test_without_a_question_the_maximum_has_to_be_given() -> None:
 
 
 def test_samples_are_what_the_keyword_says_unless_it_is_known_otherwise() -> None:
-    line = RecordedLine(virtual.TPZ001())
+    line = RecordingLink(virtual.TPZ001())
     with TPZ001.open(line, max_volts=150, identify=False) as tpz:
         tpz.set_output_lut(index=2, volts=10)
         expected = m.PzSetOutputLut(chan_ident=1, index=2, output=2184)
@@ -114,7 +114,7 @@ def test_samples_are_what_the_keyword_says_unless_it_is_known_otherwise() -> Non
 
 def test_a_waveform_is_stopped_at_the_end() -> None:
     for stops in (0, 1):
-        line = RecordedLine(virtual.BPC201())
+        line = RecordingLink(virtual.BPC201())
         with BPC201.open(line) as bpc:
             bpc.start_lut_output()
             for _ in range(stops):
@@ -124,7 +124,7 @@ def test_a_waveform_is_stopped_at_the_end() -> None:
 
 
 def test_a_waveform_can_be_left() -> None:
-    line = RecordedLine(virtual.BPC201())
+    line = RecordingLink(virtual.BPC201())
     with BPC201.open(line, on_close="leave") as bpc:
         bpc.start_lut_output()
         line.forget()
@@ -132,7 +132,7 @@ def test_a_waveform_can_be_left() -> None:
 
 
 def test_a_reading_is_in_the_unit_of_the_display() -> None:
-    line = RecordedLine(virtual.TSG001())
+    line = RecordingLink(virtual.TSG001())
     with TSG001.open(line) as tsg:
         values = tsg.values(m.PzGetTsgReading(chan_ident=1, reading=16384, smoothed=0))
         assert values is not None
@@ -149,7 +149,7 @@ def test_a_reading_is_in_the_unit_of_the_display() -> None:
 
 
 def test_bays_are_asked_for_their_settings_where_they_are_fitted() -> None:
-    line = RecordedLine(virtual.BPC202(empty_bays=[1]))
+    line = RecordingLink(virtual.BPC202(empty_bays=[1]))
     with BPC202.open(line) as rack:
         assert line.names(PROTOCOL) == [
             "HW_REQ_INFO",
@@ -164,7 +164,7 @@ def test_bays_are_asked_for_their_settings_where_they_are_fitted() -> None:
 
 
 def test_each_channel_has_the_maximum_that_it_was_told() -> None:
-    line = RecordedLine(virtual.BPC002())
+    line = RecordingLink(virtual.BPC002())
     with BPC002.open(line) as bpc:
         first, second = bpc.channels
         first.set_output_max_volts(volts=150, flags=0)
@@ -178,7 +178,7 @@ def test_each_channel_has_the_maximum_that_it_was_told() -> None:
 
 
 def test_channels_of_a_module_have_their_own_settings() -> None:
-    line = RecordedLine(virtual.rack("MPZ601"))
+    line = RecordingLink(virtual.rack("MPZ601"))
     with MPZ601.open(line, max_volts=75) as module:
         first, second = module.channels
         first.set_output_volts(volts=1)
@@ -187,7 +187,7 @@ def test_channels_of_a_module_have_their_own_settings() -> None:
 
 def test_a_unit_that_cannot_be_asked_whether_it_moves_says_so() -> None:
     with (
-        BPC201.open(RecordedLine(virtual.BPC201())) as bpc,
+        BPC201.open(RecordingLink(virtual.BPC201())) as bpc,
         pytest.raises(UnsupportedError, match="BPC201 has no message that asks whether it moves"),
     ):
         bpc.is_moving()

@@ -9,7 +9,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 import pytest
-from recording_link import RecordedLine
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire import Scale, Stage
@@ -27,18 +27,18 @@ from stagewire_apt import messages as m
 
 
 @pytest.fixture
-def line() -> RecordedLine:
-    return RecordedLine(virtual.TDC001(stage=stages.Z8))
+def line() -> RecordingLink:
+    return RecordingLink(virtual.TDC001(stage=stages.Z8))
 
 
 @pytest.fixture
-def tdc(line: RecordedLine) -> Iterator[TDC001]:
+def tdc(line: RecordingLink) -> Iterator[TDC001]:
     with TDC001.open(line, stage=stages.Z8, line="rs232") as tdc:
         line.forget()
         yield tdc
 
 
-def test_get_gives_counts_and_units(tdc: TDC001, line: RecordedLine) -> None:
+def test_get_gives_counts_and_units(tdc: TDC001, line: RecordingLink) -> None:
     values = tdc.get_vel_params()
     assert values.max_velocity == 1534735
     assert values.max_velocity_mm_per_s == pytest.approx(2)
@@ -47,7 +47,7 @@ def test_get_gives_counts_and_units(tdc: TDC001, line: RecordedLine) -> None:
     assert line.raw == m.MotReqVelParams(chan_ident=1).pack(0x50, 0x01)
 
 
-def test_set_writes_one_frame(tdc: TDC001, line: RecordedLine) -> None:
+def test_set_writes_one_frame(tdc: TDC001, line: RecordingLink) -> None:
     tdc.set_vel_params(min_velocity=0, acceleration=100, max_velocity_mm_per_s="1.5")
     counts = stages.Z8.scale("velocity", "TDC001").to_counts("1.5")
     expected = m.MotSetVelParams(
@@ -58,12 +58,12 @@ def test_set_writes_one_frame(tdc: TDC001, line: RecordedLine) -> None:
 
 
 @pytest.mark.parametrize("value", [0.1, Decimal("0.1"), Fraction(1, 10), "0.1"])
-def test_numbers_of_all_kinds_are_exact(tdc: TDC001, line: RecordedLine, value: object) -> None:
+def test_numbers_of_all_kinds_are_exact(tdc: TDC001, line: RecordingLink, value: object) -> None:
     tdc.set_pos_counter(mm=value)  # type: ignore[arg-type]
     assert line.raw == m.MotSetPosCounter(chan_ident=1, position=3430).pack(0x50, 0x01)
 
 
-def test_counts_round_to_nearest_on_both_sides_of_zero(tdc: TDC001, line: RecordedLine) -> None:
+def test_counts_round_to_nearest_on_both_sides_of_zero(tdc: TDC001, line: RecordingLink) -> None:
     for mm, counts in ((Fraction(3, 2 * 34304), 2), (Fraction(-3, 2 * 34304), -2)):
         line.forget()
         tdc.set_pos_counter(mm=mm)
@@ -84,7 +84,7 @@ class _Quantity:
 
 
 def test_a_quantity_is_converted_to_the_unit_of_the_keyword(
-    tdc: TDC001, line: RecordedLine
+    tdc: TDC001, line: RecordingLink
 ) -> None:
     tdc.set_pos_counter(mm=_Quantity(1500, "um"))  # type: ignore[arg-type]
     assert line.raw == m.MotSetPosCounter(chan_ident=1, position=51456).pack(0x50, 0x01)
@@ -95,7 +95,7 @@ def test_a_quantity_is_converted_to_the_unit_of_the_keyword(
 
 
 def test_a_number_that_counts_as_an_integer_is_taken_for_counts(
-    tdc: TDC001, line: RecordedLine
+    tdc: TDC001, line: RecordingLink
 ) -> None:
     numpy = pytest.importorskip("numpy")
     tdc.set_pos_counter(position=numpy.int64(7))
@@ -122,14 +122,14 @@ def test_a_number_that_counts_as_an_integer_is_taken_for_counts(
     ],
 )
 def test_what_is_wrong_is_refused_before_a_byte(
-    tdc: TDC001, line: RecordedLine, given: dict[str, object], error: type[Exception], text: str
+    tdc: TDC001, line: RecordingLink, given: dict[str, object], error: type[Exception], text: str
 ) -> None:
     with pytest.raises(error, match=text):
         tdc.set_pos_counter(**given)  # type: ignore[arg-type]
     assert line.raw == b""
 
 
-def test_set_wants_every_value(tdc: TDC001, line: RecordedLine) -> None:
+def test_set_wants_every_value(tdc: TDC001, line: RecordingLink) -> None:
     with pytest.raises(
         MissingFieldError, match="lacks min_velocity or min_velocity_mm_per_s, accel"
     ):
@@ -140,7 +140,7 @@ def test_set_wants_every_value(tdc: TDC001, line: RecordedLine) -> None:
 # change
 
 
-def test_change_reads_and_writes_once(tdc: TDC001, line: RecordedLine) -> None:
+def test_change_reads_and_writes_once(tdc: TDC001, line: RecordingLink) -> None:
     before = tdc.get_vel_params()
     line.forget()
     written = tdc.change_vel_params(max_velocity_mm_per_s=1)
@@ -150,7 +150,7 @@ def test_change_reads_and_writes_once(tdc: TDC001, line: RecordedLine) -> None:
     assert written.max_velocity_mm_per_s == pytest.approx(1)
 
 
-def test_change_checks_what_is_given_before_it_asks(tdc: TDC001, line: RecordedLine) -> None:
+def test_change_checks_what_is_given_before_it_asks(tdc: TDC001, line: RecordingLink) -> None:
     with pytest.raises(OutOfRangeError, match="max_velocity_mm_per_s takes"):
         tdc.change_vel_params(max_velocity_mm_per_s=1e9)
     with pytest.raises(MissingFieldError, match="lacks at least one of"):
@@ -159,7 +159,7 @@ def test_change_checks_what_is_given_before_it_asks(tdc: TDC001, line: RecordedL
 
 
 def test_change_writes_nothing_where_what_is_held_may_not_be_written(
-    tdc: TDC001, line: RecordedLine
+    tdc: TDC001, line: RecordingLink
 ) -> None:
     def illegal(data: bytes) -> bytes:
         """Let a proportional gain of 40000 be held; the document ends at 32767."""
@@ -176,7 +176,7 @@ def test_change_writes_nothing_where_what_is_held_may_not_be_written(
 
 
 def test_change_writes_back_no_value_that_its_enumeration_does_not_list(
-    tdc: TDC001, line: RecordedLine
+    tdc: TDC001, line: RecordingLink
 ) -> None:
     """A newer controller holds jog mode 7: reading shows it, and only an explicit value replaces it."""
     held = m.MotGetJogParams(
@@ -200,7 +200,7 @@ def test_change_writes_back_no_value_that_its_enumeration_does_not_list(
 
 def test_change_writes_back_unknown_bits() -> None:
     """Bits that a newer controller has set stay set; a caller cannot set them."""
-    line = RecordedLine(virtual.BPC301())
+    line = RecordingLink(virtual.BPC301())
     with BPC301.open(line, line="rs232", identify=False) as bpc:
         held = bpc.get_output_lut_params().message.values() | {"mode": 0x8001}
         reply = m.PzGetOutputLutParams(**held).pack(0x01, 0x50)
@@ -227,7 +227,7 @@ def test_change_writes_back_unknown_bits() -> None:
     ],
 )
 def test_an_error_lists_the_choices(
-    tdc: TDC001, line: RecordedLine, direction: int | str, said: str
+    tdc: TDC001, line: RecordingLink, direction: int | str, said: str
 ) -> None:
     with pytest.raises((BadValueError, OutOfRangeError)) as refused:
         tdc.jog(direction)
@@ -254,7 +254,7 @@ def test_changes_of_several_threads_are_all_kept() -> None:
 
 
 def test_without_a_stage_there_are_counts_only() -> None:
-    line = RecordedLine(virtual.TDC001(stage=stages.Z8))
+    line = RecordingLink(virtual.TDC001(stage=stages.Z8))
     with TDC001.open(line, line="rs232") as tdc:
         line.forget()
         with pytest.raises(
@@ -271,14 +271,14 @@ def test_without_a_stage_there_are_counts_only() -> None:
 
 
 def test_a_scale_that_the_document_does_not_give_is_not_guessed(
-    tdc: TDC001, line: RecordedLine
+    tdc: TDC001, line: RecordingLink
 ) -> None:
     with pytest.raises(UnknownScaleError, match="no figure is taken; raw counts need none"):
         tdc.change_vel_params(acceleration_mm_per_s2=1)
     assert line.raw == b""
 
 
-def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordedLine) -> None:
+def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordingLink) -> None:
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1000))
     with TDC001.open(line, stage=mine) as tdc:
         line.forget()
@@ -291,11 +291,11 @@ def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordedLine) -
             tdc.change_vel_params(max_velocity_mm_per_s=1)
         assert "position: 1000 counts per mm (mine, a stage of yours)" in str(tdc)
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1))
-    with TDC001.open(RecordedLine(line.controller), stage=mine) as tdc:
+    with TDC001.open(RecordingLink(line.controller), stage=mine) as tdc:
         assert "position: 1 counts per mm (mine, a stage of yours)" in str(tdc)
 
 
-def test_a_scale_of_a_user_in_another_unit_is_refused(line: RecordedLine) -> None:
+def test_a_scale_of_a_user_in_another_unit_is_refused(line: RecordingLink) -> None:
     mine = Stage.of_user("mine", position=Scale.counts_per("um", 1))
     with pytest.raises(
         BadValueError, match="stage mine: position takes a Scale in mm, not <Scale 1"
@@ -326,13 +326,15 @@ def test_values_are_equal_by_what_was_said(tdc: TDC001) -> None:
 
 
 @pytest.mark.parametrize("timeout", [0, -1, float("nan"), True, "1"])
-def test_a_timeout_is_a_number_of_seconds(tdc: TDC001, line: RecordedLine, timeout: object) -> None:
+def test_a_timeout_is_a_number_of_seconds(
+    tdc: TDC001, line: RecordingLink, timeout: object
+) -> None:
     with pytest.raises(BadValueError, match="timeout takes seconds"):
         tdc.get_vel_params(timeout=timeout)  # type: ignore[arg-type]
     assert line.raw == b""
 
 
-def test_a_silent_controller_ends_in_a_timeout(tdc: TDC001, line: RecordedLine) -> None:
+def test_a_silent_controller_ends_in_a_timeout(tdc: TDC001, line: RecordingLink) -> None:
     line.twist = lambda data: b""
     before = line.clock()
     with pytest.raises(ReplyTimeout):
