@@ -29,7 +29,7 @@ import stagewire_apt.aio
 import stagewire_apt.devices
 import stagewire_ms2000.aio
 import stagewire_ms2000.devices
-from stagewire.errors import ReplyTimeout, StagewireError
+from stagewire.errors import ReplyTimeoutError, StagewireError
 from stagewire_apt.devices import facts as apt_facts
 from stagewire_ms2000.devices import facts as ms2000_facts
 
@@ -135,7 +135,7 @@ def is_needed(parameter: inspect.Parameter) -> bool:
 def judged(call: Call, start: float, error: BaseException | None) -> Outcome:
     """Return how a call ended that began at ``start``."""
     share = (time.perf_counter() - start) / TIMEOUT
-    if isinstance(error, ReplyTimeout):
+    if isinstance(error, ReplyTimeoutError):
         return Outcome(call, "waited", share)
     if isinstance(error, StagewireError):
         return Outcome(call, "refused", share)

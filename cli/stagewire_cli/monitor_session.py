@@ -12,7 +12,7 @@ import typer
 
 from stagewire.devices import Values
 from stagewire.errors import (
-    ReplyTimeout,
+    ReplyTimeoutError,
     SessionClosedError,
     StagewireError,
     TransportError,
@@ -148,7 +148,7 @@ def _heard(device: Any, parts: dict[str, Any], subscription: Any, board: Board) 
     while True:
         try:
             frame = subscription.get(timeout=_REFRESH).frame
-        except ReplyTimeout:
+        except ReplyTimeoutError:
             pass
         else:
             name = _speaker(device, parts, frame)
@@ -185,7 +185,7 @@ def _asked(device: Any, parts: dict[str, Any]) -> Iterator[Saying]:
     for name, part in tuple(parts.items()):
         try:
             values = status_of(part)
-        except ReplyTimeout as error:
+        except ReplyTimeoutError as error:
             silent = error
             values = None
         if values is None:

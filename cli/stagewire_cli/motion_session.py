@@ -15,8 +15,8 @@ from stagewire.devices import Values
 from stagewire.errors import (
     BadValueError,
     ControllerFaultError,
-    MotionTimeout,
-    ReplyTimeout,
+    MotionTimeoutError,
+    ReplyTimeoutError,
     StagewireError,
     TargetNotReachedError,
     UnsupportedError,
@@ -291,7 +291,7 @@ def _act(
     except KeyboardInterrupt:
         typer.echo(f"interrupted: {_stopped(part)}", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    except MotionTimeout:
+    except MotionTimeoutError:
         typer.echo(f"it took longer than {timeout:g} s: {_stopped(part)}", err=True)
         raise
     except ControllerFaultError:
@@ -334,7 +334,7 @@ def _stopped(part: Any) -> str:
     try:
         part.stop(timeout=_STOP_TIMEOUT)
         return f"stop was sent; it stands at {_position(part)}"
-    except ReplyTimeout as error:
+    except ReplyTimeoutError as error:
         return f"stop was sent and not answered, so it may still move ({error})"
 
 
@@ -344,7 +344,7 @@ def _end_of(motion: Any, now: Callable[[], float], timeout: float) -> Any:
     while True:
         try:
             return motion.wait(_PIECE)
-        except MotionTimeout:
+        except MotionTimeoutError:
             if motion.done or now() > deadline + _PIECE:  # it was given up, or should have been
                 raise
 

@@ -16,7 +16,7 @@ from stagewire.protocols import (
     UndocumentedMessage,
 )
 
-__all__ = ["ADDRESSES", "Decoded", "Refusal", "frame_answer", "message_of", "refusal"]
+__all__ = ["ADDRESSES", "Decoded", "RefusalError", "frame_answer", "message_of", "refusal"]
 
 Json = dict[str, Any]
 Decoded: TypeAlias = Frame | CommandFrame | Reply | Packet
@@ -28,7 +28,7 @@ ADDRESSES = ("dest", "source", "axis", "address")
 _MAXIMUM_DETAIL = 500
 
 
-class Refusal(Exception):
+class RefusalError(Exception):
     """A request that is not granted: a refusal code of the testee protocol, and a sentence."""
 
     def __init__(self, code: str, detail: str) -> None:
@@ -37,9 +37,9 @@ class Refusal(Exception):
         super().__init__(detail)
 
 
-def refusal(error: Refusal | CodecError) -> Json:
+def refusal(error: RefusalError | CodecError) -> Json:
     """Return the part of an answer that refuses."""
-    detail = error.detail if isinstance(error, Refusal) else str(error)
+    detail = error.detail if isinstance(error, RefusalError) else str(error)
     if len(detail) > _MAXIMUM_DETAIL:
         detail = f"{detail[:_MAXIMUM_DETAIL]}…"
     return {"ok": False, "error": error.code, "detail": detail}

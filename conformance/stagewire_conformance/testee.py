@@ -15,7 +15,7 @@ from typing import Any, BinaryIO, NoReturn
 import stagewire
 from stagewire.errors import CodecError, UnknownProtocolError
 from stagewire.protocols import available_protocols, load_protocol
-from stagewire_conformance.answers import Refusal, refusal
+from stagewire_conformance.answers import RefusalError, refusal
 from stagewire_conformance.codec import ENDS, KEYS, Codec, codec_of
 from stagewire_conformance.hexes import from_hex
 
@@ -60,14 +60,14 @@ class Testee:
             request = _parse(line)
             id = _id(request)
             return {"id": id, "ok": True} | _operation(self, request)(self, request)
-        except (Refusal, CodecError) as error:
+        except (RefusalError, CodecError) as error:
             return {"id": id} | refusal(error)
         except RecursionError:
-            return {"id": id} | refusal(Refusal("bad_request", "nested too deeply"))
+            return {"id": id} | refusal(RefusalError("bad_request", "nested too deeply"))
         except Exception as error:
             # A testee survives any line; tests see to it that none gets here.
             text = f"internal error: {type(error).__name__}: {error}"
-            return {"id": id} | refusal(Refusal("unsupported", text))
+            return {"id": id} | refusal(RefusalError("unsupported", text))
 
     def hello(self, request: Json) -> Json:
         """Say who this is and what it can do."""
@@ -110,17 +110,17 @@ class Testee:
             return {}
         try:
             return self._codec(protocol).keys_of(op)
-        except Refusal:
+        except RefusalError:
             return KEYS[op]
 
     def _codec(self, name: object) -> Codec:
         if not isinstance(name, str):
-            raise Refusal("unsupported", f"a protocol has a name, not {_short(name)}")
+            raise RefusalError("unsupported", f"a protocol has a name, not {_short(name)}")
         if name not in self._codecs:
             try:
                 self._codecs[name] = codec_of(load_protocol(name))
             except UnknownProtocolError as error:
-                raise Refusal("unsupported", str(error)) from None
+                raise RefusalError("unsupported", str(error)) from None
         return self._codecs[name]
 
 
@@ -144,7 +144,9 @@ def _operation(testee: Testee, request: Json) -> _Operation:
     if not isinstance(op, str):
         _bad("op names the operation, as text")
     if op not in _OPERATIONS:
-        raise Refusal("unsupported", f"there is no operation {op!r} ({', '.join(_OPERATIONS)})")
+        raise RefusalError(
+            "unsupported", f"there is no operation {op!r} ({', '.join(_OPERATIONS)})"
+        )
     operation, required = _OPERATIONS[op]
     for key in required:
         if key not in request:
@@ -209,7 +211,7 @@ def _bytes(text: str) -> bytes:
 
 
 def _bad(detail: str) -> NoReturn:
-    raise Refusal("bad_request", detail)
+    raise RefusalError("bad_request", detail)
 
 
 def _short(value: Any) -> str:

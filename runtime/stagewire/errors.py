@@ -20,11 +20,14 @@ __all__ = [
     "LinkOpenError",
     "MissingFieldError",
     "MotionStopped",
+    "MotionStoppedError",
     "MotionTimeout",
+    "MotionTimeoutError",
     "MotionUnderWayError",
     "OutOfRangeError",
     "OutstandingReplyError",
     "ReplyTimeout",
+    "ReplyTimeoutError",
     "SessionClosedError",
     "StagewireError",
     "SupportVersionError",
@@ -32,6 +35,7 @@ __all__ = [
     "TrailingBytesError",
     "TransportError",
     "TransportLost",
+    "TransportLostError",
     "TruncatedError",
     "TurnedAwayError",
     "UnknownFieldError",
@@ -182,7 +186,7 @@ class LinkOpenError(TransportError):
     """The line cannot be opened: no such port, no permission, nobody there."""
 
 
-class TransportLost(TransportError):
+class TransportLostError(TransportError):
     """The line was open and is gone, whatever kind of line it is.
 
     What was being done may have been done or not; nothing is sent again. The state is unknown until it
@@ -199,7 +203,7 @@ class TransportLost(TransportError):
         """The error to raise instead where nothing that came was a message: all of it was text."""
 
 
-class TurnedAwayError(LinkOpenError, TransportLost):
+class TurnedAwayError(LinkOpenError, TransportLostError):
     """The other end closed the connection before it sent a message, as it does when it has another host."""
 
 
@@ -207,11 +211,11 @@ class SessionClosedError(StagewireError):
     """The session was closed by this side; nothing was sent."""
 
 
-class ReplyTimeout(StagewireError, TimeoutError):
+class ReplyTimeoutError(StagewireError, TimeoutError):
     """No reply came in time. A late one is not taken for the reply to something else."""
 
 
-class MotionTimeout(ReplyTimeout):
+class MotionTimeoutError(ReplyTimeoutError):
     """The end of a motion was not reported in time; it may still be under way.
 
     :param causes: the states that the controller showed when it was asked afterwards and that may hinder a
@@ -229,7 +233,7 @@ class ControllerFaultError(StagewireError):
     :param code: the controller's own fault code; 0: it reported none.
     :param fault: the controller's own words; empty: it reported none.
     :param message: the report.
-    :param causes: as in :class:`MotionTimeout`.
+    :param causes: as in :class:`MotionTimeoutError`.
     """
 
     def __init__(
@@ -284,7 +288,7 @@ class TargetNotReachedError(StagewireError):
         self.end = end
 
 
-class MotionStopped(StagewireError):
+class MotionStoppedError(StagewireError):
     """A motion was stopped before its end.
 
     :param message: what the controller said.
@@ -305,3 +309,10 @@ class WrongUnitError(StagewireError):
 
 class WrongModeError(StagewireError):
     """The controller expects another format now, such as lines of text; nothing was sent."""
+
+
+# Names of 0.1 for the same classes; see docs/versioning.md.
+MotionStopped = MotionStoppedError
+MotionTimeout = MotionTimeoutError
+ReplyTimeout = ReplyTimeoutError
+TransportLost = TransportLostError

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from typing import Self
 
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import AsyncLink, Link
 from stagewire_virtual.clock import SECOND, RealClock
 from stagewire_virtual.controller import VirtualController
@@ -68,12 +68,12 @@ class VirtualLink(Link):
             try:
                 self._line.write(data)
             except UnpluggedError as error:
-                raise TransportLost(f"{self.url}: {error}") from None
+                raise TransportLostError(f"{self.url}: {error}") from None
             self._changed.notify()
 
     def write_now(self, data: bytes) -> None:
         """Send bytes if that can be done; see :meth:`.Link.write_now`."""
-        with contextlib.suppress(TransportLost):
+        with contextlib.suppress(TransportLostError):
             self.write(data)
 
     def wake(self) -> None:
@@ -93,11 +93,13 @@ class VirtualLink(Link):
         try:
             return self._line.read()
         except UnpluggedError:
-            raise TransportLost(f"{self.url}: the line to the controller was unplugged") from None
+            raise TransportLostError(
+                f"{self.url}: the line to the controller was unplugged"
+            ) from None
 
     def _check_open(self) -> None:
         if self._closed:
-            raise TransportLost(f"{self.url}: the line was closed")
+            raise TransportLostError(f"{self.url}: the line was closed")
 
 
 _LEAST = 1 / SECOND  # what is shorter than the clock can tell would never pass
@@ -127,7 +129,9 @@ class SteppedLink(Link):
         try:
             return self._line.read(timeout=max(timeout, _LEAST) if timeout > 0 else 0)
         except UnpluggedError:
-            raise TransportLost(f"{self.url}: the line to the controller was unplugged") from None
+            raise TransportLostError(
+                f"{self.url}: the line to the controller was unplugged"
+            ) from None
 
     def write(self, data: bytes) -> None:
         """Send bytes to the controller, which takes them at this instant."""
@@ -135,11 +139,11 @@ class SteppedLink(Link):
         try:
             self._line.write(data)
         except UnpluggedError as error:
-            raise TransportLost(f"{self.url}: {error}") from None
+            raise TransportLostError(f"{self.url}: {error}") from None
 
     def write_now(self, data: bytes) -> None:
         """Send bytes if that can be done; see :meth:`.Link.write_now`."""
-        with contextlib.suppress(TransportLost):
+        with contextlib.suppress(TransportLostError):
             self.write(data)
 
     def wake(self) -> None:
@@ -152,7 +156,7 @@ class SteppedLink(Link):
 
     def _check_open(self) -> None:
         if self._closed:
-            raise TransportLost(f"{self.url}: the line was closed")
+            raise TransportLostError(f"{self.url}: the line was closed")
 
 
 class AsyncVirtualLink(AsyncLink):
@@ -176,21 +180,23 @@ class AsyncVirtualLink(AsyncLink):
         return link
 
     def start(
-        self, received: Callable[[bytes], None], lost: Callable[[TransportLost], None]
+        self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
         """Call back from now on; see :meth:`.AsyncLink.start`."""
         unplugged = f"{self.url}: the line to the controller was unplugged"
-        self._line.start(received, lambda: lost(TransportLost(unplugged)))
+        self._line.start(received, lambda: lost(TransportLostError(unplugged)))
 
     def write(self, data: bytes) -> None:
         """Send bytes to the controller, which takes them at once and answers when this has returned."""
         if not self._line.connected:
-            raise TransportLost(f"{self.url}: the line to the controller is closed or unplugged")
+            raise TransportLostError(
+                f"{self.url}: the line to the controller is closed or unplugged"
+            )
         self._line.take(data)
 
     def write_now(self, data: bytes) -> None:
         """Send bytes if that can be done; see :meth:`.AsyncLink.write_now`."""
-        with contextlib.suppress(TransportLost):
+        with contextlib.suppress(TransportLostError):
             self.write(data)
 
     async def close(self) -> None:

@@ -16,7 +16,7 @@ from stagewire.protocols import (
     Reply,
     SetupCommand,
 )
-from stagewire_conformance.answers import Refusal
+from stagewire_conformance.answers import RefusalError
 from stagewire_conformance.codec.base import Codec, Json, Reader
 from stagewire_conformance.hexes import from_hex
 
@@ -134,4 +134,4 @@ def _direction(request: Mapping[str, Any]) -> str:
 
 
 def _bad(detail: str) -> NoReturn:
-    raise Refusal("bad_request", detail)
+    raise RefusalError("bad_request", detail)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stagewire.errors import StagewireError, TransportLost
+from stagewire.errors import StagewireError, TransportLostError
 from stagewire_conformance.device.trial import EnoughError, Trial, Undo
 
 __all__ = ["Restoring"]
@@ -46,7 +46,7 @@ class Restoring:
             elif self._may_be_done(undo):
                 try:
                     self._put_back(undo)
-                except TransportLost:
+                except TransportLostError:
                     why = "the line is gone"
                     self._left(undo, why)
                 except KeyboardInterrupt:
@@ -65,7 +65,7 @@ class Restoring:
         before = len(self._trial.findings)
         try:
             undo.action()
-        except TransportLost:
+        except TransportLostError:
             raise
         except (EnoughError, StagewireError) as error:
             self._trial.line.halt()

@@ -11,7 +11,7 @@ from random import Random
 from types import MappingProxyType
 from typing import Final
 
-from stagewire.errors import StagewireError, TransportLost
+from stagewire.errors import StagewireError, TransportLostError
 from stagewire.links import Link
 from stagewire.protocols import CommandProtocol
 from stagewire_conformance.device.check import Check
@@ -122,7 +122,7 @@ class _Run:
                 raise
             except RangeError as error:  # before the first check
                 self._unfinished = str(error)
-            except TransportLost as error:
+            except TransportLostError as error:
                 self._unfinished = f"the line was lost: {error}"
             except Exception as error:
                 self._unfinished = f"the suite has a defect: {type(error).__name__}: {error}"
@@ -191,7 +191,7 @@ class _Run:
             check.run(trial)
         except EnoughError:
             pass
-        except (TransportLost, NotAllowedError):
+        except (TransportLostError, NotAllowedError):
             raise
         except StagewireError as error:  # what a controller does may keep a check from going on
             line.halt()

@@ -18,7 +18,7 @@ from stagewire._devices.spot import Spot
 from stagewire._devices.tables import MotionEnd
 from stagewire._devices.targets import position_in
 from stagewire._devices.values import Values
-from stagewire.errors import ReplyTimeout, TargetNotReachedError, UnknownScaleError
+from stagewire.errors import ReplyTimeoutError, TargetNotReachedError, UnknownScaleError
 from stagewire.quantities import Scale
 
 __all__ = ["TOLERANCE_COUNTS", "TOLERANCE_MM", "checked"]
@@ -39,8 +39,8 @@ async def checked(
     The status is asked for where the end carries no position, and again where the position is off the target
     while the bits of the controller still show motion, until they show none or the time is over.
 
-    Raises :class:`~stagewire.errors.TargetNotReachedError`, and :class:`~stagewire.errors.ReplyTimeout` where
-    the question gets no answer.
+    Raises :class:`~stagewire.errors.TargetNotReachedError`, and
+    :class:`~stagewire.errors.ReplyTimeoutError` where the question gets no answer.
     """
     said, asked = end.values, False
     tolerance = _tolerance(spot)
@@ -56,8 +56,8 @@ async def checked(
             await spot.line.pause(_PAUSE)
         try:
             said, asked = await look(spot, status, spot.seconds(None)), True
-        except ReplyTimeout as error:
-            raise ReplyTimeout(f"{what} has ended, and nobody knows where: {error}") from None
+        except ReplyTimeoutError as error:
+            raise ReplyTimeoutError(f"{what} has ended, and nobody knows where: {error}") from None
     if position is None:
         return end  # the unit cannot say where it is
     raise _missed(

@@ -24,7 +24,7 @@ from stagewire._devices.structure import (
 )
 from stagewire._links.link import AsyncClosing, AsyncLink
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
-from stagewire.errors import LinkOpenError, ReplyTimeout, StagewireError
+from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError
 
 if TYPE_CHECKING:
     from stagewire._sessions.lines import Mode
@@ -67,7 +67,7 @@ class _Opened(DeviceBase, Part, AsyncClosing):
 
         Options: see :class:`~stagewire.devices.OpenOptions`. Raises
         :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
-        :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.BadValueError` and
+        :class:`~stagewire.errors.ReplyTimeoutError`, :class:`~stagewire.errors.BadValueError` and
         :class:`~stagewire.errors.UnknownScaleError`.
         """
         return cls._open(url, options)
@@ -141,7 +141,9 @@ class Device(_Opened):
         try:
             await greet(connection, self._at, line)
         except BaseException as error:
-            if isinstance(error, ReplyTimeout):  # it may hear, and a motion of before may go on
+            if isinstance(
+                error, ReplyTimeoutError
+            ):  # it may hear, and a motion of before may go on
                 session.on_close.append(connection.last_words)
             if guest:
                 await leave(connection)
@@ -240,7 +242,7 @@ class AxesDevice(AxesBase[X], _Opened, Generic[X]):
         """Send a line of text and return the line that answers it, both without their ends.
 
         Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes text, and
-        :class:`~stagewire.errors.ReplyTimeout`.
+        :class:`~stagewire.errors.ReplyTimeoutError`.
         """
         return await self.session.text(line, self._at.seconds(timeout))
 

@@ -19,7 +19,7 @@ from stagewire._links.opening import open_async_link
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.options import Ends
-from stagewire.errors import ReplyTimeout
+from stagewire.errors import ReplyTimeoutError
 
 __all__ = ["CommandLine", "FramedLine", "Opening", "open_session"]
 
@@ -42,7 +42,7 @@ class _Held(AbstractAsyncContextManager[None]):
             async with asyncio.timeout(self._seconds):
                 await self._lock.acquire()
         except TimeoutError:
-            raise ReplyTimeout(
+            raise ReplyTimeoutError(
                 f"{self._what} was not sent: another call of it has been under way for {self._seconds:.3g} s"
             ) from None
 

@@ -19,9 +19,9 @@ from stagewire._devices.values import Values
 from stagewire.errors import (
     MotionUnderWayError,
     OutOfRangeError,
-    ReplyTimeout,
+    ReplyTimeoutError,
     StagewireError,
-    TransportLost,
+    TransportLostError,
     UnsupportedError,
 )
 
@@ -71,7 +71,7 @@ async def _ask(spot: Spot, table: ParameterSet[V] | Query[V], seconds: float, gi
             await _wait_for_what_is_late(spot, deadline)
             reply = await spot.line.ask(message, replies, address, deadline.left)
             running = _shown_at_rest(spot, reply)
-        except ReplyTimeout:  # the status is an answer, but no proof
+        except ReplyTimeoutError:  # the status is an answer, but no proof
             running = None
     if running is not None and _settled(spot, running):
         await spot.frames.settled(spot.address, spot.channel)
@@ -229,7 +229,7 @@ async def send_starting(
     motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
     try:
         await spot.line.send(message, spot.address_of(table), seconds)
-    except TransportLost:
+    except TransportLostError:
         raise  # nobody knows whether it was sent
     except StagewireError:
         motions.refused(place, running, before)

@@ -7,11 +7,16 @@ from typing import Final, TypeAlias
 from stagewire._devices.calls import look
 from stagewire._devices.line import Deadline
 from stagewire._devices.spot import Spot
-from stagewire.errors import ControllerFaultError, MotionTimeout, ReplyTimeout, StagewireError
+from stagewire.errors import (
+    ControllerFaultError,
+    MotionTimeoutError,
+    ReplyTimeoutError,
+    StagewireError,
+)
 
 __all__ = ["explained"]
 
-Unended: TypeAlias = MotionTimeout | ControllerFaultError
+Unended: TypeAlias = MotionTimeoutError | ControllerFaultError
 """How the wait for a motion ends that may still be under way."""
 
 _SHARE: Final = 0.05
@@ -34,7 +39,7 @@ async def explained(spot: Spot, error: Unended, seconds: float) -> Unended:
     for table in spot.connection.unit.diagnosis:
         try:
             values = await look(spot, table, deadline.left)
-        except ReplyTimeout:
+        except ReplyTimeoutError:
             if not told:
                 return _with(error, _SILENT, ())
             break
@@ -51,4 +56,4 @@ def _with(error: Unended, note: str, causes: tuple[str, ...]) -> Unended:
     text = f"{error}; {note}"
     if isinstance(error, ControllerFaultError):
         return ControllerFaultError(text, error.code, error.fault, error.message, causes)
-    return MotionTimeout(text, causes)
+    return MotionTimeoutError(text, causes)

@@ -18,7 +18,7 @@ from stagewire._links.opening import open_link
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.options import Ends
 from stagewire._sessions.synchronous import CommandSession, FramedSession
-from stagewire.errors import ReplyTimeout
+from stagewire.errors import ReplyTimeoutError
 
 __all__ = ["CommandLine", "FramedLine", "open_session", "run"]
 
@@ -47,7 +47,7 @@ class _Held(AbstractAsyncContextManager[None]):
 
     async def __aenter__(self) -> None:
         if not self._lock.acquire(timeout=min(self._seconds, threading.TIMEOUT_MAX)):
-            raise ReplyTimeout(
+            raise ReplyTimeoutError(
                 f"{self._what} was not sent: another call of it has been under way for {self._seconds:.3g} s"
             )
 

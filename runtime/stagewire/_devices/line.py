@@ -37,7 +37,7 @@ class Line(Protocol):
         """The time in seconds since whenever."""
 
     def lock(self, key: object, what: str, seconds: float) -> AbstractAsyncContextManager[None]:
-        """Keep everybody else out of what has the same key; see :class:`~stagewire.errors.ReplyTimeout`."""
+        """Keep everybody else out of what has the same key (:class:`~stagewire.errors.ReplyTimeoutError`)."""
 
     async def ask(
         self, message: Message, replies: tuple[type[Message], ...], address: int, seconds: float

@@ -23,10 +23,10 @@ from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.options import Ends
 from stagewire.errors import (
     ControllerFaultError,
-    MotionStopped,
-    MotionTimeout,
+    MotionStoppedError,
+    MotionTimeoutError,
     MotionUnderWayError,
-    ReplyTimeout,
+    ReplyTimeoutError,
     StagewireError,
     TargetNotReachedError,
     UnsupportedError,
@@ -94,9 +94,9 @@ class Started:
         if exchange is not None:
             try:
                 return self._ended(await self.spot.frames.wait(exchange, seconds))
-            except MotionStopped as error:
+            except MotionStoppedError as error:
                 raise self._stopped(error) from None
-            except (MotionTimeout, ControllerFaultError) as error:
+            except (MotionTimeoutError, ControllerFaultError) as error:
                 if error is not exchange.error or not exchange.written:
                     raise  # it is still waited for, or was never sent
                 self._end = await explained(self.spot, error, exchange.timeout)
@@ -104,7 +104,7 @@ class Started:
         if self.action.poll is not None:
             try:
                 await _polled(self.spot, running, self.action.poll, deadline)
-            except MotionTimeout as error:
+            except MotionTimeoutError as error:
                 if not self._deadline.over:
                     raise  # it may be waited for again
                 raise await explained(self.spot, error, self._seconds) from None
@@ -121,16 +121,16 @@ class Started:
         )
         return MotionEnd(message, values, ended - running.started)
 
-    def _stopped(self, error: MotionStopped) -> MotionStopped:
+    def _stopped(self, error: MotionStoppedError) -> MotionStoppedError:
         """Return the same in the words of the caller, and in units."""
         message = error.message
         if not isinstance(message, Message):
-            return MotionStopped(f"{self.running.what} was stopped before it was sent")
+            return MotionStoppedError(f"{self.running.what} was stopped before it was sent")
         connection = self.spot.connection
         values = connection.values_of(message, self.spot.place)
         told = "" if values is None else values.told(connection.channel_field(type(message)))
         said = f": {told}" if told else ""
-        return MotionStopped(f"{self.running.what} was stopped before its end{said}", message)
+        return MotionStoppedError(f"{self.running.what} was stopped before its end{said}", message)
 
     async def stop(self, timeout: float | None) -> MotionEnd | None:
         """Stop it; see :meth:`stagewire.devices.Motion.stop`."""
@@ -163,8 +163,8 @@ async def start(spot: Spot, action: Action, timeout: float | None, given: Keywor
     deadline = Deadline(spot.line, seconds)
     try:
         targets = await targets_of(spot, what, action, fields, deadline)
-    except ReplyTimeout as error:
-        raise MotionTimeout(f"{what} was not sent: {error}") from None
+    except ReplyTimeoutError as error:
+        raise MotionTimeoutError(f"{what} was not sent: {error}") from None
     ends = spot.connection.ends_of(action)
     running = spot.running(action, what) or Running(what, b"", spot.line.now())
     started = Started(spot, action, running, ends, deadline, targets)
@@ -186,7 +186,7 @@ async def _begin(
 
     def ended(exchange: Exchange) -> None:
         running.ended = now()
-        if not exchange.written or isinstance(exchange.error, MotionStopped | None):
+        if not exchange.written or isinstance(exchange.error, MotionStoppedError | None):
             motions.over(place, running)
 
     await refuse_left(spot, running.what, seconds)
@@ -222,19 +222,19 @@ async def _polled(spot: Spot, running: Running, poll: Poll, deadline: Deadline) 
     while True:
         await line.pause(min(_POLL, deadline.left))
         if running.stopped:
-            raise MotionStopped(f"{running.what} was stopped")
+            raise MotionStoppedError(f"{running.what} was stopped")
         try:
             busy = await _is_busy(spot, poll, spot.part_of(deadline))
-        except ReplyTimeout:  # one reply that is lost says nothing of the motion
+        except ReplyTimeoutError:  # one reply that is lost says nothing of the motion
             busy = True
         if running.stopped:
-            raise MotionStopped(f"{running.what} was stopped")
+            raise MotionStoppedError(f"{running.what} was stopped")
         if not busy:
             running.ended = line.now()
             spot.connection.motions.over(spot.place, running)
             return
         if deadline.over:
-            raise MotionTimeout(
+            raise MotionTimeoutError(
                 f"{running.what}: still busy after {line.now() - running.started:.3g} s; it may still move: "
                 "stop it, or wait for its end again"
             )

@@ -17,7 +17,7 @@ from stagewire._devices.values import Values
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._sessions.options import SessionOptions
-from stagewire.errors import ReplyTimeout, StagewireError, TurnedAwayError
+from stagewire.errors import ReplyTimeoutError, StagewireError, TurnedAwayError
 
 __all__ = [
     "commanded",
@@ -79,7 +79,7 @@ async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
     Unless the user does not want it, it is asked what it is, and for the settings that its scales need.
 
     Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named,
-    :class:`~stagewire.errors.ReplyTimeout` where nobody answers, and
+    :class:`~stagewire.errors.ReplyTimeoutError` where nobody answers, and
     :class:`~stagewire.errors.LinkOpenError` where the connection is closed instead.
     """
     connection.line = line
@@ -100,9 +100,9 @@ async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
         info = await ask(own, identity, None, {})
     except TurnedAwayError as error:
         raise TurnedAwayError(f"{error.line}. Only the question what it is was sent") from None
-    except ReplyTimeout as error:
+    except ReplyTimeoutError as error:
         bay = ", and is bay= that of the module" if unit.kind == "bay" else ""
-        raise ReplyTimeout(
+        raise ReplyTimeoutError(
             f"no {unit.name} answers at {connection.url}: {error}. Is it switched on, and is this its "
             f"port{bay}? identify=False opens it without a question"
         ) from None
@@ -136,7 +136,7 @@ async def _ask_settings(connection: Connection, own: Spot) -> None:
         for table in tables:
             try:
                 await ask(spot, table, None, {})
-            except ReplyTimeout as error:
+            except ReplyTimeoutError as error:
                 _log.warning("%s: a scale is not known: %s", connection.url, error)
 
 

@@ -46,12 +46,12 @@ class Motion:
         :param timeout: seconds; when they have passed, it goes on, and may be waited for again. None: as long
             as the motion may last.
 
-        Raises :class:`~stagewire.errors.MotionStopped` for one that was stopped,
+        Raises :class:`~stagewire.errors.MotionStoppedError` for one that was stopped,
         :class:`~stagewire.errors.TargetNotReachedError` for one that ended elsewhere,
         :class:`~stagewire.errors.ControllerFaultError` where the controller reported a fault, and
-        :class:`~stagewire.errors.MotionTimeout`; after the last two it may still be under way. Also
-        :class:`~stagewire.errors.ReplyTimeout` where it has ended and the question where gets no answer,
-        :class:`~stagewire.errors.TransportLost` and :class:`~stagewire.errors.SessionClosedError`.
+        :class:`~stagewire.errors.MotionTimeoutError`; after the last two it may still be under way. Also
+        :class:`~stagewire.errors.ReplyTimeoutError` where it has ended and the question where gets no answer,
+        :class:`~stagewire.errors.TransportLostError` and :class:`~stagewire.errors.SessionClosedError`.
         """
         return run(self._started.wait(timeout))
 

@@ -10,7 +10,7 @@ from stagewire._discovery.ports import Port, port_of
 from stagewire._discovery.products import Known, by_identity, by_name, every_unit, protocols
 from stagewire._discovery.questions import can_identify, identify
 from stagewire._discovery.search import ASK_TIMEOUT, Found, look_at, recognise
-from stagewire.errors import BadValueError, TransportLost, UnsupportedError, WrongUnitError
+from stagewire.errors import BadValueError, TransportLostError, UnsupportedError, WrongUnitError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
                 return Found(found.port, tuple(known), module)
             if found.identity is not None:
                 return found
-    except TransportLost as error:
+    except TransportLostError as error:
         raise error.turned_away or error from None
     finally:
         link.close()

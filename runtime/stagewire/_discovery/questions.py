@@ -79,7 +79,7 @@ def ask(
     :param timeout: how long to wait at most, in seconds.
     :param fields: of the request; a field that the reply has, too, must be the same there.
 
-    Raises :class:`~stagewire.errors.TransportLost` when the line is gone.
+    Raises :class:`~stagewire.errors.TransportLostError` when the line is gone.
     """
     request, reply = (protocol.message_class(name) for name in names)
     link.write(request(**fields).pack(dest=dest, source=protocol.host))

@@ -143,7 +143,7 @@ def asked(found: Found, timeout: float = ASK_TIMEOUT) -> Found:
 def recognise(found: Found, link: Link, protocol: FramedProtocol, timeout: float) -> Found:
     """Ask on an open line who is there, and return what is known then.
 
-    Raises :class:`~stagewire.errors.TransportLost` when the line is gone.
+    Raises :class:`~stagewire.errors.TransportLostError` when the line is gone.
     """
     addresses = addresses_of(protocol, found.known)
     identity, heard = identify(link, protocol, addresses, timeout)

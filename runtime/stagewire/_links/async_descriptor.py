@@ -22,7 +22,7 @@ from stagewire._links.tcp import (
     stop_sending,
     unknown_host,
 )
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 
 
 class AsyncDescriptorLink(AsyncLink):
@@ -60,10 +60,10 @@ class AsyncDescriptorLink(AsyncLink):
         self._stall: asyncio.TimerHandle | None = None
         self._why = ""
         self._received: Callable[[bytes], None] | None = None
-        self._lost: Callable[[TransportLost], None] | None = None
+        self._lost: Callable[[TransportLostError], None] | None = None
 
     def start(
-        self, received: Callable[[bytes], None], lost: Callable[[TransportLost], None]
+        self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
         """Call back from now on; see :meth:`.AsyncLink.start`."""
         self._received, self._lost = received, lost
@@ -242,11 +242,11 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
         self._why = ""
         self._beginning = Beginning()
         self._received: Callable[[bytes], None] | None = None
-        self._lost: Callable[[TransportLost], None] | None = None
+        self._lost: Callable[[TransportLostError], None] | None = None
         self._transport: asyncio.Transport
 
     def start(
-        self, received: Callable[[bytes], None], lost: Callable[[TransportLost], None]
+        self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
         """Call back from now on; see :meth:`.AsyncLink.start`."""
         self._received, self._lost = received, lost

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 
 from stagewire._links.link import CLOSED, Link, because, lost, stalled
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 
 _LONGEST = 86_400.0  # seconds; the system counts milliseconds in 32 bits
 
@@ -120,7 +120,7 @@ class DescriptorLink(Link):
         shut: Callable[[], None],
         gone: str,
         stall_timeout: float,
-        lost: Callable[[str, str], TransportLost] = lost,
+        lost: Callable[[str, str], TransportLostError] = lost,
     ) -> None:
         self.url = url
         self._take = take
@@ -223,7 +223,7 @@ class DescriptorLink(Link):
             elif time.monotonic() >= end:
                 raise self._lose(stalled(self._stall_timeout))
 
-    def _lose(self, why: str) -> TransportLost:
+    def _lose(self, why: str) -> TransportLostError:
         """Use the line no more; whoever waits elsewhere learns it, too."""
         self._why = self._why or why
         self._readiness.wake()

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Self
 
-from stagewire.errors import BadValueError, OutOfRangeError, TransportLost
+from stagewire.errors import BadValueError, OutOfRangeError, TransportLostError
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
@@ -61,11 +61,11 @@ CLOSED = "it was closed by this side"
 HUNG_UP = "the other end hung up, or the port was unplugged"
 
 
-def lost(url: str, why: str) -> TransportLost:
+def lost(url: str, why: str) -> TransportLostError:
     """Return a new error; each that waits gets one of its own."""
     if why == CLOSED:
-        return TransportLost(f"{url}: {why}")
-    return TransportLost(
+        return TransportLostError(f"{url}: {why}")
+    return TransportLostError(
         f"{url} is gone: {why}. What was under way may have been done or not; open the line again, and read "
         "the state again"
     )
@@ -174,14 +174,15 @@ class Link(ABC):
     def read(self, timeout: float) -> bytes:
         """Return what came, and wait at most ``timeout`` seconds for the first byte; ``b""``: nothing came.
 
-        Raises :class:`~stagewire.errors.TransportLost` when the line is gone or closed.
+        Raises :class:`~stagewire.errors.TransportLostError` when the line is gone or closed.
         """
 
     @abstractmethod
     def write(self, data: bytes) -> None:
         """Send all bytes; may be called while another thread reads.
 
-        Raises :class:`~stagewire.errors.TransportLost` when the line is gone or closed, or takes nothing.
+        Raises :class:`~stagewire.errors.TransportLostError` when the line is gone or closed, or takes
+        nothing.
         """
 
     @abstractmethod
@@ -227,7 +228,7 @@ class AsyncLink(ABC):
 
     @abstractmethod
     def start(
-        self, received: Callable[[bytes], None], lost: Callable[[TransportLost], None]
+        self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
         """Call back from now on, in the loop, and not before this has returned; to be called once.
 
@@ -239,7 +240,7 @@ class AsyncLink(ABC):
     def write(self, data: bytes) -> None:
         """Send bytes; what the system does not take at once is kept, and sent when it does.
 
-        Raises :class:`~stagewire.errors.TransportLost` when the line is gone or closed.
+        Raises :class:`~stagewire.errors.TransportLostError` when the line is gone or closed.
         """
 
     @abstractmethod

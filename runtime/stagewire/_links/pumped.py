@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from stagewire._links.link import CLOSED, FLUSH, HUNG_UP, AsyncLink, Link, because, lost
 from stagewire._links.serial_port import Port
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 
 _WRITTEN_AT_ONCE = 256  # bytes: so the time that a port has for a write is time for a few bytes
 _LONGEST_END = 10.0  # seconds; pyserial needs up to 7 to close a line over a network
@@ -173,7 +173,7 @@ class PumpedLink(Link):
         if self._why:
             raise self._error()
 
-    def _error(self) -> TransportLost:
+    def _error(self) -> TransportLostError:
         return lost(self.url, self._why)
 
     def _take(self, data: bytes) -> None:
@@ -201,14 +201,14 @@ class AsyncPumpedLink(AsyncLink):
         self._loop = asyncio.get_running_loop()
         self._why = ""
         self._received: Callable[[bytes], None] | None = None
-        self._lost: Callable[[TransportLost], None] | None = None
+        self._lost: Callable[[TransportLostError], None] | None = None
         self._kept: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._writer = threading.Thread(target=self._write, name=f"writes {url}", daemon=True)
         self._pump = Pump(port, self._from_thread, self._lost_in_thread)
         self._writer.start()
 
     def start(
-        self, received: Callable[[bytes], None], lost: Callable[[TransportLost], None]
+        self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
         """Call back from now on; see :meth:`.AsyncLink.start`."""
         self._received, self._lost = received, lost

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 from stagewire._links.descriptor import DescriptorLink
 from stagewire._links.link import CLOSED, LineSettings, lost
-from stagewire.errors import LinkOpenError, TransportLost, TurnedAwayError
+from stagewire.errors import LinkOpenError, TransportLostError, TurnedAwayError
 
 HUNG_UP = "the other end closed the connection"
 
@@ -47,7 +47,7 @@ class Beginning:
         if len(self._data) <= _LONGEST_TEXT:
             self._data += data[: _LONGEST_TEXT + 1]
 
-    def lost(self, url: str, why: str) -> TransportLost:
+    def lost(self, url: str, why: str) -> TransportLostError:
         """Return a new error for the loss of the connection.
 
         Whether text is the notice of a server or an answer depends on the protocol, which the line does not

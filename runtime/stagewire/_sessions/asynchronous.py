@@ -70,7 +70,7 @@ class AsyncFramedSession(AsyncSession[FramedCore]):
         :param replies: the classes of what answers it.
         :param timeout: seconds; None: those of the options.
 
-        Raises :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.TransportLost` and
+        Raises :class:`~stagewire.errors.ReplyTimeoutError`, :class:`~stagewire.errors.TransportLostError` and
         :class:`~stagewire.errors.SessionClosedError`.
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
@@ -83,8 +83,8 @@ class AsyncFramedSession(AsyncSession[FramedCore]):
     async def send(self, message: FramedMessage, dest: int, timeout: float | None = None) -> None:
         """Send what has no reply, and return when it is with the line.
 
-        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeout` where it could not be sent in
-        time because of what was before it.
+        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeoutError` where it could not be
+        sent in time because of what was before it.
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core
@@ -195,7 +195,7 @@ class AsyncCommandSession(AsyncSession[CommandCore]):
         :param timeout: seconds; None: those of the options.
 
         Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes commands,
-        :class:`~stagewire.errors.ReplyTimeout`, :class:`~stagewire.errors.TransportLost` and
+        :class:`~stagewire.errors.ReplyTimeoutError`, :class:`~stagewire.errors.TransportLostError` and
         :class:`~stagewire.errors.SessionClosedError`.
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
@@ -213,8 +213,8 @@ class AsyncCommandSession(AsyncSession[CommandCore]):
 
         :param axis: None for a setup command, which is for the whole controller and is taken in any mode.
 
-        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeout` where it could not be sent in
-        time because of what was before it.
+        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeoutError` where it could not be
+        sent in time because of what was before it.
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core

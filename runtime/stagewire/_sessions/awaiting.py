@@ -13,7 +13,7 @@ from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.loop_driver import LoopDriver
 from stagewire._sessions.subscribing import AsyncSubscription, as_it_came
 from stagewire._sessions.waiting import Over, Watchers
-from stagewire.errors import MotionTimeout
+from stagewire.errors import MotionTimeoutError
 
 if TYPE_CHECKING:
     from stagewire._sessions.core import Wanted
@@ -68,7 +68,8 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
 
         If the task is cancelled, the exchange goes on.
 
-        :param timeout: seconds; when they have passed, raises :class:`~stagewire.errors.MotionTimeout`, and
+        :param timeout: seconds; when they have passed, raises
+            :class:`~stagewire.errors.MotionTimeoutError`, and
             the exchange goes on. None: as long as the exchange itself may last.
         """
         self._check_loop()
@@ -81,7 +82,7 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
             finally:
                 watchers.remove(over)
         if not exchange.done:
-            raise MotionTimeout(
+            raise MotionTimeoutError(
                 f"{self.url}: no end within {timeout} s; it is still waited for, and may be waited for again"
             )
         return exchange.value()
@@ -89,8 +90,8 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
     async def pause(self, seconds: float) -> None:
         """Wait so long, by the time of the session.
 
-        Raises :class:`~stagewire.errors.TransportLost` and :class:`~stagewire.errors.SessionClosedError` as
-        soon as that happens.
+        Raises :class:`~stagewire.errors.TransportLostError` and
+        :class:`~stagewire.errors.SessionClosedError` as soon as that happens.
         """
         self._check_usable()
         over = Over(self._loop)

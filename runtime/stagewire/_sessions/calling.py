@@ -13,7 +13,7 @@ from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.subscribing import BlockingSubscription, as_it_came
 from stagewire._sessions.thread_driver import ThreadDriver
 from stagewire._sessions.waiting import Waiter, Watchers
-from stagewire.errors import MotionTimeout
+from stagewire.errors import MotionTimeoutError
 
 if TYPE_CHECKING:
     from stagewire._sessions.core import Wanted
@@ -84,7 +84,8 @@ class Session(ThreadDriver[_C], Closing):
     def wait(self, exchange: Exchange, timeout: float | None = None) -> Any:
         """Wait for the end of an exchange that was started; return its result, or raise its error.
 
-        :param timeout: seconds; when they have passed, raises :class:`~stagewire.errors.MotionTimeout`, and
+        :param timeout: seconds; when they have passed, raises
+            :class:`~stagewire.errors.MotionTimeoutError`, and
             the exchange goes on. None: as long as the exchange itself may last.
         """
         waiter = Waiter()
@@ -100,7 +101,7 @@ class Session(ThreadDriver[_C], Closing):
                     watchers.remove(waiter.end)
                 self._leave(waiter)
         if not exchange.done:
-            raise MotionTimeout(
+            raise MotionTimeoutError(
                 f"{self.url}: no end within {timeout} s; it is still waited for, and may be waited for again"
             )
         return exchange.value()
@@ -108,8 +109,8 @@ class Session(ThreadDriver[_C], Closing):
     def pause(self, seconds: float) -> None:
         """Wait so long, by the time of the session; what comes meanwhile is taken.
 
-        Raises :class:`~stagewire.errors.TransportLost` and :class:`~stagewire.errors.SessionClosedError` as
-        soon as that happens.
+        Raises :class:`~stagewire.errors.TransportLostError` and
+        :class:`~stagewire.errors.SessionClosedError` as soon as that happens.
         """
         waiter = Waiter()
         with self._lock:

@@ -27,7 +27,7 @@ from stagewire._sessions.core import Core, all_is_read, log
 from stagewire._sessions.exchange import Exchange, deadline_of
 from stagewire._sessions.lines import Line, check_mode, in_low_level
 from stagewire._sessions.options import SessionOptions
-from stagewire.errors import BadValueError, ReplyTimeout, StagewireError, WrongModeError
+from stagewire.errors import BadValueError, ReplyTimeoutError, StagewireError, WrongModeError
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
@@ -272,7 +272,7 @@ class CommandCore(Core):
             return
         for line in [line for line in self._waiting() if line.deadline <= now]:
             self.statistics.timed_out += 1
-            self._give_up(line, ReplyTimeout(self._timed_out(line)), now)
+            self._give_up(line, ReplyTimeoutError(self._timed_out(line)), now)
         self._ready = True  # what may be written now is seen by output
         self._next = inf
         for line in self._waiting():

@@ -18,7 +18,7 @@ from stagewire._sessions.news import News
 from stagewire._sessions.options import SessionOptions
 from stagewire._sessions.statistics import Statistics
 from stagewire._sessions.subscription import Subscription
-from stagewire.errors import SessionClosedError, StagewireError, TransportLost
+from stagewire.errors import SessionClosedError, StagewireError, TransportLostError
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
@@ -95,8 +95,10 @@ class Core:
         """
         raise NotImplementedError
 
-    def lose(self, why: str, now: float, kind: type[TransportLost] = TransportLost) -> None:
-        """Note that the line is gone: what waits ends with a :class:`~stagewire.errors.TransportLost`.
+    def lose(
+        self, why: str, now: float, kind: type[TransportLostError] = TransportLostError
+    ) -> None:
+        """Note that the line is gone: what waits ends with a :class:`~stagewire.errors.TransportLostError`.
 
         So does everything from then on, at once.
 

@@ -10,7 +10,7 @@ from stagewire._links.link import AsyncLink, Link
 from stagewire._sessions.core import Core, log
 from stagewire._sessions.recording import Recording
 from stagewire._sessions.statistics import Statistics
-from stagewire.errors import SessionClosedError, StagewireError, TransportLost
+from stagewire.errors import SessionClosedError, StagewireError, TransportLostError
 
 __all__ = ["Driver"]
 
@@ -60,7 +60,7 @@ class Driver(Generic[_C]):
     @property
     def lost(self) -> bool:
         """Whether the line was lost; closing the session afterwards does not change that."""
-        return isinstance(self._end, TransportLost)
+        return isinstance(self._end, TransportLostError)
 
     @property
     def statistics(self) -> Statistics:
@@ -88,13 +88,13 @@ class Driver(Generic[_C]):
         if self._recording is not None:
             self._recording.sent(data)
 
-    def _judged(self, error: TransportLost) -> TransportLost:
+    def _judged(self, error: TransportLostError) -> TransportLostError:
         """Return the error for a line that is gone, by what has come over it."""
         if error.turned_away is None or self._core.has_understood:
             return error
         return error.turned_away
 
-    def _gone(self, error: TransportLost) -> None:
+    def _gone(self, error: TransportLostError) -> None:
         """Note that the line is gone."""
         log.warning("%s", error)
         if self._recording is not None:
@@ -128,6 +128,6 @@ class Driver(Generic[_C]):
         """Do nothing any more: this is a fork, whose parent has the line."""
         why = f"{self._url} was opened by the process that this one was forked from; open it after the fork"
         self._is_elsewhere = True
-        self._end = TransportLost(why)
+        self._end = TransportLostError(why)
         self._recording = None
         self._core.lose(why, 0.0)

@@ -35,7 +35,7 @@ from stagewire._sessions.options import Ends, SessionOptions
 from stagewire._sessions.outgoing import Outgoing
 from stagewire._sessions.requests import Requests
 from stagewire._sessions.wording import Wording
-from stagewire.errors import MotionStopped, StagewireError
+from stagewire.errors import MotionStoppedError, StagewireError
 
 __all__ = ["Ends", "FramedCore", "SessionOptions"]
 
@@ -122,7 +122,7 @@ class FramedCore(Core):
         """Stop a motion, before everything else; it ends with the frame that reports the stop.
 
         Without ``ends`` it ends when it is handed out. A motion of that channel that was not written yet
-        will not be; one that was ends with a :class:`~stagewire.errors.MotionStopped` when the stop is
+        will not be; one that was ends with a :class:`~stagewire.errors.MotionStoppedError` when the stop is
         reported.
 
         Raises as :meth:`ask` does.
@@ -139,7 +139,7 @@ class FramedCore(Core):
         if motion is not None:
             self._unqueue(motion)
             text = f"{motion.name} was stopped before it was sent; nothing was sent"
-            motion.end(error=MotionStopped(text))
+            motion.end(error=MotionStoppedError(text))
         self._at(halt.deadline)
         return halt
 

@@ -21,7 +21,7 @@ from stagewire._sessions.driver import Driver
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.recording import Recording
 from stagewire._sessions.waiting import Over
-from stagewire.errors import StagewireError, TransportLost
+from stagewire.errors import StagewireError, TransportLostError
 
 __all__ = ["LoopDriver"]
 
@@ -122,18 +122,18 @@ class LoopDriver(Driver[_C]):
             yield
         except Exception as error:
             log.exception("%s: what takes bytes has failed", self.url)
-            self._lose(TransportLost(f"{self.url}: what takes bytes has failed: {error!r}"))
+            self._lose(TransportLostError(f"{self.url}: what takes bytes has failed: {error!r}"))
 
     def _write(self, data: bytes) -> None:
         """Write bytes to the line."""
         try:
             self._link.write(data)
-        except TransportLost as error:
+        except TransportLostError as error:
             self._lose(error)
         else:
             self._sent(data)
 
-    def _lose(self, error: TransportLost) -> None:
+    def _lose(self, error: TransportLostError) -> None:
         """Let everybody know that the line is gone, now and for ever."""
         if self.broken_at is None:
             self.broken_at = self.now()

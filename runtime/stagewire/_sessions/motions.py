@@ -25,7 +25,7 @@ from stagewire._framings.header.table import Fault
 from stagewire._sessions.framed_exchanges import Halt, Motion
 from stagewire._sessions.matching import Matching
 from stagewire._sessions.statistics import Statistics
-from stagewire.errors import MotionStopped, MotionUnderWayError
+from stagewire.errors import MotionStoppedError, MotionUnderWayError
 
 __all__ = ["Motions"]
 
@@ -155,7 +155,7 @@ class Motions:
                 text = (
                     f"{motion.name} was stopped before its end: {message.layout.message} ({said})"
                 )
-                motion.end(error=MotionStopped(text, message))
+                motion.end(error=MotionStoppedError(text, message))
             else:
                 motion.end(frame)
         for halt in halts:

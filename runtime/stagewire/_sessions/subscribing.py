@@ -12,7 +12,7 @@ from stagewire._codec.events import Event
 from stagewire._links.link import Closing
 from stagewire._sessions.subscription import Subscription
 from stagewire._sessions.waiting import Over, Waiter
-from stagewire.errors import ReplyTimeout, SessionClosedError
+from stagewire.errors import ReplyTimeoutError, SessionClosedError
 
 if TYPE_CHECKING:
     from stagewire._sessions.loop_driver import LoopDriver
@@ -62,15 +62,15 @@ class _Ended(Generic[_T]):
             raise SessionClosedError("the subscription was closed; nothing more comes")
 
 
-def _nothing(timeout: float | None) -> ReplyTimeout:
-    return ReplyTimeout(f"nothing of what is subscribed to came within {timeout} s")
+def _nothing(timeout: float | None) -> ReplyTimeoutError:
+    return ReplyTimeoutError(f"nothing of what is subscribed to came within {timeout} s")
 
 
 class BlockingSubscription(_Ended[_T], Closing):
     """Events that were wanted, to be taken by threads; an iterator, and a context manager.
 
     The iteration ends when the subscription or the session is closed, and raises
-    :class:`~stagewire.errors.TransportLost` when the line is lost. What came before is given out first.
+    :class:`~stagewire.errors.TransportLostError` when the line is lost. What came before is given out first.
     """
 
     def __init__(
@@ -86,8 +86,8 @@ class BlockingSubscription(_Ended[_T], Closing):
 
         :param timeout: seconds; 0 never waits; None: for ever.
 
-        Raises :class:`~stagewire.errors.ReplyTimeout` when none came in time,
-        :class:`~stagewire.errors.TransportLost` and :class:`~stagewire.errors.SessionClosedError`.
+        Raises :class:`~stagewire.errors.ReplyTimeoutError` when none came in time,
+        :class:`~stagewire.errors.TransportLostError` and :class:`~stagewire.errors.SessionClosedError`.
         """
         driver = self._driver
         until = math.inf if timeout is None else driver.now() + timeout
@@ -136,7 +136,7 @@ class AsyncSubscription(_Ended[_T]):
     """Events that were wanted, to be taken by tasks; an asynchronous iterator, and a context manager.
 
     The iteration ends when the subscription or the session is closed, and raises
-    :class:`~stagewire.errors.TransportLost` when the line is lost. What came before is given out first.
+    :class:`~stagewire.errors.TransportLostError` when the line is lost. What came before is given out first.
     """
 
     def __init__(

@@ -25,7 +25,7 @@ from stagewire._sessions.driver import Driver
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.recording import Recording
 from stagewire._sessions.waiting import Turns, Waiter
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 
 __all__ = ["ThreadDriver", "clock_of"]
 
@@ -167,7 +167,7 @@ class ThreadDriver(Driver[_C]):
             self._reads_until = until = min(self._due, self._silent_at, until)
         try:
             data = self._link.read(min(max(until - now, 0), _LONGEST_READ))
-        except TransportLost as error:
+        except TransportLostError as error:
             self._lose(error)
             return
         finally:
@@ -186,7 +186,7 @@ class ThreadDriver(Driver[_C]):
                 self._take(data)
                 if not data:
                     break
-        except TransportLost as error:
+        except TransportLostError as error:
             self._lose(error)
 
     def _take(self, data: bytes) -> None:
@@ -235,12 +235,12 @@ class ThreadDriver(Driver[_C]):
         """Write bytes to the line; under the lock for it."""
         try:
             self._link.write(data)
-        except TransportLost as error:
+        except TransportLostError as error:
             self._lose(error)
         else:
             self._sent(data)
 
-    def _lose(self, error: TransportLost) -> None:
+    def _lose(self, error: TransportLostError) -> None:
         """Let everybody know that the line is gone, now and for ever."""
         if self.broken_at is None:
             self.broken_at = self.now()
@@ -266,7 +266,9 @@ class ThreadDriver(Driver[_C]):
                 self._read()
         except BaseException as error:  # a fault of this library, or of a condition of the user's
             log.exception("%s: the thread that reads has failed", self.url)
-            self._lose(TransportLost(f"{self.url}: the thread that reads has failed: {error!r}"))
+            self._lose(
+                TransportLostError(f"{self.url}: the thread that reads has failed: {error!r}")
+            )
 
     # The end
 

@@ -9,7 +9,7 @@ from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.header.table import Fault
 from stagewire._sessions.framed_exchanges import FramedExchange, Halt, Motion
 from stagewire._sessions.hearing import Hearing
-from stagewire.errors import ControllerFaultError, MotionTimeout, ReplyTimeout
+from stagewire.errors import ControllerFaultError, MotionTimeoutError, ReplyTimeoutError
 
 __all__ = ["Wording"]
 
@@ -27,12 +27,12 @@ class Wording:
         self._forms = protocol.framing.forms
         self._hearing = hearing
 
-    def timeout(self, exchange: FramedExchange, kept_by: str) -> ReplyTimeout:
+    def timeout(self, exchange: FramedExchange, kept_by: str) -> ReplyTimeoutError:
         """Return the error of something whose time is over.
 
         :param kept_by: what keeps it from being sent, if it was not.
         """
-        kind = MotionTimeout if isinstance(exchange, Motion) else ReplyTimeout
+        kind = MotionTimeoutError if isinstance(exchange, Motion) else ReplyTimeoutError
         if exchange.written:
             return kind(self._unanswered(exchange))
         if isinstance(exchange, Halt):  # nothing but the line itself keeps it

@@ -22,7 +22,7 @@ from ms2000_runs import (
 )
 from watched_links import DeadLink, WatchedLink
 
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.framing import CommandReceived
 from stagewire_conformance.device.check import Need
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes, harmless_value
@@ -336,7 +336,7 @@ def test_a_line_that_is_lost_in_a_move_ends_the_run_and_says_so() -> None:
     declared = declared_with()
     controller = controller_of(strategies=IN_COMMANDS)
     link = Failing(stepped(controller))
-    link.fail_at(150, TransportLost)
+    link.fail_at(150, TransportLostError)
     report = run(link, plan(declared, WIDE, only=["move-target"]), declared, WIDE, 1)
     assert "the line was lost" in report.unfinished
     assert b"\x18B:" in link.writes[link.writes_before :]

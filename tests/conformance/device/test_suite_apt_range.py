@@ -20,7 +20,7 @@ from faulty_apt_link import Change, LinkFault, frame, of
 from watched_links import WatchedLink
 
 from parts import every_nth
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_apt import PROTOCOL
 from stagewire_conformance.device.permissions import Permissions, Range
@@ -248,7 +248,7 @@ def test_lost_line_ends_the_run_without_a_word_of_motion() -> None:
 
     def lose(data: bytes) -> None:
         if gone:
-            raise TransportLost("the other end hung up")
+            raise TransportLostError("the other end hung up")
         if id_of(data) in MOVING:
             gone.append(id_of(data))
 

@@ -13,7 +13,7 @@ from watched_links import ALL, WatchedLink, declared_as, lost, made, run_made
 
 import stagewire_virtual
 from parts import every_nth
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import open_link
 from stagewire_apt import messages as m
 from stagewire_apt import stages
@@ -436,7 +436,7 @@ def test_what_an_error_of_the_line_says_is_kept() -> None:
     link = watched()
 
     def dies(trial: Trial) -> None:
-        raise TransportLost("the cable was pulled")
+        raise TransportLostError("the cable was pulled")
 
     report = run_made(link, dies)
     assert report.unfinished == "the line was lost: the cable was pulled"

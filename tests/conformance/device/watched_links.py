@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.check import Check, Kind, Need
 from stagewire_conformance.device.declared import Declared, declare
@@ -82,7 +82,7 @@ class DeadLink(Link):
 
 
 def lost() -> None:
-    raise TransportLost("the other end hung up")
+    raise TransportLostError("the other end hung up")
 
 
 def made(

@@ -24,15 +24,15 @@ from reopened_link import URL, KeptController, Side, lines_to
 
 from stagewire.errors import (
     LinkOpenError,
-    MotionStopped,
+    MotionStoppedError,
     MotionUnderWayError,
-    ReplyTimeout,
+    ReplyTimeoutError,
     SessionClosedError,
     StagewireError,
-    TransportLost,
+    TransportLostError,
 )
 
-GONE = (TransportLost, SessionClosedError)
+GONE = (TransportLostError, SessionClosedError)
 TARGETS = st.sampled_from((0, 500, 40_000, 340_000))
 FAILURES = st.sampled_from(("nobody there", "no answer", "cut"))
 SECONDS = st.sampled_from((0.01, 0.3, 0.6, 2.5, 30.0))
@@ -92,7 +92,7 @@ class MotionGuard(RuleBasedStateMachine):
     def wait(self, seconds: float) -> None:
         try:
             self.side.run(lambda: self.motion.wait(timeout=seconds))
-        except (MotionStopped, ReplyTimeout, *GONE):
+        except (MotionStoppedError, ReplyTimeoutError, *GONE):
             return
 
     @rule()
@@ -102,7 +102,7 @@ class MotionGuard(RuleBasedStateMachine):
             self.side.run(lambda: self.tdc.stop(timeout=5))
         except GONE:
             assert not was_open
-        except ReplyTimeout:
+        except ReplyTimeoutError:
             assert self.kept.deaf
         else:
             self.move_is_accepted()
@@ -111,7 +111,7 @@ class MotionGuard(RuleBasedStateMachine):
     def ask_whether_it_moves(self) -> None:
         try:
             moves = self.side.run(lambda: self.tdc.is_moving())
-        except (ReplyTimeout, *GONE):
+        except (ReplyTimeoutError, *GONE):
             return
         if not moves:
             self.move_is_accepted()
@@ -143,7 +143,7 @@ class MotionGuard(RuleBasedStateMachine):
     def fail_to_reconnect(self, how: str) -> None:
         self.kept.reachable = how != "nobody there"
         self.kept.deaf, self.kept.cut_at_write = how == "no answer", how == "cut"
-        with suppress(LinkOpenError, ReplyTimeout, TransportLost):
+        with suppress(LinkOpenError, ReplyTimeoutError, TransportLostError):
             self.side.run(lambda: self.tdc.reconnect())
 
     # What becomes of the line

@@ -24,7 +24,7 @@ from proof_controller import HOST, Controller, answers_of
 from proof_line import SIDES, Side, settled
 
 from stagewire import Frame
-from stagewire.errors import ReplyTimeout
+from stagewire.errors import ReplyTimeoutError
 from stagewire.framing import Received
 from stagewire_apt import messages as m
 
@@ -207,7 +207,7 @@ async def _ask_once(
     before = controller.count
     try:
         values = await settled(getattr(device, name)(timeout=timeout))
-    except ReplyTimeout:
+    except ReplyTimeoutError:
         if not controller.noisy:
             tally.wrong.append(f"{name}: no answer from a line that is well again")
             return

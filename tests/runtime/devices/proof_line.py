@@ -13,7 +13,7 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppres
 from importlib import import_module
 from typing import Any, TypeVar
 
-from stagewire.errors import ReplyTimeout, TransportLost
+from stagewire.errors import ReplyTimeoutError, TransportLostError
 from stagewire.links import AsyncLink, Link
 from stagewire_apt import messages as m
 from stagewire_virtual import stepped
@@ -116,7 +116,7 @@ class MemoryLink(Link):
         self._check()
 
     def write_now(self, data: bytes) -> None:
-        with suppress(TransportLost):
+        with suppress(TransportLostError):
             self.write(data)
 
     def wake(self) -> None:
@@ -127,7 +127,7 @@ class MemoryLink(Link):
 
     def _check(self) -> None:
         if self._closed or self._far.unplugged:
-            raise TransportLost(f"{self.url}: gone")
+            raise TransportLostError(f"{self.url}: gone")
 
 
 class AsyncMemoryLink(AsyncLink):
@@ -139,13 +139,13 @@ class AsyncMemoryLink(AsyncLink):
         self._loop = asyncio.get_running_loop()
         self._timers: set[asyncio.TimerHandle] = set()
         self._received: Callable[[bytes], None] | None = None
-        self._lost: Callable[[TransportLost], None] | None = None
+        self._lost: Callable[[TransportLostError], None] | None = None
         far.put = self._put
         far.pulled = lambda: self._loop.call_soon(self._tell)
         far.now = self._loop.time
 
     def start(
-        self, received: Callable[[bytes], None], lost: Callable[[TransportLost], None]
+        self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
         self._received, self._lost = received, lost
 
@@ -156,7 +156,7 @@ class AsyncMemoryLink(AsyncLink):
         self._check()
 
     def write_now(self, data: bytes) -> None:
-        with suppress(TransportLost):
+        with suppress(TransportLostError):
             self.write(data)
 
     async def close(self) -> None:
@@ -179,11 +179,11 @@ class AsyncMemoryLink(AsyncLink):
     def _tell(self) -> None:
         if (lost := self._lost) is not None:
             self._received = self._lost = None
-            lost(TransportLost(f"{self.url}: gone"))
+            lost(TransportLostError(f"{self.url}: gone"))
 
     def _check(self) -> None:
         if self._far.unplugged:
-            raise TransportLost(f"{self.url}: gone")
+            raise TransportLostError(f"{self.url}: gone")
 
 
 class Bench:
@@ -218,7 +218,7 @@ class SyncBench(Bench):
 
     async def sleep(self, seconds: float) -> None:
         # Who waits reads; here for what no controller of these tests says.
-        with suppress(ReplyTimeout), self.device.subscribe(m.HwDisconnect) as nothing:
+        with suppress(ReplyTimeoutError), self.device.subscribe(m.HwDisconnect) as nothing:
             nothing.get(seconds)
 
     def now(self) -> float:

@@ -6,7 +6,7 @@ import threading
 
 from proof_line import FarEnd
 
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import Link
 
 
@@ -25,7 +25,7 @@ class QueueLink(Link):
         with self._ready:
             self._ready.wait_for(lambda: self._waiting or self._woken or self._closed, timeout)
             if self._closed:
-                raise TransportLost("closed")
+                raise TransportLostError("closed")
             self._woken = False
             data = bytes(self._waiting)
             self._waiting.clear()

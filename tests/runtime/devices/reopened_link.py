@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 import stagewire_virtual as virtual
 from stagewire import End
-from stagewire.errors import LinkOpenError, TransportLost
+from stagewire.errors import LinkOpenError, TransportLostError
 from stagewire.links import AsyncLink
 from stagewire_apt import PROTOCOL, stages
 from stagewire_apt import messages as m
@@ -74,7 +74,7 @@ class KeptController:
         try:
             self.controller.link.write(b"" if self.deaf else data)
         except UnpluggedError as error:
-            raise TransportLost(f"{URL}: {error}") from None
+            raise TransportLostError(f"{URL}: {error}") from None
         if self.first_byte_at is None:
             self.first_byte_at = self.controller.clock.now / SECOND
         if self.deaf:
@@ -127,23 +127,23 @@ class _KeptAsyncLink(AsyncLink):
         self._timer: asyncio.TimerHandle | None = None
         kept.on_unplug = lambda: self._loop.call_soon(self._look)
         self._received: Callable[[bytes], None]
-        self._lost: Callable[[TransportLost], None]
+        self._lost: Callable[[TransportLostError], None]
 
     def start(
-        self, received: Callable[[bytes], None], lost: Callable[[TransportLost], None]
+        self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
         self._received, self._lost = received, lost
         self._look()
 
     def write(self, data: bytes) -> None:
         if not self._open:
-            raise TransportLost(f"{URL}: gone")
+            raise TransportLostError(f"{URL}: gone")
         self._pass_time()
         self._kept.take(data)
         self._loop.call_soon(self._look)
 
     def write_now(self, data: bytes) -> None:
-        with suppress(TransportLost):
+        with suppress(TransportLostError):
             self.write(data)
 
     async def close(self) -> None:
@@ -162,7 +162,7 @@ class _KeptAsyncLink(AsyncLink):
             data = controller.link.read()
         except UnpluggedError:
             self._open = False
-            self._lost(TransportLost(f"{URL}: the line was unplugged"))
+            self._lost(TransportLostError(f"{URL}: the line was unplugged"))
             return
         if data := self._kept.say(data):
             self._received(data)

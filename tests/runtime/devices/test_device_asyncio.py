@@ -14,8 +14,8 @@ import pytest
 from stagewire._devices import asynchronous, synchronous
 from stagewire.errors import (
     LimitError,
-    MotionStopped,
-    MotionTimeout,
+    MotionStoppedError,
+    MotionTimeoutError,
     MotionUnderWayError,
     SessionClosedError,
     TransportError,
@@ -111,13 +111,13 @@ def test_motions_are_started_waited_for_and_stopped() -> None:
             motion = await tdc.start_move_absolute(mm=5)
             with pytest.raises(MotionUnderWayError):
                 await tdc.home()
-            with pytest.raises(MotionTimeout):
+            with pytest.raises(MotionTimeoutError):
                 await motion.wait(0.1)
             assert await tdc.is_moving()
             assert not motion.done
             assert await motion.stop() is not None
             assert motion.done
-            with pytest.raises(MotionStopped):
+            with pytest.raises(MotionStoppedError):
                 await motion.wait()
 
     run(main)
@@ -184,7 +184,7 @@ def test_axes_are_polled_for() -> None:
                 assert (await x.read_motor_position()).um == pytest.approx(1500, abs=1)
                 motion = await x.start_move_absolute(um=9000)
                 await x.stop()
-                with pytest.raises(MotionStopped):
+                with pytest.raises(MotionStoppedError):
                     await motion.wait()
             assert (await ms.text("W X")).startswith(":A")
 

@@ -13,7 +13,7 @@ from stagewire.errors import (
     BadValueError,
     LimitError,
     OutOfRangeError,
-    ReplyTimeout,
+    ReplyTimeoutError,
     SessionClosedError,
     UnknownScaleError,
 )
@@ -55,7 +55,7 @@ def test_the_rack_itself_is_the_motherboard() -> None:
         line.forget()
         assert rack.get_bay_used(bay_ident=e.RackBay.BAY_2).bay_state is e.BayState.EMPTY
         assert line.raw == m.RackReqBayUsed(bay_ident=1).pack(0x11, 0x01)
-        with pytest.raises(ReplyTimeout):
+        with pytest.raises(ReplyTimeoutError):
             rack.bay(2).get_vel_params(timeout=0.1)
 
 
@@ -247,7 +247,7 @@ def test_a_module_ends_with_the_line_that_it_shares() -> None:
 def test_a_module_that_is_not_there_leaves_a_shared_line_as_it_was() -> None:
     line = RecordingLink(virtual.rack("MST601", None))
     with MST601.open(line) as first:
-        with pytest.raises(ReplyTimeout, match="no MST601 answers"):
+        with pytest.raises(ReplyTimeoutError, match="no MST601 answers"):
             MST601.open(first, bay=2, timeout=0.3)
         line.forget()
         first.session.pause(1)

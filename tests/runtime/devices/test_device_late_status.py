@@ -9,7 +9,7 @@ from proof_controller import HOST, Parrot, Said
 from proof_line import SIDES, Side, settled
 
 from stagewire import Frame
-from stagewire.errors import MotionTimeout, MotionUnderWayError
+from stagewire.errors import MotionTimeoutError, MotionUnderWayError
 from stagewire_apt import messages as m
 
 MOVING = 0x10  # moving forward
@@ -53,7 +53,7 @@ def test_a_late_status_at_rest_does_not_end_a_motion_that_moves(side: Side, copi
 
     async def scenario(bench: Any) -> None:
         async with bench.open("TDC001", identify=False, on_close="leave") as tdc:
-            with pytest.raises(MotionTimeout):
+            with pytest.raises(MotionTimeoutError):
                 await settled(tdc.move_absolute(counts=1000, timeout=0.7))
             controller.late = status(0, 0) * copies
             assert await settled(tdc.is_moving())
@@ -96,7 +96,7 @@ def test_without_an_answer_in_between_a_status_at_rest_proves_nothing(side: Side
 
     async def scenario(bench: Any) -> None:
         async with bench.open("TDC001", identify=False, on_close="leave") as tdc:
-            with pytest.raises(MotionTimeout):
+            with pytest.raises(MotionTimeoutError):
                 await settled(tdc.move_absolute(counts=1000, timeout=0.7))
             controller.late = status(0, 0)
             assert (await settled(tdc.get_dc_status_update())).position == 0

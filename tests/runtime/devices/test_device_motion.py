@@ -11,8 +11,8 @@ import stagewire_virtual as virtual
 from stagewire.errors import (
     BadValueError,
     LimitError,
-    MotionStopped,
-    MotionTimeout,
+    MotionStoppedError,
+    MotionTimeoutError,
     MotionUnderWayError,
     OutOfRangeError,
     UnsupportedError,
@@ -62,7 +62,7 @@ def test_a_motion_that_was_started_is_waited_for_later(tdc: TDC001, line: Record
 
 def test_waiting_may_end_before_the_motion(tdc: TDC001) -> None:
     motion = tdc.start_move_absolute(mm=5)
-    with pytest.raises(MotionTimeout, match="still waited for"):
+    with pytest.raises(MotionTimeoutError, match="still waited for"):
         motion.wait(0.1)
     assert isinstance(motion.wait().message, m.MotMoveCompletedDc)
 
@@ -74,7 +74,7 @@ def test_a_second_motion_is_refused_before_a_byte(tdc: TDC001, line: RecordingLi
         tdc.move_absolute(mm=1)
     assert line.raw == b""
     assert tdc.stop() is not None  # the first one is still known
-    with pytest.raises(MotionStopped):
+    with pytest.raises(MotionStoppedError):
         motion.wait()
     tdc.move_absolute(mm=1)
 
@@ -88,13 +88,13 @@ def test_a_stop_ends_the_motion_and_says_where(tdc: TDC001, line: RecordingLink)
     assert end is not None
     assert isinstance(end.message, m.MotMoveStoppedDc)
     assert motion.done
-    with pytest.raises(MotionStopped) as stopped:
+    with pytest.raises(MotionStoppedError) as stopped:
         motion.wait()
     assert stopped.value.message is not None
 
 
 def test_after_a_timeout_a_status_settles_it(tdc: TDC001, line: RecordingLink) -> None:
-    with pytest.raises(MotionTimeout):
+    with pytest.raises(MotionTimeoutError):
         tdc.move_absolute(mm=5, timeout=0.5)
     with pytest.raises(MotionUnderWayError):
         tdc.move_absolute(mm=0)
@@ -227,7 +227,7 @@ def test_a_stop_is_told_in_words(tdc: TDC001) -> None:
     tdc.stop()
     told = r"^TDC001: move_absolute was stopped before its end: position \d+, position_mm 0\.\d+, .*homed"
     with pytest.raises(
-        MotionStopped, match=told.replace(".*homed", ".*status_bits .*settled")
+        MotionStoppedError, match=told.replace(".*homed", ".*status_bits .*settled")
     ) as stop:
         motion.wait()
     assert isinstance(stop.value.message, m.MotMoveStoppedDc)
@@ -319,7 +319,7 @@ def test_what_was_stopped_is_not_stopped_again(line: RecordingLink) -> None:
 
 def test_what_timed_out_is_stopped_at_the_end(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
-        with pytest.raises(MotionTimeout):
+        with pytest.raises(MotionTimeoutError):
             tdc.move_absolute(mm=5, timeout=0.5)
         with pytest.raises(MotionUnderWayError):
             tdc.home()

@@ -13,11 +13,11 @@ import stagewire_virtual as virtual
 from stagewire.errors import (
     BadValueError,
     ControllerFaultError,
-    MotionTimeout,
+    MotionTimeoutError,
     MotionUnderWayError,
     StagewireError,
     TargetNotReachedError,
-    TransportLost,
+    TransportLostError,
     UnknownScaleError,
 )
 from stagewire_apt import PROTOCOL, TDC001, TPZ001, TST001, stages
@@ -217,14 +217,16 @@ def test_an_ms2000_that_misses_its_target_is_an_error() -> None:
 def test_a_timeout_names_the_likely_cause_and_settles_nothing() -> None:
     with TDC001.open(short(), stage="Z8", on_close="leave") as tdc:
         tdc.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
-        with pytest.raises(MotionTimeout, match="likely cause: the channel is disabled") as end:
+        with pytest.raises(
+            MotionTimeoutError, match="likely cause: the channel is disabled"
+        ) as end:
             tdc.move_absolute(mm=1, timeout=2)
         assert end.value.causes == ("the channel is disabled",)
         with pytest.raises(MotionUnderWayError):
             tdc.move_absolute(mm=1)
         assert not tdc.is_moving()
         motion = tdc.start_home()
-        with pytest.raises(MotionTimeout) as end:
+        with pytest.raises(MotionTimeoutError) as end:
             motion.wait(0.1)
         assert end.value.causes == ()  # it is still waited for
 
@@ -235,7 +237,7 @@ def test_a_timeout_names_the_likely_cause_in_asyncio() -> None:
             await tdc.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
             motion = await tdc.start_move_absolute(mm=1)
             for _ in range(2):
-                with pytest.raises(MotionTimeout, match="the channel is disabled"):
+                with pytest.raises(MotionTimeoutError, match="the channel is disabled"):
                     await motion.wait()
 
     stepped.run(main())
@@ -246,7 +248,7 @@ def test_a_status_without_the_bit_is_followed_by_the_question_for_it() -> None:
     with TST001.open(line, line="rs232", on_close="leave") as tst:
         tst.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
         line.forget()
-        with pytest.raises(MotionTimeout) as end:
+        with pytest.raises(MotionTimeoutError) as end:
             tst.move_absolute(counts=10_000, timeout=2)
         assert end.value.causes == ("the channel is disabled",)
         asked = ["MOT_REQ_STATUSUPDATE", "MOD_REQ_CHANENABLESTATE"]
@@ -258,7 +260,7 @@ def test_a_stepper_names_its_motor_and_its_interlock() -> None:
     with TST001.open(line, on_close="leave") as tst:
         status = m.MotGetStatusUpdate(1, 0, 0, 1).pack(0x01, 0x50)
         line.twist = lambda data: status if data[:2] == b"\x81\x04" else b""
-        with pytest.raises(MotionTimeout) as end:
+        with pytest.raises(MotionTimeoutError) as end:
             tst.move_absolute(counts=10_000, timeout=2)
         assert end.value.causes == (
             "the forward hardware limit switch is active",
@@ -271,7 +273,9 @@ def test_a_status_that_shows_no_cause_is_told() -> None:
     line = short()
     with TDC001.open(line, stage="Z8", on_close="leave") as tdc:
         line.twist = lambda data: b"" if data[:2] == COMPLETED else data
-        with pytest.raises(MotionTimeout, match="its status shows no cause: position 34304") as end:
+        with pytest.raises(
+            MotionTimeoutError, match="its status shows no cause: position 34304"
+        ) as end:
             tdc.move_absolute(mm=1, timeout=10)
         assert end.value.causes == ()
 
@@ -282,7 +286,7 @@ def test_a_controller_that_does_not_answer_is_asked_once_and_for_a_short_time() 
         line.twist = lambda data: b""
         line.forget()
         begun = tst.session.now()
-        with pytest.raises(MotionTimeout, match="the controller does not answer either"):
+        with pytest.raises(MotionTimeoutError, match="the controller does not answer either"):
             tst.move_absolute(counts=10_000, timeout=4)
         assert tst.session.now() - begun < 4.3
         assert line.names(PROTOCOL) == ["MOT_MOVE_ABSOLUTE", "MOT_REQ_STATUSUPDATE"]
@@ -292,13 +296,13 @@ def test_after_a_lost_line_nothing_is_asked() -> None:
     line = short()
 
     def lost(data: bytes) -> bytes:
-        raise TransportLost("the plug was pulled")
+        raise TransportLostError("the plug was pulled")
 
     with TDC001.open(line, stage="Z8", line="rs232") as tdc:
         line.forget()
         motion = tdc.start_move_absolute(mm=3)
         line.twist = lost
-        with pytest.raises(TransportLost):
+        with pytest.raises(TransportLostError):
             motion.wait()
         assert line.names(PROTOCOL) == ["MOT_MOVE_ABSOLUTE"]
 

@@ -11,8 +11,8 @@ import stagewire_virtual as virtual
 from stagewire.errors import (
     BadValueError,
     LimitError,
-    MotionStopped,
-    MotionTimeout,
+    MotionStoppedError,
+    MotionTimeoutError,
     MotionUnderWayError,
     OutOfRangeError,
     WrongModeError,
@@ -133,7 +133,7 @@ def test_a_stop_does_not_wait(ms: MS2000, line: RecordingLink) -> None:
         line.forget()
         assert x.stop() is None
         assert line.raw == STOP_X
-        with pytest.raises(MotionStopped, match="MS2000 axis X: move_absolute was stopped"):
+        with pytest.raises(MotionStoppedError, match="MS2000 axis X: move_absolute was stopped"):
             motion.wait()
         assert not x.is_moving()
 
@@ -141,7 +141,7 @@ def test_a_stop_does_not_wait(ms: MS2000, line: RecordingLink) -> None:
 def test_a_move_that_takes_too_long(ms: MS2000) -> None:
     with ms.low_level():
         motion = ms.axis("X").start_move_absolute(um=9000)
-        with pytest.raises(MotionTimeout, match="still busy after"):
+        with pytest.raises(MotionTimeoutError, match="still busy after"):
             motion.wait(0.3)
         motion.wait()
 

@@ -18,9 +18,9 @@ from stagewire.errors import (
     LinkOpenError,
     MotionUnderWayError,
     OutOfRangeError,
-    ReplyTimeout,
+    ReplyTimeoutError,
     TransportError,
-    TransportLost,
+    TransportLostError,
     UnknownScaleError,
     WrongUnitError,
 )
@@ -81,7 +81,7 @@ def test_another_unit_is_refused() -> None:
         match=r"is not a TDC001: .* 80\d+ and the model 'TST001', .* open it as TST001",
     ):
         TDC001.open(line)
-    with pytest.raises(TransportLost):  # it was closed
+    with pytest.raises(TransportLostError):  # it was closed
         line.write(b"")
 
 
@@ -129,7 +129,7 @@ def test_nobody_there() -> None:
     line = RecordingLink(virtual.TDC001())
     line.twist = lambda data: b""
     with pytest.raises(
-        ReplyTimeout, match=r"no TDC001 answers at virtual://TDC001: .*identify=False"
+        ReplyTimeoutError, match=r"no TDC001 answers at virtual://TDC001: .*identify=False"
     ):
         TDC001.open(line, timeout=0.5)
     assert line.clock() == pytest.approx(0.5, abs=0.01)
@@ -219,7 +219,7 @@ def test_a_line_is_closed_where_its_log_cannot_be_written(tmp_path: Path) -> Non
     line = RecordingLink(virtual.TDC001())
     with pytest.raises(TransportError):
         TDC001.open(line, log=tmp_path / "missing" / "log.txt")
-    with pytest.raises(TransportLost, match="closed"):
+    with pytest.raises(TransportLostError, match="closed"):
         line.write(b"")
 
 
@@ -274,7 +274,7 @@ def test_behind_a_lost_line_a_motion_may_go_on(tmp_path: Path) -> None:
         with TDC001.open(served.url, stage="Z8", log=log, reconnect_pause=0) as tdc:
             motion = tdc.start_move_absolute(mm=5)
             served.unplug()
-            with pytest.raises(TransportLost):
+            with pytest.raises(TransportLostError):
                 motion.wait()
             tdc.reconnect()
             assert tdc.is_moving()
@@ -301,5 +301,5 @@ def test_a_lost_line_is_one_error_for_every_call() -> None:
     with TDC001.open(line) as tdc:
         line.controller.unplug()
         for call in (tdc.get_info, tdc.home, tdc.stop, tdc.is_moving):
-            with pytest.raises(TransportLost):
+            with pytest.raises(TransportLostError):
                 call()

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from reopened_link import URL, KeptController, Side, lines_to
 
-from stagewire.errors import BadValueError, ReplyTimeout, TransportLost, WrongUnitError
+from stagewire.errors import BadValueError, ReplyTimeoutError, TransportLostError, WrongUnitError
 from stagewire_virtual.clock import SECOND
 
 
@@ -26,7 +26,7 @@ class Bench:
 
     def lose(self, device: Any) -> None:
         self.kept.unplug()
-        with pytest.raises(TransportLost):
+        with pytest.raises(TransportLostError):
             self.side.run(lambda: device.is_moving())
 
 
@@ -84,7 +84,7 @@ def test_where_nobody_answers_what_may_move_is_stopped(bench: Bench, on_close: s
     bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
     bench.lose(tdc)
     bench.kept.mute = True
-    with pytest.raises(ReplyTimeout):
+    with pytest.raises(ReplyTimeoutError):
         bench.side.run(lambda: tdc.reconnect())
     assert bench.kept.may_move == (on_close == "leave")
 
@@ -110,7 +110,7 @@ def test_a_stop_is_sent_whatever_time_is_left(bench: Bench, timeout: float) -> N
     tdc = bench.open()
     bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
     bench.side.pass_time(bench.kept, 2)  # it has come to speed, and needs a while to stop
-    with pytest.raises(ReplyTimeout, match="stop it again, or read the status"):
+    with pytest.raises(ReplyTimeoutError, match="stop it again, or read the status"):
         bench.side.run(lambda: tdc.stop(timeout=timeout))
     assert not bench.kept.may_move
     bench.side.run(lambda: tdc.close())

@@ -13,7 +13,7 @@ import pytest
 
 import stagewire
 import stagewire_virtual as virtual
-from stagewire.errors import LinkOpenError, TransportLost
+from stagewire.errors import LinkOpenError, TransportLostError
 from stagewire_apt import TDC001, aio
 from stagewire_ms2000 import MS2000
 
@@ -112,7 +112,7 @@ def test_without_a_question_the_first_call_says_so(use: Call) -> None:
     with (
         virtual.TDC001().tcp() as served,
         TDC001.open(served.url),
-        pytest.raises(TransportLost, match="Another host may be connected") as refused,
+        pytest.raises(TransportLostError, match="Another host may be connected") as refused,
     ):
         use(served.url, "home", identify=False)
     assert isinstance(refused.value, LinkOpenError)
@@ -121,7 +121,7 @@ def test_without_a_question_the_first_call_says_so(use: Call) -> None:
 def test_opening_again_says_so() -> None:
     with virtual.TDC001().tcp() as served, TDC001.open(served.url, reconnect_pause=0) as tdc:
         served.unplug()
-        with pytest.raises(TransportLost) as lost:
+        with pytest.raises(TransportLostError) as lost:
             tdc.get_info()
         assert not isinstance(lost.value, LinkOpenError)
         with (
@@ -140,6 +140,6 @@ def test_a_text_that_answers_is_not_a_notice() -> None:
             pass
         assert stage.text("V")
         served.unplug()
-        with pytest.raises(TransportLost) as lost:
+        with pytest.raises(TransportLostError) as lost:
             stage.text("V")
         assert not isinstance(lost.value, LinkOpenError)

@@ -17,7 +17,7 @@ from stagewire.errors import (
     BadValueError,
     MissingFieldError,
     OutOfRangeError,
-    ReplyTimeout,
+    ReplyTimeoutError,
     UnknownFieldError,
     UnknownScaleError,
 )
@@ -337,9 +337,9 @@ def test_a_timeout_is_a_number_of_seconds(
 def test_a_silent_controller_ends_in_a_timeout(tdc: TDC001, line: RecordingLink) -> None:
     line.twist = lambda data: b""
     before = line.clock()
-    with pytest.raises(ReplyTimeout):
+    with pytest.raises(ReplyTimeoutError):
         tdc.get_vel_params(timeout=0.2)
-    with pytest.raises(ReplyTimeout):
+    with pytest.raises(ReplyTimeoutError):
         tdc.change_vel_params(min_velocity=0, timeout=0.2)
     assert line.clock() - before == pytest.approx(0.4, abs=0.01)
     assert line.names(PROTOCOL) == [

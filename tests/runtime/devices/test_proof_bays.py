@@ -11,7 +11,7 @@ from proof_controller import HOST, Controller
 from proof_line import SIDES, Side, settled
 
 from stagewire import Frame
-from stagewire.errors import MotionTimeout
+from stagewire.errors import MotionTimeoutError
 from stagewire_apt import messages as m
 
 BAYS = (1, 2, 3)
@@ -121,7 +121,7 @@ def test_ends_without_an_address_are_named_in_the_timeout_of_each_bay(side: Side
             rack.say(end)
             rack.say(end, 0.5)
             for motion in motions:
-                with pytest.raises(MotionTimeout) as late:
+                with pytest.raises(MotionTimeoutError) as late:
                     await settled(motion.wait())
                 text = str(late.value)
                 assert "2 x MOT_MOVE_COMPLETED without an address, while several wait" in text

@@ -13,7 +13,7 @@ from proof_line import SIDES, Side, settled
 from proof_server import Server
 
 from stagewire import Frame
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire_apt import TDC001
 from stagewire_apt import messages as m
 from stagewire_apt.aio import TDC001 as AsyncTDC001
@@ -74,11 +74,11 @@ def test_in_memory(taken: int | None, said: int | None, side: Side) -> None:
             if said == len(COMPLETED):
                 await settled(device.move_absolute(counts=51456))
             else:
-                with pytest.raises(TransportLost):
+                with pytest.raises(TransportLostError):
                     await settled(device.move_absolute(counts=51456))
-            with suppress(TransportLost):  # which who waits hears of
+            with suppress(TransportLostError):  # which who waits hears of
                 await bench.sleep(1)
-            with pytest.raises(TransportLost):  # each waiter, and each later one
+            with pytest.raises(TransportLostError):  # each waiter, and each later one
                 await settled(device.get_vel_params())
 
     side.run(controller, scenario)
@@ -99,7 +99,7 @@ def test_on_tcp(taken: int | None, said: int | None) -> None:
         Server(controller) as server,
         TDC001.open(server.url, identify=False, on_close="leave", reconnect_pause=0) as tdc,
     ):
-        with pytest.raises(TransportLost):
+        with pytest.raises(TransportLostError):
             tdc.move_absolute(counts=51456, timeout=10)
         moves = controller.moves()
         tdc.reconnect()
@@ -115,7 +115,7 @@ def test_on_tcp_with_asyncio(taken: int | None, said: int | None) -> None:
         async with AsyncTDC001.open(
             url, identify=False, on_close="leave", reconnect_pause=0
         ) as tdc:
-            with pytest.raises(TransportLost):
+            with pytest.raises(TransportLostError):
                 await tdc.move_absolute(counts=51456, timeout=10)
             moves = controller.moves()
             await tdc.reconnect()

@@ -11,7 +11,7 @@ from proof_line import SIDES, Side, at_once, settled
 from proof_ms2000 import LOW, UNITS, Axes, Said, opened
 from proof_server import Server
 
-from stagewire.errors import MotionUnderWayError, TransportLost, WrongModeError
+from stagewire.errors import MotionUnderWayError, TransportLostError, WrongModeError
 from stagewire_ms2000 import MS2000
 from stagewire_ms2000 import messages as c
 from stagewire_ms2000.aio import MS2000 as AsyncMS2000
@@ -109,10 +109,10 @@ def test_in_memory(unit: str, name: str, side: Side) -> None:
     async def scenario(bench: Any, far: Cut) -> None:
         async with opened(bench, unit, on_close="stop") as device:
             await settled(device.switch_to_low_level())
-            with pytest.raises(TransportLost):
+            with pytest.raises(TransportLostError):
                 await settled(move(device.axis("X")))
             for call in (device.axis("X").read_status, device.axis("X").stop):
-                with pytest.raises(TransportLost):  # and so does each later one
+                with pytest.raises(TransportLostError):  # and so does each later one
                     await settled(call())
 
     for taken, said in cuts(name, POLLS):
@@ -164,7 +164,7 @@ def test_on_tcp(taken: int | None, said: int | None) -> None:
     moves = seen("move_absolute", taken, said)
     with Server(far) as server, MS2000.open(server.url, **OPTIONS) as device:
         device.switch_to_low_level()
-        with pytest.raises(TransportLost):
+        with pytest.raises(TransportLostError):
             move(device.axis("X"))
         assert far.moves() == moves
         at_once(again(device, far, moves))
@@ -180,7 +180,7 @@ def test_on_tcp_with_asyncio(taken: int | None, said: int | None) -> None:
     async def main(url: str) -> None:
         async with AsyncMS2000.open(url, **OPTIONS) as device:
             await device.switch_to_low_level()
-            with pytest.raises(TransportLost):
+            with pytest.raises(TransportLostError):
                 await move(device.axis("X"))
             assert far.moves() == moves
             await again(device, far, moves)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from proof_line import SIDES, FarEnd, Side, settled
 
-from stagewire.errors import ReplyTimeout
+from stagewire.errors import ReplyTimeoutError
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as c
 
@@ -90,7 +90,7 @@ def test_no_stale_value_ever(side: Side, seed: int) -> None:
                 far.noisy = True
                 try:
                     values = await settled(getattr(axis, name)(timeout=draw.choice(TIMEOUTS)))
-                except ReplyTimeout:
+                except ReplyTimeoutError:
                     failed += 1
                     far.noisy = False
                     before = far.count

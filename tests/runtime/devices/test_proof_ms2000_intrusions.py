@@ -15,7 +15,7 @@ from proof_calls import Call, method
 from proof_line import SIDES, Side, settled
 from proof_ms2000 import DRAIN, UNITS, USUAL, Axes, Said, opened, queries
 
-from stagewire.errors import ReplyTimeout
+from stagewire.errors import ReplyTimeoutError
 
 SHORT = 0.3  # seconds that the disturbed question waits
 Ask = Callable[[], Any]
@@ -110,12 +110,12 @@ async def gives_up(bench: Any, far: Axes, ask: Ask, say_so: Callable[[bytes], Sa
     """Expect a timeout of the question, and that the next one waits for the silence behind it."""
     far.say_so = say_so
     asked = bench.now()
-    with pytest.raises(ReplyTimeout):
+    with pytest.raises(ReplyTimeoutError):
         await ask(timeout=SHORT)
     assert bench.now() - asked == pytest.approx(SHORT)
     far.renew()
     far.forget()
-    with pytest.raises(ReplyTimeout, match=r"was not sent within 0\.1 s"):
+    with pytest.raises(ReplyTimeoutError, match=r"was not sent within 0\.1 s"):
         await ask(timeout=0.1)
     assert far.raw == b""
 

@@ -13,7 +13,7 @@ from proof_calls import arguments, method
 from proof_line import SIDES, Side, settled
 from proof_ms2000 import HIGH, LOW, NAME, UNITS, Axes, axis_calls, opened, works
 
-from stagewire.errors import ReplyTimeout, TransportLost, WrongModeError
+from stagewire.errors import ReplyTimeoutError, TransportLostError, WrongModeError
 
 
 @asynccontextmanager
@@ -86,7 +86,7 @@ async def question(device: Any, far: Axes) -> None:
 async def unanswered(device: Any, far: Axes) -> None:
     """A question whose reply comes after the block."""
     far.say_so = lambda reply: [(0.4, reply)]
-    with pytest.raises(ReplyTimeout):
+    with pytest.raises(ReplyTimeoutError):
         await settled(device.axis("X").read_motor_position(timeout=0.2))
 
 
@@ -146,7 +146,7 @@ def test_a_block_on_a_line_that_is_lost_raises_what_was_raised_within(
 
     async def scenario(bench: Any) -> None:
         async with opened(bench) as device:
-            with pytest.raises(error or TransportLost):
+            with pytest.raises(error or TransportLostError):
                 await block(device)
 
     side.run(far, scenario)

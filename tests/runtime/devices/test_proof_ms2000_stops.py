@@ -16,7 +16,7 @@ from proof_ms2000 import Axes, Said
 from proof_queue import QueueLink
 
 import stagewire_virtual as virtual
-from stagewire.errors import MotionStopped, TransportLost
+from stagewire.errors import MotionStoppedError, TransportLostError
 from stagewire_ms2000 import MS2000
 from stagewire_ms2000 import messages as c
 from stagewire_ms2000.aio import MS2000 as AsyncMS2000
@@ -93,7 +93,7 @@ def test_during_a_move(background: bool, answers: bool) -> None:
         far.wait_for(MOVE + STATUS)
         assert axis.stop() is None
         assert STOP in far.raw  # nothing else has come to end this
-        with pytest.raises(MotionStopped):
+        with pytest.raises(MotionStoppedError):
             move.result(30)
         assert not axis.is_moving()
     assert far.names().count("STOP_MOTOR") == far.moves() == 1
@@ -107,7 +107,7 @@ def test_a_motion_that_is_waited_for_by_another_thread(background: bool) -> None
         waiting = pool.submit(motion.wait)
         far.wait_for(MOVE + STATUS)
         motion.stop()
-        with pytest.raises(MotionStopped):
+        with pytest.raises(MotionStoppedError):
             waiting.result(30)
     assert far.raw.startswith(MOVE + STATUS + STOP)
     assert far.moves() == 1
@@ -159,7 +159,7 @@ def test_during_a_move_with_asyncio(after: float, answers: bool) -> None:
         assert await axis.stop() is None
         assert far.now() == begin
         assert far.raw == before + STOP
-        with pytest.raises(MotionStopped):
+        with pytest.raises(MotionStoppedError):
             await move
         assert not await axis.is_moving()
 
@@ -208,7 +208,7 @@ def test_after_a_command_that_was_cut_off_by_a_loss(
     controller.advance(0.2)
     controller.write(CUT_OFF[:cut])
     controller.unplug()
-    with pytest.raises(TransportLost):
+    with pytest.raises(TransportLostError):
         x.is_moving()
     ms2000.reconnect()
     if closes:

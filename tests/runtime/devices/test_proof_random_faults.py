@@ -15,7 +15,7 @@ from proof_faults import FAULTS, Noisy, judge, number_of, run
 from proof_line import SIDES, Side, settled
 
 from stagewire import Frame
-from stagewire.errors import ReplyTimeout
+from stagewire.errors import ReplyTimeoutError
 from stagewire_apt import messages as m
 
 REQUESTS = 10_000  # ten times: five seeds, two sides
@@ -74,7 +74,7 @@ def test_what_began_before_a_request_does_not_answer_it(bit: int, side: Side) ->
         async with bench.open("TDC001", identify=False, on_close="leave") as device:
             for _ in range(4):
                 before = controller.count
-                with suppress(ReplyTimeout):
+                with suppress(ReplyTimeoutError):
                     values = await settled(device.get_pos_counter(timeout=0.5))
                     assert values.position > before
             assert (await settled(device.get_pos_counter())).position == controller.count

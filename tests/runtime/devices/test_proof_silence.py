@@ -10,7 +10,7 @@ from proof_calls import Call, arguments, calls, facts_of, method, units
 from proof_controller import Controller
 from proof_line import SIDES, FarEnd, Side, settled
 
-from stagewire.errors import MotionTimeout, ReplyTimeout
+from stagewire.errors import MotionTimeoutError, ReplyTimeoutError
 
 TIMEOUT = 0.4
 WAITS = ("_get", "_ask", "_change", "_act", "_halt")
@@ -43,8 +43,8 @@ def test_every_call_ends_within_its_timeout(protocol: str, unit: str, side: Side
             begin = bench.now()
             try:
                 await settled(method(device, call)(**given, **timeout_of(call)))
-            except ReplyTimeout as error:
-                documented = isinstance(error, MotionTimeout) or call.kind != "_act"
+            except ReplyTimeoutError as error:
+                documented = isinstance(error, MotionTimeoutError) or call.kind != "_act"
                 outcome = "" if documented else f"{error!r} of a motion"
             except Exception as error:
                 outcome = f"{error!r}"
@@ -76,7 +76,7 @@ def unanswered(call: Call) -> bool:
 def test_the_error_says_what_was_sent_and_what_was_awaited() -> None:
     async def scenario(bench: Any) -> str:
         async with bench.open("TDC001", identify=False) as device:
-            with pytest.raises(ReplyTimeout) as caught:
+            with pytest.raises(ReplyTimeoutError) as caught:
                 device.get_vel_params(timeout=0.1)
         return str(caught.value)
 

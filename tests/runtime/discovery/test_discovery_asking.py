@@ -12,7 +12,7 @@ from serial_ports import linux, port, show
 from stagewire._discovery.questions import used_bays
 from stagewire._links import opening, serial_link
 from stagewire.discovery import Diagnosis, Verdict, diagnose_computer, diagnose_line, unit_at
-from stagewire.errors import BadValueError, LinkOpenError, TransportLost, WrongUnitError
+from stagewire.errors import BadValueError, LinkOpenError, TransportLostError, WrongUnitError
 from stagewire.links import LineSettings, Link
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
@@ -35,7 +35,7 @@ class Silent(Link):
 
     def read(self, timeout: float) -> bytes:
         if self._is_lost:
-            raise TransportLost("silent: the line is gone")
+            raise TransportLostError("silent: the line is gone")
         self.now += max(timeout, 0.05)
         return self._says
 

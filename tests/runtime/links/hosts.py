@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import AsyncLink, Link, open_async_link, open_link
 
 PATIENCE = 10.0  # seconds; a test that waits so long fails
@@ -20,7 +20,7 @@ class Threads:
     def __init__(self, url: str, **options: object) -> None:
         self.link: Link = open_link(url, **options)
         self.heard = bytearray()
-        self.loss: TransportLost | None = None
+        self.loss: TransportLostError | None = None
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
 
@@ -28,7 +28,7 @@ class Threads:
         try:
             while True:
                 self.heard += self.link.read(PATIENCE)
-        except TransportLost as error:
+        except TransportLostError as error:
             self.loss = error
 
     def write(self, data: bytes) -> None:
@@ -40,7 +40,7 @@ class Threads:
             time.sleep(0.001)
         return bytes(self.heard)
 
-    def wait_lost(self) -> TransportLost:
+    def wait_lost(self) -> TransportLostError:
         self._reader.join(PATIENCE)
         assert self.loss is not None
         return self.loss
@@ -55,7 +55,7 @@ class Loop:
 
     def __init__(self, url: str, **options: object) -> None:
         self.heard = bytearray()
-        self.loss: TransportLost | None = None
+        self.loss: TransportLostError | None = None
         self._runner = asyncio.Runner()
         self._changed = asyncio.Event()
         try:
@@ -70,7 +70,7 @@ class Loop:
         self.heard += data
         self._changed.set()
 
-    def _lost(self, error: TransportLost) -> None:
+    def _lost(self, error: TransportLostError) -> None:
         assert self.loss is None
         self.loss = error
         self._changed.set()
@@ -90,7 +90,7 @@ class Loop:
         self._run(read())
         return bytes(self.heard)
 
-    def wait_lost(self) -> TransportLost:
+    def wait_lost(self) -> TransportLostError:
         async def wait() -> None:
             while self.loss is None:
                 await self._changed.wait()

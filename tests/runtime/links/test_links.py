@@ -8,7 +8,7 @@ import pytest
 from far_ends import CAN_BE_LOST, KINDS, FarEnd
 from hosts import HOSTS, Loop, Threads
 
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 
 # pyserial names the thread of rfc2217:// in a way that Python has given up
 pytestmark = [
@@ -37,7 +37,7 @@ class TestAnyLine:
 
     def test_closed_twice_and_used_no_more(self, host: Host) -> None:
         host.link.close() if isinstance(host, Threads) else host._runner.run(host.link.close())
-        with pytest.raises(TransportLost, match="was closed by this side"):
+        with pytest.raises(TransportLostError, match="was closed by this side"):
             host.write(b"x")
 
     def test_opened_again_when_it_was_closed(self, way: str, far_end: FarEnd) -> None:
@@ -55,14 +55,14 @@ class TestLostLine:
         assert host.read(5) == b"alive"
         far_end.hang_up()
         loss = host.wait_lost()
-        assert type(loss) is TransportLost
+        assert type(loss) is TransportLostError
         assert far_end.url in str(loss)
         assert "read the state again" in str(loss)
 
     def test_nothing_is_written_any_more(self, host: Host, far_end: FarEnd) -> None:
         far_end.hang_up()
         loss = host.wait_lost()
-        with pytest.raises(TransportLost) as second:
+        with pytest.raises(TransportLostError) as second:
             host.write(b"move")
         assert second.value is not loss
         assert str(second.value) == str(loss)

@@ -12,7 +12,7 @@ import pytest
 from far_ends import CAN_BE_LOST, KINDS, FarEnd
 from hosts import PATIENCE
 
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import AsyncLink, open_async_link
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated")
@@ -24,7 +24,7 @@ class Hearing:
 
     def __init__(self) -> None:
         self.heard = bytearray()
-        self.losses: list[TransportLost] = []
+        self.losses: list[TransportLostError] = []
         self.changed = asyncio.Event()
 
     def start(self, link: AsyncLink) -> None:
@@ -34,7 +34,7 @@ class Hearing:
         self.heard += data
         self.changed.set()
 
-    def _lost(self, error: TransportLost) -> None:
+    def _lost(self, error: TransportLostError) -> None:
         self.losses.append(error)
         self.changed.set()
 
@@ -102,7 +102,7 @@ def test_a_loss_before_the_start_is_told_once(far_end: FarEnd) -> None:
         await asyncio.to_thread(far_end.hang_up)
         hearing.start(link)
         await hearing.until(lambda: bool(hearing.losses))
-        with pytest.raises(TransportLost):
+        with pytest.raises(TransportLostError):
             link.write(b"x")
         await asyncio.sleep(0.01)
         assert len(hearing.losses) == 1

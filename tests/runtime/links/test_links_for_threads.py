@@ -15,7 +15,7 @@ from hosts import PATIENCE
 
 from stagewire._links.descriptor import Readiness
 from stagewire._links.pumped import PumpedLink
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import Link, open_link
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated")
@@ -36,7 +36,7 @@ def thread(call: Callable[[], Any]) -> Iterator[list[Any]]:
     def run() -> None:
         try:
             ended.append(call())
-        except TransportLost as error:
+        except TransportLostError as error:
             ended.append(error)
 
     beside = threading.Thread(target=run)
@@ -109,7 +109,7 @@ class TestReading:
     def test_read_when_closed(self, link: Link) -> None:
         link.close()
         for timeout in (0, PATIENCE):
-            with pytest.raises(TransportLost, match="closed by this side"):
+            with pytest.raises(TransportLostError, match="closed by this side"):
                 link.read(timeout)
         link.wake()
         link.write_now(b"x")
@@ -150,9 +150,9 @@ class TestStalled:
 
     def test_gone_after_a_while(self, deaf: tuple[str, socket.socket]) -> None:
         with open_link(deaf[0], stall_timeout=0.05) as link:
-            with pytest.raises(TransportLost, match=r"for 0.05 s it took no byte"):
+            with pytest.raises(TransportLostError, match=r"for 0.05 s it took no byte"):
                 link.write(bytes(50_000_000))
-            with pytest.raises(TransportLost, match="took no byte"):
+            with pytest.raises(TransportLostError, match="took no byte"):
                 link.read(PATIENCE)
 
     def test_closed_meanwhile(self, deaf: tuple[str, socket.socket]) -> None:
@@ -175,7 +175,7 @@ class TestStalled:
             with pytest.raises(KeyboardInterrupt):
                 link.write(bytes(50_000_000))
             monkeypatch.undo()
-            with pytest.raises(TransportLost, match="interrupted in its midst"):
+            with pytest.raises(TransportLostError, match="interrupted in its midst"):
                 link.write(b"stop")
 
     def test_what_is_taken_slowly_is_sent_whole(self, deaf: tuple[str, socket.socket]) -> None:
@@ -219,5 +219,5 @@ def test_a_port_whose_read_ends_early_is_gone() -> None:
 
     with PumpedLink("COM9", Port()) as link:
         assert link.read(PATIENCE) == b"abc"
-        with pytest.raises(TransportLost, match="hung up"):
+        with pytest.raises(TransportLostError, match="hung up"):
             link.read(PATIENCE)

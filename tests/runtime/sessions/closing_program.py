@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import open_async_link, open_link
 from stagewire.sessions import AsyncFramedSession, Ends, FramedSession
 from stagewire_apt import PROTOCOL
@@ -60,7 +60,7 @@ def fork(url: str) -> None:
         child = os.fork()
         try:
             session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50)
-        except TransportLost as error:
+        except TransportLostError as error:
             print(error, flush=True)
         if child:
             os.waitpid(child, 0)

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 from stagewire import End, Frame, FramedMessage
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import AsyncLink, Link
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
@@ -55,7 +55,7 @@ class TestLink(Link):
         with self._changed:
             while not self._said:
                 if self._error:
-                    raise TransportLost(self._error)
+                    raise TransportLostError(self._error)
                 left = end - time.monotonic()
                 if self._woken or left <= 0:
                     self._woken = False
@@ -67,7 +67,7 @@ class TestLink(Link):
 
     def write(self, data: bytes) -> None:
         if self._error:
-            raise TransportLost(self._error)
+            raise TransportLostError(self._error)
         self.written.append(data)
         if said := self.answer(data):
             self.say(said)
@@ -98,7 +98,7 @@ class AsyncTestLink(AsyncLink):
         self.closed = False
 
     def start(
-        self, received: Callable[[bytes], None], lost: Callable[[TransportLost], None]
+        self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
         self._received, self._lost = received, lost
 
@@ -106,7 +106,7 @@ class AsyncTestLink(AsyncLink):
         asyncio.get_running_loop().call_soon(self._received, data)
 
     def unplug(self) -> None:
-        self._lost(TransportLost("the plug was pulled"))
+        self._lost(TransportLostError("the plug was pulled"))
 
     def write(self, data: bytes) -> None:
         self.written.append(data)

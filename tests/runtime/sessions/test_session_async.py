@@ -12,12 +12,12 @@ import pytest
 from scripted_links import BAYS, HOST, USB, AsyncTestLink, answer, jog, silent, velocity
 
 from stagewire.errors import (
-    MotionStopped,
-    MotionTimeout,
-    ReplyTimeout,
+    MotionStoppedError,
+    MotionTimeoutError,
+    ReplyTimeoutError,
     SessionClosedError,
     StagewireError,
-    TransportLost,
+    TransportLostError,
 )
 from stagewire.links import open_async_link
 from stagewire.sessions import AsyncFramedSession, Ends
@@ -57,7 +57,7 @@ def test_a_silent_controller_costs_just_the_timeout() -> None:
     async def main() -> None:
         async with session(AsyncTestLink()) as one:
             before = one.now()
-            with pytest.raises(ReplyTimeout):
+            with pytest.raises(ReplyTimeoutError):
                 await ask(one, timeout=0.05)
             assert one.now() - before == pytest.approx(0.05)
 
@@ -69,10 +69,10 @@ def test_of_two_timeouts_each_ends_at_its_own_time() -> None:
         async with session(AsyncTestLink()) as one:
             later = asyncio.create_task(ask(one, BAYS[0], timeout=30))
             await asyncio.sleep(0)
-            with pytest.raises(ReplyTimeout):
+            with pytest.raises(ReplyTimeoutError):
                 await ask(one, BAYS[1], timeout=0.05)
             assert one.now() == pytest.approx(0.05)
-            with pytest.raises(ReplyTimeout):
+            with pytest.raises(ReplyTimeoutError):
                 await later
             assert one.now() == pytest.approx(30)
 
@@ -113,7 +113,7 @@ def test_a_motion_is_begun_and_waited_for() -> None:
         async with session(link) as one:
             motion = await one.begin(m.MotMoveHome(1), HOMED, USB, on_done=ended.append)
             assert link.written == [m.MotMoveHome(1).pack(USB, 1)]
-            with pytest.raises(MotionTimeout, match="it is still waited for"):
+            with pytest.raises(MotionTimeoutError, match="it is still waited for"):
                 await one.wait(motion, 0.01)
             assert not ended
             waiting = [asyncio.create_task(one.wait(motion)) for _ in range(3)]
@@ -137,7 +137,7 @@ def test_a_motion_that_is_stopped_says_so() -> None:
             stopped = await one.halt(STOP, STOPPED, USB)
             assert stopped is not None
             assert stopped.message == m.MotMoveStoppedHeader(1)
-            with pytest.raises(MotionStopped):
+            with pytest.raises(MotionStoppedError):
                 await one.wait(motion)
 
     stepped.run(main())
@@ -153,7 +153,7 @@ def test_a_stop_goes_before_a_hundred_requests_that_wait() -> None:
         assert link.written[1:] == [STOP.pack(USB, 1)]
         link.unplug()
         failed = await asyncio.gather(*tasks, return_exceptions=True)
-        assert all(isinstance(error, TransportLost) for error in failed)
+        assert all(isinstance(error, TransportLostError) for error in failed)
         assert len(set(map(id, failed))) == 100  # one of its own for everybody
         await one.close()
 
@@ -168,13 +168,13 @@ def test_a_lost_line_ends_everything_at_once() -> None:
             waiting = asyncio.create_task(one.pause(30))
             await asyncio.sleep(0)
             link.unplug()
-            with pytest.raises(TransportLost, match="the plug was pulled"):
+            with pytest.raises(TransportLostError, match="the plug was pulled"):
                 await waiting
             for call in (
                 one.wait(motion), ask(one), one.pause(30), one.send(STOP, USB),
                 one.begin(m.MotMoveHome(1), HOMED, USB),
             ):  # fmt: skip
-                with pytest.raises(TransportLost):
+                with pytest.raises(TransportLostError):
                     await call
             assert one.lost
             assert len(link.written) == 1
@@ -311,7 +311,7 @@ def test_a_fault_in_what_takes_bytes_ends_the_session_and_lets_nobody_wait(
     async def main() -> None:
         async with session(AsyncTestLink(answer)) as one:
             monkeypatch.setattr(one._core, "receive", fail)
-            with pytest.raises(TransportLost, match="has failed: ZeroDivisionError"):
+            with pytest.raises(TransportLostError, match="has failed: ZeroDivisionError"):
                 await ask(one, timeout=1000)
             assert one.now() < 1
 

@@ -10,7 +10,7 @@ from stepped_core import Commands
 from stagewire.errors import (
     BadValueError,
     OutOfRangeError,
-    ReplyTimeout,
+    ReplyTimeoutError,
     StagewireError,
     WrongModeError,
 )
@@ -108,7 +108,7 @@ def test_a_silent_controller_is_a_timeout():
     talk.later(0.4)
     assert not asked.done
     talk.later(0.1)
-    with pytest.raises(ReplyTimeout) as refused:
+    with pytest.raises(ReplyTimeoutError) as refused:
         asked.value()
     text = str(refused.value)
     assert f"READ_MOTOR_POSITION ({READ_X.hex(' ')}) was sent" in text

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 from stepped_core import Commands, Framed, dc_status, said, vel_params
 
-from stagewire.errors import SessionClosedError, StagewireError, TransportLost
+from stagewire.errors import SessionClosedError, StagewireError, TransportLostError
 from stagewire_apt import messages as m
 from stagewire_ms2000 import messages as c
 
 ENDS = {
-    "lost": (lambda core, now: core.lose("/dev/ttyUSB0 is gone", now), TransportLost),
+    "lost": (lambda core, now: core.lose("/dev/ttyUSB0 is gone", now), TransportLostError),
     "closed": (lambda core, now: core.close(now), SessionClosedError),
 }
 
@@ -87,7 +87,7 @@ def test_a_session_that_was_lost_can_be_closed_and_the_first_loss_counts():
     assert "unplugged" in str(asked.error)
     assert "unplugged" in str(talk.ask().error)
     talk.core.close(talk.now)
-    assert isinstance(talk.ask().error, TransportLost)
+    assert isinstance(talk.ask().error, TransportLostError)
     assert "unplugged" in str(talk.ask().error)
 
 

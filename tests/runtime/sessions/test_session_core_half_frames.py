@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from stepped_core import MOVED, Commands, Framed, dc_status, said, vel_params
 
 from stagewire._sessions.exchange import Exchange
-from stagewire.errors import ReplyTimeout
+from stagewire.errors import ReplyTimeoutError
 from stagewire_apt import messages as m
 from stagewire_ms2000 import messages as ms
 
@@ -90,7 +90,7 @@ def test_time_alone_does_not_drain_a_line_of_commands():
     talk = Commands()
     first = talk.ask(ms.ReadMotorPosition(), timeout=0.3)
     talk.later(0.3)
-    assert isinstance(first.error, ReplyTimeout)
+    assert isinstance(first.error, ReplyTimeoutError)
     again = talk.ask(ms.ReadMotorPosition(), timeout=30)
     talk.now += 2
     talk.core.tick(talk.now)

@@ -17,7 +17,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from stepped_core import Framed, dc_status, said, vel_params
 
 from stagewire._sessions.exchange import Exchange
-from stagewire.errors import MotionStopped, MotionUnderWayError, StagewireError
+from stagewire.errors import MotionStoppedError, MotionUnderWayError, StagewireError
 from stagewire.sessions import Ends
 from stagewire_apt import messages as m
 
@@ -149,7 +149,10 @@ class Lines(RuleBasedStateMachine):
     @invariant()
     def nobody_gets_what_is_another_s(self) -> None:
         for exchange, number in self.numbers.items():
-            if isinstance(exchange.error, MotionStopped) and exchange.error.message is not None:
+            if (
+                isinstance(exchange.error, MotionStoppedError)
+                and exchange.error.message is not None
+            ):
                 assert exchange.error.message.position == number
             elif isinstance(exchange.message, m.MotMoveAbsolute) and exchange.result:
                 assert exchange.result.message.position == number

@@ -8,7 +8,7 @@ import pytest
 from stepped_core import HOST, VEL, Framed, dc_status, said, vel_params
 
 from stagewire._sessions.exchange import Exchange
-from stagewire.errors import ReplyTimeout
+from stagewire.errors import ReplyTimeoutError
 from stagewire_apt import messages as m
 
 BAYS = (0x21, 0x22, 0x23)
@@ -256,7 +256,7 @@ def test_nothing_of_a_frame_that_only_looks_like_an_answer_is_one():
 
 def timed_out(talk: Framed, exchange: Exchange) -> str:
     talk.later(exchange.deadline - talk.now)
-    assert isinstance(exchange.error, ReplyTimeout)
+    assert isinstance(exchange.error, ReplyTimeoutError)
     return str(exchange.error)
 
 

@@ -7,10 +7,10 @@ from stepped_core import MOVED, Framed, dc_status, said
 
 from stagewire.errors import (
     ControllerFaultError,
-    MotionStopped,
-    MotionTimeout,
+    MotionStoppedError,
+    MotionTimeoutError,
     MotionUnderWayError,
-    ReplyTimeout,
+    ReplyTimeoutError,
 )
 from stagewire.sessions import Ends
 from stagewire_apt import messages as m
@@ -37,7 +37,7 @@ def test_a_motion_that_is_stopped_by_others_says_so():
     move = talk.move()
     talk.hear(STOPPED)
     with pytest.raises(
-        MotionStopped, match="MOT_MOVE_ABSOLUTE was stopped before its end"
+        MotionStoppedError, match="MOT_MOVE_ABSOLUTE was stopped before its end"
     ) as stopped:
         move.value()
     assert stopped.value.message == STOPPED_HERE
@@ -112,7 +112,7 @@ def test_an_end_that_does_not_come_in_time_leaves_the_motion_unknown():
         talk.later(3)
         talk.hear(said(dc_status()), said(m.MotGetStatusBits(1, 0)))
     talk.later(1)
-    with pytest.raises(MotionTimeout) as refused:
+    with pytest.raises(MotionTimeoutError) as refused:
         move.value()
     text = str(refused.value)
     assert "no MOT_MOVE_COMPLETED or MOT_MOVE_STOPPED came from there within 10 s" in text
@@ -207,7 +207,7 @@ def test_a_fault_report_answers_no_request_and_its_text_is_in_the_timeout() -> N
     talk.hear(rich())
     assert not ask.done
     talk.later(2)
-    with pytest.raises(ReplyTimeout, match=r"1 x HW_RICHRESPONSE \(code 7, 'over current'\)"):
+    with pytest.raises(ReplyTimeoutError, match=r"1 x HW_RICHRESPONSE \(code 7, 'over current'\)"):
         ask.value()
 
 
@@ -237,7 +237,7 @@ def test_a_motion_whose_time_passed_before_it_was_sent_is_not_sent():
     talk.send()
     move = talk.move(timeout=1)
     assert talk.later(10) == b""
-    with pytest.raises(MotionTimeout, match="was not sent"):
+    with pytest.raises(MotionTimeoutError, match="was not sent"):
         move.value()
     assert talk.move().written
 
@@ -273,7 +273,7 @@ def test_a_stop_ends_the_motion_when_it_is_answered():
     assert talk.wrote == MOVE + STOP
     assert (move.done, stop.done) == (False, False)
     talk.hear(STOPPED)
-    assert isinstance(move.error, MotionStopped)
+    assert isinstance(move.error, MotionStoppedError)
     assert stop.value().message == STOPPED_HERE
 
 
@@ -282,7 +282,7 @@ def test_a_stop_ends_a_motion_that_does_not_know_this_end_of_its_own():
     move = talk.move(ends=Ends(completed=MOVED.completed))
     talk.halt()
     talk.hear(STOPPED)
-    assert isinstance(move.error, MotionStopped)
+    assert isinstance(move.error, MotionStoppedError)
 
 
 def test_a_motion_that_completes_while_a_stop_is_on_its_way_has_completed():
@@ -301,7 +301,7 @@ def test_a_stop_keeps_a_motion_that_was_not_sent_from_being_sent():
     move = talk.move()
     talk.wrote = b""
     stop = talk.halt()
-    assert isinstance(move.error, MotionStopped)
+    assert isinstance(move.error, MotionStoppedError)
     assert "nothing was sent" in str(move.error)
     assert talk.later(1) == b""
     assert talk.wrote == STOP
@@ -333,10 +333,10 @@ def test_a_stop_that_nobody_answers_is_a_timeout_and_the_motion_goes_on():
     talk = Framed()
     move, stop = talk.move(), talk.halt(timeout=0.5)
     talk.later(0.5)
-    assert type(stop.error) is ReplyTimeout
+    assert type(stop.error) is ReplyTimeoutError
     assert not move.done
     talk.hear(STOPPED)  # late, and still the end of that motion
-    assert isinstance(move.error, MotionStopped)
+    assert isinstance(move.error, MotionStoppedError)
 
 
 def test_the_late_answer_to_a_stop_does_not_end_a_motion_that_began_after_it():
@@ -349,7 +349,7 @@ def test_the_late_answer_to_a_stop_does_not_end_a_motion_that_began_after_it():
     assert not move.done
     assert talk.core.statistics.late == 2
     talk.hear(STOPPED)  # the motion's own
-    assert isinstance(move.error, MotionStopped)
+    assert isinstance(move.error, MotionStoppedError)
 
 
 def test_the_late_answer_to_a_stop_is_not_that_of_a_later_one():
@@ -361,7 +361,7 @@ def test_the_late_answer_to_a_stop_is_not_that_of_a_later_one():
     assert (move.done, stop.done) == (False, False)
     talk.later(0.1)
     talk.hear(STOPPED)
-    assert isinstance(move.error, MotionStopped)
+    assert isinstance(move.error, MotionStoppedError)
     assert stop.done
 
 
@@ -371,7 +371,7 @@ def test_after_the_quiet_period_an_end_is_the_motion_s_own():
     talk.later(0.5)
     move = talk.move()
     talk.hear(STOPPED)
-    assert isinstance(move.error, MotionStopped)
+    assert isinstance(move.error, MotionStoppedError)
 
 
 def test_two_stops_end_with_one_answer_and_the_second_answer_ends_nothing():
@@ -395,7 +395,7 @@ def test_a_second_answer_that_never_came_takes_nothing_from_a_later_motion():
     talk.later(0.5)
     move = talk.move()
     talk.hear(STOPPED)
-    assert isinstance(move.error, MotionStopped)
+    assert isinstance(move.error, MotionStoppedError)
 
 
 def test_a_stop_without_an_answer_is_done_when_it_is_written():
@@ -414,4 +414,4 @@ def test_a_stop_that_is_cancelled_before_it_was_written_is_written_all_the_same(
     talk.core.cancel(stop, talk.now)
     assert talk.flush() == STOP
     talk.hear(STOPPED)
-    assert isinstance(move.error, MotionStopped)
+    assert isinstance(move.error, MotionStoppedError)

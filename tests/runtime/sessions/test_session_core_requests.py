@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from stepped_core import Framed, dc_status, said, vel_params
 
-from stagewire.errors import MotionTimeout, OutOfRangeError, ReplyTimeout, StagewireError
+from stagewire.errors import MotionTimeoutError, OutOfRangeError, ReplyTimeoutError, StagewireError
 from stagewire_apt import messages as m
 
 VEL_REQUEST = m.MotReqVelParams(1)
@@ -58,13 +58,13 @@ def test_a_silent_controller_is_a_timeout_when_the_time_is_over():
     talk.later(0.2499)
     assert not asked.done
     talk.later(0.0001)
-    with pytest.raises(ReplyTimeout) as refused:
+    with pytest.raises(ReplyTimeoutError) as refused:
         asked.value()
     text = str(refused.value)
     assert "MOT_REQ_VELPARAMS (14 04 01 00 50 01) was sent to 0x50" in text
     assert "no MOT_GET_VELPARAMS came from there within 0.25 s" in text
     assert "meanwhile came nothing" in text
-    assert not isinstance(refused.value, MotionTimeout)
+    assert not isinstance(refused.value, MotionTimeoutError)
     assert isinstance(refused.value, TimeoutError)
     assert talk.core.statistics.timed_out == 1
 
@@ -104,7 +104,9 @@ def test_time_that_is_spent_waiting_counts_and_nothing_is_sent_after_it():
     sent = talk.send()
     wrote = talk.later(2)
     assert not waiting.written
-    with pytest.raises(ReplyTimeout, match="MOT_REQ_JOGPARAMS to 0x50 was not sent: others waited"):
+    with pytest.raises(
+        ReplyTimeoutError, match="MOT_REQ_JOGPARAMS to 0x50 was not sent: others waited"
+    ):
         waiting.value()
     assert sent.written  # it went on when its turn came
     assert wrote == m.ModIdentify().pack(0x50, 1)
@@ -114,7 +116,7 @@ def test_a_late_reply_is_swallowed_and_the_next_question_gets_its_own():
     talk = Framed(quiet=0.5)
     late = talk.ask()
     talk.later(1)
-    assert isinstance(late.error, ReplyTimeout)
+    assert isinstance(late.error, ReplyTimeoutError)
     again = talk.ask()
     assert not again.written
     assert talk.hear(said(vel_params(1))) == VEL_REQUEST.pack(0x50, 1)
@@ -122,7 +124,7 @@ def test_a_late_reply_is_swallowed_and_the_next_question_gets_its_own():
     talk.hear(said(vel_params(2)))
     assert again.value().message.max_velocity == 2
     assert talk.core.statistics.late == 1
-    assert isinstance(late.error, ReplyTimeout)
+    assert isinstance(late.error, ReplyTimeoutError)
 
 
 def test_two_late_copies_of_a_reply_answer_nothing_when_they_come_together():

@@ -7,7 +7,7 @@ import logging
 import pytest
 from stepped_core import Commands, Framed, dc_status, said, vel_params
 
-from stagewire.errors import BadValueError, OutOfRangeError, SessionClosedError, TransportLost
+from stagewire.errors import BadValueError, OutOfRangeError, SessionClosedError, TransportLostError
 from stagewire.framing import BadLength, Garbage, Received, Undocumented, Unknown
 from stagewire_apt import messages as m
 
@@ -133,7 +133,7 @@ def test_a_subscription_that_was_closed_hears_nothing_more():
 @pytest.mark.parametrize(
     ("end", "error"),
     [
-        (lambda core: core.lose("unplugged", 1), TransportLost),
+        (lambda core: core.lose("unplugged", 1), TransportLostError),
         (lambda core: core.close(1), SessionClosedError),
     ],
 )

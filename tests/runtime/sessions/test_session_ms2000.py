@@ -9,7 +9,7 @@ import pytest
 from scripted_links import AsyncTestLink, TestLink
 
 from stagewire.capture import read_capture
-from stagewire.errors import OutOfRangeError, ReplyTimeout, WrongModeError
+from stagewire.errors import OutOfRangeError, ReplyTimeoutError, WrongModeError
 from stagewire.links import open_async_link, open_link
 from stagewire.sessions import AsyncCommandSession, CommandSession
 from stagewire_ms2000 import PROTOCOL
@@ -88,7 +88,7 @@ def test_a_stop_overtakes_a_read_that_waits() -> None:
         session.send(m.SwitchToLowLevel())
 
         def read() -> None:
-            with pytest.raises(ReplyTimeout):
+            with pytest.raises(ReplyTimeoutError):
                 session.ask(m.ReadStatus(), X, 0.3)
 
         waiting = threading.Thread(target=read)

@@ -9,7 +9,7 @@ import pytest
 from scripted_links import USB, AsyncTestLink, TestLink, answer, velocity
 
 from stagewire.capture import read_capture
-from stagewire.errors import TransportError, TransportLost
+from stagewire.errors import TransportError, TransportLostError
 from stagewire.protocols import CommandFrame, Direction
 from stagewire.sessions import AsyncFramedSession, FramedSession, Recording
 from stagewire_apt import PROTOCOL
@@ -61,7 +61,7 @@ def test_the_loss_of_the_line_is_noted(tmp_path: Path) -> None:
     link = TestLink()
     with FramedSession(PROTOCOL, link, log=path) as session:
         link.unplug()
-        with pytest.raises(TransportLost):
+        with pytest.raises(TransportLostError):
             session.pause(30)
     assert "the plug was pulled" in path.read_text()
     assert not read_capture(path).recorded

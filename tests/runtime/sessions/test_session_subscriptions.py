@@ -12,10 +12,10 @@ from scripted_links import USB, AsyncTestLink, TestLink, answer, velocity
 
 from stagewire.errors import (
     OutOfRangeError,
-    ReplyTimeout,
+    ReplyTimeoutError,
     SessionClosedError,
     StagewireError,
-    TransportLost,
+    TransportLostError,
 )
 from stagewire.sessions import AsyncFramedSession, FramedSession
 from stagewire_apt import PROTOCOL
@@ -42,7 +42,7 @@ def test_a_thread_gets_what_it_wants(background: bool) -> None:
             link.say(velocity().pack(1, USB))
             assert [everything.get(5).raw for _ in range(2)] == [homed(), velocity().pack(1, USB)]
             for timeout in (0, 0.02, -1, float("nan")):
-                with pytest.raises(ReplyTimeout):
+                with pytest.raises(ReplyTimeoutError):
                     homings.get(timeout)
         with pytest.raises(SessionClosedError):
             homings.get()
@@ -91,7 +91,7 @@ def test_the_loss_of_the_line_is_raised_after_what_came_before(background: bool)
         threading.Timer(0.05, link.unplug).start()
         assert next(homings).raw == homed()
         for _ in range(2):
-            with pytest.raises(TransportLost):
+            with pytest.raises(TransportLostError):
                 next(homings)
 
 
@@ -146,7 +146,7 @@ def test_a_task_gets_what_it_wants() -> None:
                 link.say(homed())
                 assert (await homings.get(5)).raw == homed()
                 for timeout in (0, 5):
-                    with pytest.raises(ReplyTimeout):
+                    with pytest.raises(ReplyTimeoutError):
                         await homings.get(timeout)
                 waiting = asyncio.create_task(homings.get())
                 await asyncio.sleep(0)
@@ -180,7 +180,7 @@ def test_an_iteration_of_a_task_ends(end: str) -> None:
             case "line":
                 link.unplug()
         if end == "line":
-            with pytest.raises(TransportLost):
+            with pytest.raises(TransportLostError):
                 await task
         else:
             assert await task == [homed()] * 3

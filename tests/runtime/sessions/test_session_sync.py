@@ -10,11 +10,11 @@ import pytest
 from scripted_links import USB, TestLink, answer, jog, silent, velocity
 
 from stagewire.errors import (
-    MotionStopped,
-    MotionTimeout,
-    ReplyTimeout,
+    MotionStoppedError,
+    MotionTimeoutError,
+    ReplyTimeoutError,
     SessionClosedError,
-    TransportLost,
+    TransportLostError,
 )
 from stagewire.sessions import Ends, FramedSession
 from stagewire_apt import PROTOCOL
@@ -58,7 +58,7 @@ def test_a_request_gets_its_reply(session: Make) -> None:
 @pytest.mark.parametrize("timeout", [0.05, 0.2])
 def test_a_silent_controller_costs_no_more_than_the_timeout(session: Make, timeout: float) -> None:
     silent_session = session(TestLink())
-    with pytest.raises(ReplyTimeout):
+    with pytest.raises(ReplyTimeoutError):
         ask(silent_session, timeout)
 
 
@@ -98,7 +98,7 @@ def test_a_motion_is_begun_and_waited_for(session: Make) -> None:
     motion = one.begin(m.MotMoveHome(1), HOMED, USB, on_done=ended.append)
     assert link.written == [m.MotMoveHome(1).pack(USB, 1)]
     for _ in range(2):
-        with pytest.raises(MotionTimeout, match="it is still waited for"):
+        with pytest.raises(MotionTimeoutError, match="it is still waited for"):
             one.wait(motion, 0.01)
     assert not ended
     link.say(m.MotMoveHomed(1).pack(1, USB))
@@ -115,7 +115,7 @@ def test_a_motion_that_is_stopped_says_so(session: Make) -> None:
     stopped = one.halt(STOP, STOPPED, USB)
     assert stopped is not None
     assert stopped.message == m.MotMoveStoppedHeader(1)
-    with pytest.raises(MotionStopped):
+    with pytest.raises(MotionStoppedError):
         one.wait(motion)
 
 
@@ -125,7 +125,7 @@ def test_the_time_of_a_motion_ends_though_nobody_waits_for_it(session: Make) -> 
     motion = one.begin(m.MotMoveHome(1), HOMED, USB, 0.05, on_done=lambda _: over.set())
     if one._thread is not None:
         assert over.wait(5)
-    with pytest.raises(MotionTimeout):
+    with pytest.raises(MotionTimeoutError):
         one.wait(motion)
 
 
@@ -137,7 +137,7 @@ def test_a_stop_goes_before_a_hundred_requests_that_wait(session: Make) -> None:
     def request() -> None:
         try:
             ask(one, 5)
-        except TransportLost as error:
+        except TransportLostError as error:
             failed.append(error)
 
     threads = [threading.Thread(target=request) for _ in range(100)]
@@ -159,9 +159,9 @@ def test_a_lost_line_ends_everything_at_once(session: Make) -> None:
     one = session(link)
     motion = one.begin(m.MotMoveHome(1), HOMED, USB)
     threading.Timer(0.1, link.unplug).start()
-    with pytest.raises(TransportLost, match="the plug was pulled"):
+    with pytest.raises(TransportLostError, match="the plug was pulled"):
         ask(one, 30)
-    with pytest.raises(TransportLost):
+    with pytest.raises(TransportLostError):
         one.wait(motion)
     assert one.lost
     for call in (
@@ -171,16 +171,16 @@ def test_a_lost_line_ends_everything_at_once(session: Make) -> None:
         lambda: one.begin(m.MotMoveHome(1), HOMED, USB),
         lambda: one.pause(30),
     ):
-        with pytest.raises(TransportLost):
+        with pytest.raises(TransportLostError):
             call()
     assert len(link.written) == 2
 
 
 def test_a_line_that_is_lost_in_writing(session: Make) -> None:
     def cut(data: bytes) -> bytes:
-        raise TransportLost("cut in writing")
+        raise TransportLostError("cut in writing")
 
-    with pytest.raises(TransportLost, match="cut in writing"):
+    with pytest.raises(TransportLostError, match="cut in writing"):
         ask(session(TestLink(cut)), 30)
 
 

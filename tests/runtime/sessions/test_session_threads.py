@@ -10,7 +10,7 @@ import pytest
 from scripted_links import BAYS, HOST, TestLink, answer, jog, velocity
 
 from stagewire._sessions.waiting import Waiter
-from stagewire.errors import ReplyTimeout, StagewireError
+from stagewire.errors import ReplyTimeoutError, StagewireError
 from stagewire.links import LineSettings
 from stagewire.sessions import FramedSession, SessionOptions
 from stagewire_apt import PROTOCOL
@@ -136,10 +136,10 @@ def test_a_call_keeps_its_time_while_another_ones_bytes_are_not_taken(background
             lambda: session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[1], 0.05),
             lambda: session.send(m.ModIdentify(), BAYS[1], 0.05),
         ):
-            with pytest.raises(ReplyTimeout, match="was not sent"):
+            with pytest.raises(ReplyTimeoutError, match="was not sent"):
                 call()
             assert first.is_alive()
-        with pytest.raises(ReplyTimeout, match="it goes out as soon as the line does"):
+        with pytest.raises(ReplyTimeoutError, match="it goes out as soon as the line does"):
             session.halt(m.MotMoveStop(1, 2), None, BAYS[0], 0.05)
         taken.set()
         first.join(60)
@@ -203,7 +203,7 @@ def test_only_the_thread_that_reads_concludes_that_a_line_is_silent() -> None:
         asking = threading.Thread(target=ask)
         asking.start()
         assert held_up.wait(30)
-        with pytest.raises(ReplyTimeout):  # which lasts longer than a silence
+        with pytest.raises(ReplyTimeoutError):  # which lasts longer than a silence
             session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[1], 0.2)
         goes_on.set()
         asking.join(30)

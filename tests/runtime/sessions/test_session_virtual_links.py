@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import stagewire_virtual as virtual
-from stagewire.errors import LinkOpenError, ReplyTimeout, TransportLost
+from stagewire.errors import LinkOpenError, ReplyTimeoutError, TransportLostError
 from stagewire.links import open_async_link, open_link
 from stagewire.sessions import AsyncFramedSession, Ends, FramedSession
 from stagewire_apt import PROTOCOL, stages
@@ -137,7 +137,7 @@ def test_a_line_that_was_closed_or_cut_is_lost() -> None:
     link.close()
     link.close()
     for call in (lambda: link.read(1), lambda: link.write(REQUEST)):
-        with pytest.raises(TransportLost):
+        with pytest.raises(TransportLostError):
             call()
 
 
@@ -145,13 +145,13 @@ def test_a_cut_line_ends_the_session_in_stepped_time() -> None:
     fault = "to_host disconnect frame message=MOT_MOVE_HOMED"
     with virtual.TDC001(stage=stages.Z8, faults=[fault]) as tdc:
         session = FramedSession(PROTOCOL, SteppedLink(tdc))
-        with pytest.raises(TransportLost, match="unplugged"):
+        with pytest.raises(TransportLostError, match="unplugged"):
             session.wait(session.begin(m.MotMoveHome(1), HOMED, 0x50))
         session.close()
 
     async def main() -> None:
         session = AsyncFramedSession(PROTOCOL, await open_async_link(CUT))
-        with pytest.raises(TransportLost, match="unplugged"):
+        with pytest.raises(TransportLostError, match="unplugged"):
             await session.wait(await session.begin(m.MotMoveHome(1), HOMED, 0x50))
         await session.close()
 
@@ -169,7 +169,7 @@ def test_a_minute_of_waiting_takes_no_time() -> None:
             assert homed.message == m.MotMoveHomed(1)
             assert 1 < session.now() < 60
             began = session.now()
-            with pytest.raises(ReplyTimeout):
+            with pytest.raises(ReplyTimeoutError):
                 session.ask(m.HwReqInfo(), (m.MotGetJogParams,), 0x50, 3600)
             assert session.now() - began == pytest.approx(3600)
             session.pause(3600)

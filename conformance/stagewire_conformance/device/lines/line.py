@@ -10,7 +10,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 
-from stagewire.errors import TransportLost
+from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.lines.interruption import Interruption
@@ -100,7 +100,7 @@ class Line(ABC):
         """Send bytes whatever has happened; a line that is gone takes none, and the log says none."""
         try:
             self._put(raw, tell, False)
-        except TransportLost:
+        except TransportLostError:
             self.log.pop()
 
     def _put(self, raw: bytes, tell: Callable[[], str], keep_alive: bool) -> None:

@@ -105,7 +105,7 @@ def careful(url: str) -> bool:
     try:
         with TDC001.open(url) as tdc:
             tdc.move_absolute(mm=1)
-    except stagewire.ReplyTimeout as late:
+    except stagewire.ReplyTimeoutError as late:
         print(late)
     except stagewire.StagewireError:
         return False

@@ -42,7 +42,7 @@ class CanDisconnect(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.DISCONNECT, timeout)
 
@@ -64,8 +64,8 @@ class WithInfo(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.INFO, timeout)
 
@@ -90,7 +90,8 @@ class CanStartUpdates(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._tell(t.START_UPDATES, timeout, update_rate=update_rate)
 
@@ -113,7 +114,7 @@ class CanStopUpdates(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.STOP_UPDATES, timeout)
 
@@ -144,7 +145,7 @@ class WithRackBayUsed(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; ReplyTimeout when no answer came in time; TransportLost and
+        scale is not known; ReplyTimeoutError when no answer came in time; TransportLostError and
         SessionClosedError when there is no line (any more).
         """
         return await self._get(t.RACK_BAY_USED, timeout, bay_ident=bay_ident)
@@ -166,8 +167,8 @@ class WithHubBayUsed(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.HUB_BAY_USED, timeout)
 
@@ -189,8 +190,8 @@ class WithChanEnableState(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.CHAN_ENABLE_STATE, timeout)
 
@@ -211,7 +212,8 @@ class WithChanEnableState(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.CHAN_ENABLE_STATE, timeout, enable_state=enable_state)
 
@@ -234,8 +236,8 @@ class WithChanEnableState(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.CHAN_ENABLE_STATE, timeout, enable_state=enable_state)
 
@@ -257,7 +259,7 @@ class CanIdentify(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.IDENTIFY, timeout)
 
@@ -280,8 +282,8 @@ class WithRackStatusBits(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.RACK_STATUS_BITS, timeout)
 
@@ -305,8 +307,8 @@ class WithDigOutputs(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.DIG_OUTPUTS, timeout)
 
@@ -334,7 +336,8 @@ class WithDigOutputs(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.DIG_OUTPUTS, timeout, dig_op=dig_op)
 
@@ -363,7 +366,7 @@ class WithDigOutputs(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.DIG_OUTPUTS, timeout, dig_op=dig_op)

@@ -69,8 +69,8 @@ class WithEncCounter(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.ENC_COUNTER, timeout)
 
@@ -96,7 +96,8 @@ class WithEncCounter(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm)
 
@@ -124,8 +125,8 @@ class WithEncCounter(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm)
 
@@ -147,8 +148,8 @@ class WithPosCounter(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.POS_COUNTER, timeout)
 
@@ -174,7 +175,8 @@ class WithPosCounter(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.POS_COUNTER, timeout, position=position, mm=mm)
 
@@ -202,8 +204,8 @@ class WithPosCounter(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.POS_COUNTER, timeout, position=position, mm=mm)
 
@@ -222,8 +224,8 @@ class WithVelParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.VEL_PARAMS, timeout)
 
@@ -260,7 +262,8 @@ class WithVelParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.VEL_PARAMS,
@@ -308,8 +311,8 @@ class WithVelParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.VEL_PARAMS,
@@ -337,8 +340,8 @@ class WithJogParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.JOG_PARAMS, timeout)
 
@@ -386,7 +389,8 @@ class WithJogParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.JOG_PARAMS,
@@ -448,8 +452,8 @@ class WithJogParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.JOG_PARAMS,
@@ -484,8 +488,8 @@ class WithLimSwitchParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.LIM_SWITCH_PARAMS, timeout)
 
@@ -531,7 +535,8 @@ class WithLimSwitchParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.LIM_SWITCH_PARAMS,
@@ -589,8 +594,8 @@ class WithLimSwitchParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.LIM_SWITCH_PARAMS,
@@ -619,8 +624,8 @@ class WithMotStatusBits(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.MOT_STATUS_BITS, timeout)
 
@@ -639,8 +644,8 @@ class WithGenMoveParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.GEN_MOVE_PARAMS, timeout)
 
@@ -663,7 +668,8 @@ class WithGenMoveParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.GEN_MOVE_PARAMS, timeout, backlash_distance=backlash_distance, mm=mm)
 
@@ -687,8 +693,8 @@ class WithGenMoveParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.GEN_MOVE_PARAMS,
@@ -712,8 +718,8 @@ class WithHomeParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.HOME_PARAMS, timeout)
 
@@ -751,7 +757,8 @@ class WithHomeParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.HOME_PARAMS,
@@ -799,8 +806,8 @@ class WithHomeParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.HOME_PARAMS,
@@ -828,9 +835,9 @@ class CanHome(Part):
         :param timeout: in seconds; None for that of the device.
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
-        ControllerFaultError when the controller reported a fault; MotionStopped when it was
-        stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        ControllerFaultError when the controller reported a fault; MotionStoppedError when it was
+        stopped; MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._act(t.HOME, timeout)
 
@@ -840,8 +847,8 @@ class CanHome(Part):
         Starts homing with the settings of MOT_SET_HOMEPARAMS. Returns as soon as it is sent, with a
         handle to wait on. Page 41.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.HOME)
 
@@ -860,8 +867,8 @@ class WithMoveRelParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.MOVE_REL_PARAMS, timeout)
 
@@ -883,7 +890,8 @@ class WithMoveRelParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.MOVE_REL_PARAMS, timeout, relative_distance=relative_distance, mm=mm)
 
@@ -907,8 +915,8 @@ class WithMoveRelParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.MOVE_REL_PARAMS,
@@ -945,9 +953,9 @@ class CanMoveRelative(Part):
         scale is not known; LimitError, before it moves, for a target outside a travel that is
         known; MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return await self._act(t.MOVE_RELATIVE, timeout, counts=counts, mm=mm)
 
@@ -968,8 +976,8 @@ class CanMoveRelative(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.MOVE_RELATIVE, counts=counts, mm=mm)
 
@@ -985,9 +993,9 @@ class CanMoveRelative(Part):
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return await self._act(t.MOVE_RELATIVE_STORED, timeout)
 
@@ -999,8 +1007,8 @@ class CanMoveRelative(Part):
 
         Moves by the distance stored with MOT_SET_MOVERELPARAMS.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.MOVE_RELATIVE_STORED)
 
@@ -1019,8 +1027,8 @@ class WithMoveAbsParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.MOVE_ABS_PARAMS, timeout)
 
@@ -1042,7 +1050,8 @@ class WithMoveAbsParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.MOVE_ABS_PARAMS, timeout, absolute_position=absolute_position, mm=mm)
 
@@ -1066,8 +1075,8 @@ class WithMoveAbsParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.MOVE_ABS_PARAMS,
@@ -1105,9 +1114,9 @@ class CanMoveAbsolute(Part):
         scale is not known; LimitError, before it moves, for a target outside a travel that is
         known; MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return await self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, mm=mm)
 
@@ -1129,8 +1138,8 @@ class CanMoveAbsolute(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.MOVE_ABSOLUTE, counts=counts, mm=mm)
 
@@ -1146,9 +1155,9 @@ class CanMoveAbsolute(Part):
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return await self._act(t.MOVE_ABSOLUTE_STORED, timeout)
 
@@ -1160,8 +1169,8 @@ class CanMoveAbsolute(Part):
 
         Moves to the position stored with MOT_SET_MOVEABSPARAMS.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.MOVE_ABSOLUTE_STORED)
 
@@ -1196,9 +1205,9 @@ class CanMoveVelocity(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        ControllerFaultError when the controller reported a fault; MotionStopped when it was
-        stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        ControllerFaultError when the controller reported a fault; MotionStoppedError when it was
+        stopped; MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._act(t.MOVE_VELOCITY, timeout, direction=direction)
 
@@ -1221,7 +1230,7 @@ class CanMoveVelocity(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        TransportLost and SessionClosedError when there is no line (any more).
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.MOVE_VELOCITY, direction=direction)
 
@@ -1250,7 +1259,7 @@ class CanStop(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; ReplyTimeout when no end came in time; TransportLost and
+        scale is not known; ReplyTimeoutError when no end came in time; TransportLostError and
         SessionClosedError when there is no line (any more).
         """
         return await self._halt(t.STOP, timeout, stop_mode=stop_mode)
@@ -1288,9 +1297,9 @@ class CanJog(Part):
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return await self._act(t.JOG, timeout, direction=direction)
 
@@ -1314,7 +1323,7 @@ class CanJog(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        TransportLost and SessionClosedError when there is no line (any more).
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.JOG, direction=direction)
 
@@ -1333,7 +1342,7 @@ class CanSuspendEndOfMoveMsgs(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.SUSPEND_END_OF_MOVE_MSGS, timeout)
 
@@ -1354,7 +1363,7 @@ class CanResumeEndOfMoveMsgs(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.RESUME_END_OF_MOVE_MSGS, timeout)
 
@@ -1375,8 +1384,8 @@ class WithStatusUpdate(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.STATUS_UPDATE, timeout)
 
@@ -1395,8 +1404,8 @@ class WithDcStatusUpdate(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.DC_STATUS_UPDATE, timeout)
 
@@ -1417,7 +1426,7 @@ class CanAckDcStatusUpdate(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.ACK_DC_STATUS_UPDATE, timeout)
 
@@ -1441,8 +1450,8 @@ class WithDcPidParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.DC_PID_PARAMS, timeout)
 
@@ -1476,7 +1485,8 @@ class WithDcPidParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.DC_PID_PARAMS,
@@ -1520,8 +1530,8 @@ class WithDcPidParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.DC_PID_PARAMS,
@@ -1551,8 +1561,8 @@ class WithPotParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.POT_PARAMS, timeout)
 
@@ -1602,7 +1612,8 @@ class WithPotParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.POT_PARAMS,
@@ -1670,8 +1681,8 @@ class WithPotParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.POT_PARAMS,
@@ -1707,8 +1718,8 @@ class WithAvModes(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.AV_MODES, timeout)
 
@@ -1731,7 +1742,8 @@ class WithAvModes(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.AV_MODES, timeout, mode_bits=mode_bits)
 
@@ -1755,8 +1767,8 @@ class WithAvModes(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.AV_MODES, timeout, mode_bits=mode_bits)
 
@@ -1778,8 +1790,8 @@ class WithButtonParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.BUTTON_PARAMS, timeout)
 
@@ -1816,7 +1828,8 @@ class WithButtonParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.BUTTON_PARAMS,
@@ -1866,8 +1879,8 @@ class WithButtonParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.BUTTON_PARAMS,
@@ -1899,7 +1912,8 @@ class WithMotEepromParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._tell(t.MOT_EEPROM_PARAMS, timeout, msg_id=msg_id)
 
@@ -1927,8 +1941,8 @@ class WithPmdCurrentLoopParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.PMD_CURRENT_LOOP_PARAMS, timeout)
 
@@ -1960,7 +1974,8 @@ class WithPmdCurrentLoopParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.PMD_CURRENT_LOOP_PARAMS,
@@ -2005,8 +2020,8 @@ class WithPmdCurrentLoopParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.PMD_CURRENT_LOOP_PARAMS,
@@ -2041,8 +2056,8 @@ class WithPmdPositionLoopParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.PMD_POSITION_LOOP_PARAMS, timeout)
 
@@ -2092,7 +2107,8 @@ class WithPmdPositionLoopParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.PMD_POSITION_LOOP_PARAMS,
@@ -2159,8 +2175,8 @@ class WithPmdPositionLoopParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.PMD_POSITION_LOOP_PARAMS,
@@ -2202,8 +2218,8 @@ class WithPmdMotorOutputParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.PMD_MOTOR_OUTPUT_PARAMS, timeout)
 
@@ -2246,7 +2262,8 @@ class WithPmdMotorOutputParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.PMD_MOTOR_OUTPUT_PARAMS,
@@ -2301,8 +2318,8 @@ class WithPmdMotorOutputParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.PMD_MOTOR_OUTPUT_PARAMS,
@@ -2340,8 +2357,8 @@ class WithPmdTrackSettleParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.PMD_TRACK_SETTLE_PARAMS, timeout)
 
@@ -2379,7 +2396,8 @@ class WithPmdTrackSettleParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.PMD_TRACK_SETTLE_PARAMS,
@@ -2429,8 +2447,8 @@ class WithPmdTrackSettleParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.PMD_TRACK_SETTLE_PARAMS,
@@ -2463,8 +2481,8 @@ class WithPmdProfileModeParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.PMD_PROFILE_MODE_PARAMS, timeout)
 
@@ -2490,7 +2508,8 @@ class WithPmdProfileModeParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.PMD_PROFILE_MODE_PARAMS,
@@ -2524,8 +2543,8 @@ class WithPmdProfileModeParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.PMD_PROFILE_MODE_PARAMS,
@@ -2558,8 +2577,8 @@ class WithPmdSettledCurrentLoopParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.PMD_SETTLED_CURRENT_LOOP_PARAMS, timeout)
 
@@ -2589,7 +2608,8 @@ class WithPmdSettledCurrentLoopParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.PMD_SETTLED_CURRENT_LOOP_PARAMS,
@@ -2633,8 +2653,8 @@ class WithPmdSettledCurrentLoopParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.PMD_SETTLED_CURRENT_LOOP_PARAMS,
@@ -2672,8 +2692,8 @@ class WithPmdStageAxisParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.PMD_STAGE_AXIS_PARAMS, timeout)
 
@@ -2732,7 +2752,8 @@ class WithPmdStageAxisParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.PMD_STAGE_AXIS_PARAMS,
@@ -2815,8 +2836,8 @@ class WithPmdStageAxisParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.PMD_STAGE_AXIS_PARAMS,

@@ -56,8 +56,8 @@ class WithPosControlMode(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.POS_CONTROL_MODE, timeout)
 
@@ -80,7 +80,8 @@ class WithPosControlMode(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.POS_CONTROL_MODE, timeout, mode=mode)
 
@@ -105,8 +106,8 @@ class WithPosControlMode(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.POS_CONTROL_MODE, timeout, mode=mode)
 
@@ -125,8 +126,8 @@ class WithOutputVolts(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.OUTPUT_VOLTS, timeout)
 
@@ -151,7 +152,8 @@ class WithOutputVolts(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.OUTPUT_VOLTS, timeout, voltage=voltage, volts=volts)
 
@@ -177,8 +179,8 @@ class WithOutputVolts(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.OUTPUT_VOLTS, timeout, voltage=voltage, volts=volts)
 
@@ -197,8 +199,8 @@ class WithOutputPos(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.OUTPUT_POS, timeout)
 
@@ -223,7 +225,8 @@ class WithOutputPos(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.OUTPUT_POS, timeout, position_sw=position_sw, um=um)
 
@@ -250,8 +253,8 @@ class WithOutputPos(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.OUTPUT_POS, timeout, position_sw=position_sw, um=um)
 
@@ -273,8 +276,8 @@ class WithMaxTravel(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.MAX_TRAVEL, timeout)
 
@@ -295,8 +298,8 @@ class WithInputVoltsSrc(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.INPUT_VOLTS_SRC, timeout)
 
@@ -319,7 +322,8 @@ class WithInputVoltsSrc(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.INPUT_VOLTS_SRC, timeout, volt_src=volt_src)
 
@@ -343,8 +347,8 @@ class WithInputVoltsSrc(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.INPUT_VOLTS_SRC, timeout, volt_src=volt_src)
 
@@ -365,8 +369,8 @@ class WithPiConsts(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.PI_CONSTS, timeout)
 
@@ -390,7 +394,8 @@ class WithPiConsts(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.PI_CONSTS, timeout, prop_const=prop_const, int_const=int_const)
 
@@ -415,8 +420,8 @@ class WithPiConsts(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(t.PI_CONSTS, timeout, prop_const=prop_const, int_const=int_const)
 
@@ -435,7 +440,7 @@ class CanSetZero(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.SET_ZERO, timeout)
 
@@ -457,8 +462,8 @@ class WithPzStatusBits(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.PZ_STATUS_BITS, timeout)
 
@@ -479,7 +484,7 @@ class CanAckPzStatusUpdate(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.ACK_PZ_STATUS_UPDATE, timeout)
 
@@ -502,8 +507,8 @@ class WithIoSettings(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.IO_SETTINGS, timeout)
 
@@ -535,7 +540,8 @@ class WithIoSettings(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.IO_SETTINGS,
@@ -574,8 +580,8 @@ class WithIoSettings(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.IO_SETTINGS,
@@ -607,8 +613,8 @@ class WithOutputMaxVolts(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.OUTPUT_MAX_VOLTS, timeout)
 
@@ -642,7 +648,8 @@ class WithOutputMaxVolts(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.OUTPUT_MAX_VOLTS, timeout, voltage=voltage, volts=volts, flags=flags)
 
@@ -679,8 +686,8 @@ class WithOutputMaxVolts(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.OUTPUT_MAX_VOLTS,
@@ -708,8 +715,8 @@ class WithTpzSlewRates(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.TPZ_SLEW_RATES, timeout)
 
@@ -740,7 +747,8 @@ class WithTpzSlewRates(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.TPZ_SLEW_RATES,
@@ -780,8 +788,8 @@ class WithTpzSlewRates(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.TPZ_SLEW_RATES,
@@ -811,7 +819,7 @@ class CanSetPzStageParamDefaults(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.SET_PZ_STAGE_PARAM_DEFAULTS, timeout)
 
@@ -834,8 +842,8 @@ class WithOutputLut(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.OUTPUT_LUT, timeout)
 
@@ -871,7 +879,8 @@ class WithOutputLut(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(t.OUTPUT_LUT, timeout, index=index, output=output, volts=volts, um=um)
 
@@ -908,8 +917,8 @@ class WithOutputLut(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.OUTPUT_LUT,
@@ -938,8 +947,8 @@ class WithOutputLutParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.OUTPUT_LUT_PARAMS, timeout)
 
@@ -1003,7 +1012,8 @@ class WithOutputLutParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.OUTPUT_LUT_PARAMS,
@@ -1085,8 +1095,8 @@ class WithOutputLutParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.OUTPUT_LUT_PARAMS,
@@ -1121,7 +1131,7 @@ class CanStartLutOutput(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.START_LUT_OUTPUT, timeout)
 
@@ -1139,7 +1149,7 @@ class CanStopLutOutput(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._halt(t.STOP_LUT_OUTPUT, timeout)
 
@@ -1169,7 +1179,8 @@ class WithLutValueType(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._tell(t.LUT_VALUE_TYPE, timeout, lut_type=lut_type)
 
@@ -1191,7 +1202,8 @@ class WithPzEepromParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._tell(t.PZ_EEPROM_PARAMS, timeout, msg_id=msg_id)
 
@@ -1210,8 +1222,8 @@ class WithTpzDispSettings(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.TPZ_DISP_SETTINGS, timeout)
 
@@ -1235,7 +1247,8 @@ class WithTpzDispSettings(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.TPZ_DISP_SETTINGS,
@@ -1266,8 +1279,8 @@ class WithTpzDispSettings(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.TPZ_DISP_SETTINGS,
@@ -1297,8 +1310,8 @@ class WithTpzIoSettings(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.TPZ_IO_SETTINGS, timeout)
 
@@ -1328,7 +1341,8 @@ class WithTpzIoSettings(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.TPZ_IO_SETTINGS,
@@ -1365,8 +1379,8 @@ class WithTpzIoSettings(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.TPZ_IO_SETTINGS,
@@ -1394,8 +1408,8 @@ class WithTsgIoSettings(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.TSG_IO_SETTINGS, timeout)
 
@@ -1430,7 +1444,8 @@ class WithTsgIoSettings(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._set(
             t.TSG_IO_SETTINGS,
@@ -1474,8 +1489,8 @@ class WithTsgIoSettings(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._change(
             t.TSG_IO_SETTINGS,
@@ -1504,7 +1519,7 @@ class WithTsgReading(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._get(t.TSG_READING, timeout)

@@ -67,8 +67,8 @@ class WithEncCounter(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.ENC_COUNTER, timeout)
 
@@ -94,7 +94,8 @@ class WithEncCounter(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm)
 
@@ -122,8 +123,8 @@ class WithEncCounter(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm)
 
@@ -145,8 +146,8 @@ class WithPosCounter(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.POS_COUNTER, timeout)
 
@@ -172,7 +173,8 @@ class WithPosCounter(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.POS_COUNTER, timeout, position=position, mm=mm)
 
@@ -200,8 +202,8 @@ class WithPosCounter(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(t.POS_COUNTER, timeout, position=position, mm=mm)
 
@@ -220,8 +222,8 @@ class WithVelParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.VEL_PARAMS, timeout)
 
@@ -258,7 +260,8 @@ class WithVelParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.VEL_PARAMS,
@@ -306,8 +309,8 @@ class WithVelParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.VEL_PARAMS,
@@ -335,8 +338,8 @@ class WithJogParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.JOG_PARAMS, timeout)
 
@@ -384,7 +387,8 @@ class WithJogParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.JOG_PARAMS,
@@ -446,8 +450,8 @@ class WithJogParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.JOG_PARAMS,
@@ -482,8 +486,8 @@ class WithLimSwitchParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.LIM_SWITCH_PARAMS, timeout)
 
@@ -529,7 +533,8 @@ class WithLimSwitchParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.LIM_SWITCH_PARAMS,
@@ -587,8 +592,8 @@ class WithLimSwitchParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.LIM_SWITCH_PARAMS,
@@ -617,8 +622,8 @@ class WithMotStatusBits(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.MOT_STATUS_BITS, timeout)
 
@@ -637,8 +642,8 @@ class WithGenMoveParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.GEN_MOVE_PARAMS, timeout)
 
@@ -661,7 +666,8 @@ class WithGenMoveParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.GEN_MOVE_PARAMS, timeout, backlash_distance=backlash_distance, mm=mm)
 
@@ -685,8 +691,8 @@ class WithGenMoveParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(t.GEN_MOVE_PARAMS, timeout, backlash_distance=backlash_distance, mm=mm)
 
@@ -705,8 +711,8 @@ class WithHomeParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.HOME_PARAMS, timeout)
 
@@ -744,7 +750,8 @@ class WithHomeParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.HOME_PARAMS,
@@ -792,8 +799,8 @@ class WithHomeParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.HOME_PARAMS,
@@ -821,9 +828,9 @@ class CanHome(Part):
         :param timeout: in seconds; None for that of the device.
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
-        ControllerFaultError when the controller reported a fault; MotionStopped when it was
-        stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        ControllerFaultError when the controller reported a fault; MotionStoppedError when it was
+        stopped; MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._act(t.HOME, timeout)
 
@@ -833,8 +840,8 @@ class CanHome(Part):
         Starts homing with the settings of MOT_SET_HOMEPARAMS. Returns as soon as it is sent, with a
         handle to wait on. Page 41.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return self._start(t.HOME)
 
@@ -853,8 +860,8 @@ class WithMoveRelParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.MOVE_REL_PARAMS, timeout)
 
@@ -876,7 +883,8 @@ class WithMoveRelParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.MOVE_REL_PARAMS, timeout, relative_distance=relative_distance, mm=mm)
 
@@ -900,8 +908,8 @@ class WithMoveRelParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(t.MOVE_REL_PARAMS, timeout, relative_distance=relative_distance, mm=mm)
 
@@ -933,9 +941,9 @@ class CanMoveRelative(Part):
         scale is not known; LimitError, before it moves, for a target outside a travel that is
         known; MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return self._act(t.MOVE_RELATIVE, timeout, counts=counts, mm=mm)
 
@@ -951,8 +959,8 @@ class CanMoveRelative(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return self._start(t.MOVE_RELATIVE, counts=counts, mm=mm)
 
@@ -968,9 +976,9 @@ class CanMoveRelative(Part):
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return self._act(t.MOVE_RELATIVE_STORED, timeout)
 
@@ -982,8 +990,8 @@ class CanMoveRelative(Part):
 
         Moves by the distance stored with MOT_SET_MOVERELPARAMS.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return self._start(t.MOVE_RELATIVE_STORED)
 
@@ -1002,8 +1010,8 @@ class WithMoveAbsParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.MOVE_ABS_PARAMS, timeout)
 
@@ -1025,7 +1033,8 @@ class WithMoveAbsParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.MOVE_ABS_PARAMS, timeout, absolute_position=absolute_position, mm=mm)
 
@@ -1049,8 +1058,8 @@ class WithMoveAbsParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(t.MOVE_ABS_PARAMS, timeout, absolute_position=absolute_position, mm=mm)
 
@@ -1083,9 +1092,9 @@ class CanMoveAbsolute(Part):
         scale is not known; LimitError, before it moves, for a target outside a travel that is
         known; MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, mm=mm)
 
@@ -1102,8 +1111,8 @@ class CanMoveAbsolute(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return self._start(t.MOVE_ABSOLUTE, counts=counts, mm=mm)
 
@@ -1119,9 +1128,9 @@ class CanMoveAbsolute(Part):
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return self._act(t.MOVE_ABSOLUTE_STORED, timeout)
 
@@ -1133,8 +1142,8 @@ class CanMoveAbsolute(Part):
 
         Moves to the position stored with MOT_SET_MOVEABSPARAMS.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return self._start(t.MOVE_ABSOLUTE_STORED)
 
@@ -1169,9 +1178,9 @@ class CanMoveVelocity(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        ControllerFaultError when the controller reported a fault; MotionStopped when it was
-        stopped; MotionTimeout when no end came in time, and then it may still be moving;
-        TransportLost and SessionClosedError when there is no line (any more).
+        ControllerFaultError when the controller reported a fault; MotionStoppedError when it was
+        stopped; MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._act(t.MOVE_VELOCITY, timeout, direction=direction)
 
@@ -1194,7 +1203,7 @@ class CanMoveVelocity(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        TransportLost and SessionClosedError when there is no line (any more).
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._start(t.MOVE_VELOCITY, direction=direction)
 
@@ -1223,7 +1232,7 @@ class CanStop(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; ReplyTimeout when no end came in time; TransportLost and
+        scale is not known; ReplyTimeoutError when no end came in time; TransportLostError and
         SessionClosedError when there is no line (any more).
         """
         return self._halt(t.STOP, timeout, stop_mode=stop_mode)
@@ -1261,9 +1270,9 @@ class CanJog(Part):
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
         TargetNotReachedError when it ended elsewhere; ControllerFaultError when the controller
-        reported a fault; MotionStopped when it was stopped; MotionTimeout when no end came in time,
-        and then it may still be moving; TransportLost and SessionClosedError when there is no line
-        (any more).
+        reported a fault; MotionStoppedError when it was stopped; MotionTimeoutError when no end
+        came in time, and then it may still be moving; TransportLostError and SessionClosedError
+        when there is no line (any more).
         """
         return self._act(t.JOG, timeout, direction=direction)
 
@@ -1287,7 +1296,7 @@ class CanJog(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; MotionUnderWayError, before a byte is sent, while something moves;
-        TransportLost and SessionClosedError when there is no line (any more).
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._start(t.JOG, direction=direction)
 
@@ -1306,7 +1315,7 @@ class CanSuspendEndOfMoveMsgs(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         self._tell(t.SUSPEND_END_OF_MOVE_MSGS, timeout)
 
@@ -1327,7 +1336,7 @@ class CanResumeEndOfMoveMsgs(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         self._tell(t.RESUME_END_OF_MOVE_MSGS, timeout)
 
@@ -1348,8 +1357,8 @@ class WithStatusUpdate(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.STATUS_UPDATE, timeout)
 
@@ -1368,8 +1377,8 @@ class WithDcStatusUpdate(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.DC_STATUS_UPDATE, timeout)
 
@@ -1390,7 +1399,7 @@ class CanAckDcStatusUpdate(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         self._tell(t.ACK_DC_STATUS_UPDATE, timeout)
 
@@ -1414,8 +1423,8 @@ class WithDcPidParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.DC_PID_PARAMS, timeout)
 
@@ -1449,7 +1458,8 @@ class WithDcPidParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.DC_PID_PARAMS,
@@ -1493,8 +1503,8 @@ class WithDcPidParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.DC_PID_PARAMS,
@@ -1524,8 +1534,8 @@ class WithPotParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.POT_PARAMS, timeout)
 
@@ -1575,7 +1585,8 @@ class WithPotParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.POT_PARAMS,
@@ -1643,8 +1654,8 @@ class WithPotParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.POT_PARAMS,
@@ -1680,8 +1691,8 @@ class WithAvModes(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.AV_MODES, timeout)
 
@@ -1704,7 +1715,8 @@ class WithAvModes(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.AV_MODES, timeout, mode_bits=mode_bits)
 
@@ -1728,8 +1740,8 @@ class WithAvModes(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(t.AV_MODES, timeout, mode_bits=mode_bits)
 
@@ -1751,8 +1763,8 @@ class WithButtonParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.BUTTON_PARAMS, timeout)
 
@@ -1789,7 +1801,8 @@ class WithButtonParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.BUTTON_PARAMS,
@@ -1839,8 +1852,8 @@ class WithButtonParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.BUTTON_PARAMS,
@@ -1872,7 +1885,8 @@ class WithMotEepromParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._tell(t.MOT_EEPROM_PARAMS, timeout, msg_id=msg_id)
 
@@ -1900,8 +1914,8 @@ class WithPmdCurrentLoopParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.PMD_CURRENT_LOOP_PARAMS, timeout)
 
@@ -1933,7 +1947,8 @@ class WithPmdCurrentLoopParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.PMD_CURRENT_LOOP_PARAMS,
@@ -1978,8 +1993,8 @@ class WithPmdCurrentLoopParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.PMD_CURRENT_LOOP_PARAMS,
@@ -2014,8 +2029,8 @@ class WithPmdPositionLoopParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.PMD_POSITION_LOOP_PARAMS, timeout)
 
@@ -2065,7 +2080,8 @@ class WithPmdPositionLoopParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.PMD_POSITION_LOOP_PARAMS,
@@ -2132,8 +2148,8 @@ class WithPmdPositionLoopParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.PMD_POSITION_LOOP_PARAMS,
@@ -2175,8 +2191,8 @@ class WithPmdMotorOutputParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.PMD_MOTOR_OUTPUT_PARAMS, timeout)
 
@@ -2219,7 +2235,8 @@ class WithPmdMotorOutputParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.PMD_MOTOR_OUTPUT_PARAMS,
@@ -2274,8 +2291,8 @@ class WithPmdMotorOutputParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.PMD_MOTOR_OUTPUT_PARAMS,
@@ -2313,8 +2330,8 @@ class WithPmdTrackSettleParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.PMD_TRACK_SETTLE_PARAMS, timeout)
 
@@ -2352,7 +2369,8 @@ class WithPmdTrackSettleParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.PMD_TRACK_SETTLE_PARAMS,
@@ -2402,8 +2420,8 @@ class WithPmdTrackSettleParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.PMD_TRACK_SETTLE_PARAMS,
@@ -2436,8 +2454,8 @@ class WithPmdProfileModeParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.PMD_PROFILE_MODE_PARAMS, timeout)
 
@@ -2463,7 +2481,8 @@ class WithPmdProfileModeParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.PMD_PROFILE_MODE_PARAMS, timeout, mode=mode, jerk=jerk, mm_per_s3=mm_per_s3)
 
@@ -2491,8 +2510,8 @@ class WithPmdProfileModeParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.PMD_PROFILE_MODE_PARAMS,
@@ -2525,8 +2544,8 @@ class WithPmdSettledCurrentLoopParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.PMD_SETTLED_CURRENT_LOOP_PARAMS, timeout)
 
@@ -2556,7 +2575,8 @@ class WithPmdSettledCurrentLoopParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.PMD_SETTLED_CURRENT_LOOP_PARAMS,
@@ -2600,8 +2620,8 @@ class WithPmdSettledCurrentLoopParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.PMD_SETTLED_CURRENT_LOOP_PARAMS,
@@ -2635,8 +2655,8 @@ class WithPmdStageAxisParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.PMD_STAGE_AXIS_PARAMS, timeout)
 
@@ -2695,7 +2715,8 @@ class WithPmdStageAxisParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.PMD_STAGE_AXIS_PARAMS,
@@ -2778,8 +2799,8 @@ class WithPmdStageAxisParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.PMD_STAGE_AXIS_PARAMS,

@@ -32,8 +32,8 @@ class WithSolOperatingMode(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.SOL_OPERATING_MODE, timeout)
 
@@ -58,7 +58,8 @@ class WithSolOperatingMode(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.SOL_OPERATING_MODE, timeout, operating_mode=operating_mode)
 
@@ -85,8 +86,8 @@ class WithSolOperatingMode(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(t.SOL_OPERATING_MODE, timeout, operating_mode=operating_mode)
 
@@ -108,8 +109,8 @@ class WithSolCycleParams(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.SOL_CYCLE_PARAMS, timeout)
 
@@ -144,7 +145,8 @@ class WithSolCycleParams(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(
             t.SOL_CYCLE_PARAMS,
@@ -189,8 +191,8 @@ class WithSolCycleParams(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(
             t.SOL_CYCLE_PARAMS,
@@ -220,8 +222,8 @@ class WithSolInterlockMode(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.SOL_INTERLOCK_MODE, timeout)
 
@@ -246,7 +248,8 @@ class WithSolInterlockMode(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.SOL_INTERLOCK_MODE, timeout, interlock_mode=interlock_mode)
 
@@ -273,8 +276,8 @@ class WithSolInterlockMode(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(t.SOL_INTERLOCK_MODE, timeout, interlock_mode=interlock_mode)
 
@@ -293,8 +296,8 @@ class WithSolState(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._get(t.SOL_STATE, timeout)
 
@@ -316,7 +319,8 @@ class WithSolState(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._set(t.SOL_STATE, timeout, state=state)
 
@@ -339,7 +343,7 @@ class WithSolState(Part):
         Reads, changes what is given, writes all in one frame, under one lock; returns what was
         written. Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError,
         before anything is written, for a value that is out of range (also one that was only read),
-        no number, or in a unit whose scale is not known; ReplyTimeout when no answer came in time;
-        TransportLost and SessionClosedError when there is no line (any more).
+        no number, or in a unit whose scale is not known; ReplyTimeoutError when no answer came in
+        time; TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._change(t.SOL_STATE, timeout, state=state)

@@ -56,9 +56,9 @@ class CanIncrementMoveUp(Part):
         :param timeout: in seconds; None for that of the device.
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
-        TargetNotReachedError when it ended elsewhere; MotionStopped when it was stopped;
-        MotionTimeout when no end came in time, and then it may still be moving; TransportLost and
-        SessionClosedError when there is no line (any more).
+        TargetNotReachedError when it ended elsewhere; MotionStoppedError when it was stopped;
+        MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._act(t.INCREMENT_MOVE_UP, timeout)
 
@@ -71,8 +71,8 @@ class CanIncrementMoveUp(Part):
         The sum of present position and increment becomes the target. Counted from the present
         position, not from the last target: what a move falls short of adds up over a series.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.INCREMENT_MOVE_UP)
 
@@ -94,9 +94,9 @@ class CanIncrementMoveDown(Part):
         :param timeout: in seconds; None for that of the device.
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
-        TargetNotReachedError when it ended elsewhere; MotionStopped when it was stopped;
-        MotionTimeout when no end came in time, and then it may still be moving; TransportLost and
-        SessionClosedError when there is no line (any more).
+        TargetNotReachedError when it ended elsewhere; MotionStoppedError when it was stopped;
+        MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._act(t.INCREMENT_MOVE_DOWN, timeout)
 
@@ -108,8 +108,8 @@ class CanIncrementMoveDown(Part):
 
         Present position less increment becomes the target; otherwise as INCREMENT_MOVE_UP.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.INCREMENT_MOVE_DOWN)
 
@@ -132,8 +132,8 @@ class CanReadStatus(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_STATUS, timeout)
 
@@ -167,7 +167,8 @@ class CanWriteMotorPosition(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._tell(t.WRITE_MOTOR_POSITION, timeout, position=position, um=um)
 
@@ -192,7 +193,7 @@ class CanStop(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._halt(t.STOP, timeout)
 
@@ -224,7 +225,8 @@ class CanWriteIncrementValue(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._tell(t.WRITE_INCREMENT_VALUE, timeout, increment=increment, um=um)
 
@@ -247,7 +249,7 @@ class CanStartMotor(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.START_MOTOR, timeout)
 
@@ -270,7 +272,7 @@ class CanJoystickEnable(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.JOYSTICK_ENABLE, timeout)
 
@@ -294,7 +296,7 @@ class CanJoystickDisable(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.JOYSTICK_DISABLE, timeout)
 
@@ -329,7 +331,8 @@ class CanWriteRampingTime(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._tell(t.WRITE_RAMPING_TIME, timeout, ramp_time=ramp_time, ms=ms)
 
@@ -362,7 +365,8 @@ class CanWriteTopSpeed(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._tell(t.WRITE_TOP_SPEED, timeout, top_speed=top_speed, um_per_s=um_per_s)
 
@@ -397,9 +401,9 @@ class CanMoveAbsolute(Part):
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
         known; MotionUnderWayError, before a byte is sent, while something moves;
-        TargetNotReachedError when it ended elsewhere; MotionStopped when it was stopped;
-        MotionTimeout when no end came in time, and then it may still be moving; TransportLost and
-        SessionClosedError when there is no line (any more).
+        TargetNotReachedError when it ended elsewhere; MotionStoppedError when it was stopped;
+        MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return await self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, um=um)
 
@@ -425,8 +429,8 @@ class CanMoveAbsolute(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return await self._start(t.MOVE_ABSOLUTE, counts=counts, um=um)
 
@@ -462,7 +466,8 @@ class CanWriteVectorSpeed(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         await self._tell(
             t.WRITE_VECTOR_SPEED,
@@ -488,8 +493,8 @@ class CanReadMotorPosition(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_MOTOR_POSITION, timeout)
 
@@ -508,8 +513,8 @@ class CanReadIncrementValue(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_INCREMENT_VALUE, timeout)
 
@@ -535,8 +540,8 @@ class CanReadIdentification(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_IDENTIFICATION, timeout)
 
@@ -563,8 +568,8 @@ class CanReadMotorPositionAndStatus(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_MOTOR_POSITION_AND_STATUS, timeout)
 
@@ -583,8 +588,8 @@ class CanReadCurrentSpeed(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_CURRENT_SPEED, timeout)
 
@@ -605,8 +610,8 @@ class CanReadRampTime(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_RAMP_TIME, timeout)
 
@@ -629,8 +634,8 @@ class CanReadMaximumSpeed(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_MAXIMUM_SPEED, timeout)
 
@@ -649,8 +654,8 @@ class CanReadTargetPosition(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_TARGET_POSITION, timeout)
 
@@ -672,7 +677,7 @@ class CanReadStatusByte(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return await self._ask(t.READ_STATUS_BYTE, timeout)

@@ -34,7 +34,7 @@ class CanSwitchToHighLevel(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.SWITCH_TO_HIGH_LEVEL, timeout)
 
@@ -54,7 +54,7 @@ class CanSwitchToLowLevel(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.SWITCH_TO_LOW_LEVEL, timeout)
 
@@ -75,7 +75,7 @@ class CanWhereInHundredths(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.WHERE_IN_HUNDREDTHS, timeout)
 
@@ -96,7 +96,7 @@ class CanResetController(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.RESET_CONTROLLER, timeout)
 
@@ -117,6 +117,6 @@ class CanWhereInTenths(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         await self._tell(t.WHERE_IN_TENTHS, timeout)

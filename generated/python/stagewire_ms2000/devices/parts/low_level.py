@@ -54,9 +54,9 @@ class CanIncrementMoveUp(Part):
         :param timeout: in seconds; None for that of the device.
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
-        TargetNotReachedError when it ended elsewhere; MotionStopped when it was stopped;
-        MotionTimeout when no end came in time, and then it may still be moving; TransportLost and
-        SessionClosedError when there is no line (any more).
+        TargetNotReachedError when it ended elsewhere; MotionStoppedError when it was stopped;
+        MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._act(t.INCREMENT_MOVE_UP, timeout)
 
@@ -69,8 +69,8 @@ class CanIncrementMoveUp(Part):
         The sum of present position and increment becomes the target. Counted from the present
         position, not from the last target: what a move falls short of adds up over a series.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return self._start(t.INCREMENT_MOVE_UP)
 
@@ -92,9 +92,9 @@ class CanIncrementMoveDown(Part):
         :param timeout: in seconds; None for that of the device.
 
         Raises MotionUnderWayError, before a byte is sent, while something moves;
-        TargetNotReachedError when it ended elsewhere; MotionStopped when it was stopped;
-        MotionTimeout when no end came in time, and then it may still be moving; TransportLost and
-        SessionClosedError when there is no line (any more).
+        TargetNotReachedError when it ended elsewhere; MotionStoppedError when it was stopped;
+        MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._act(t.INCREMENT_MOVE_DOWN, timeout)
 
@@ -106,8 +106,8 @@ class CanIncrementMoveDown(Part):
 
         Present position less increment becomes the target; otherwise as INCREMENT_MOVE_UP.
 
-        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        Raises MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return self._start(t.INCREMENT_MOVE_DOWN)
 
@@ -130,8 +130,8 @@ class CanReadStatus(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_STATUS, timeout)
 
@@ -165,7 +165,8 @@ class CanWriteMotorPosition(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._tell(t.WRITE_MOTOR_POSITION, timeout, position=position, um=um)
 
@@ -190,7 +191,7 @@ class CanStop(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._halt(t.STOP, timeout)
 
@@ -222,7 +223,8 @@ class CanWriteIncrementValue(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._tell(t.WRITE_INCREMENT_VALUE, timeout, increment=increment, um=um)
 
@@ -245,7 +247,7 @@ class CanStartMotor(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         self._tell(t.START_MOTOR, timeout)
 
@@ -268,7 +270,7 @@ class CanJoystickEnable(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         self._tell(t.JOYSTICK_ENABLE, timeout)
 
@@ -292,7 +294,7 @@ class CanJoystickDisable(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises TransportLost and SessionClosedError when there is no line (any more).
+        Raises TransportLostError and SessionClosedError when there is no line (any more).
         """
         self._tell(t.JOYSTICK_DISABLE, timeout)
 
@@ -327,7 +329,8 @@ class CanWriteRampingTime(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._tell(t.WRITE_RAMPING_TIME, timeout, ramp_time=ramp_time, ms=ms)
 
@@ -360,7 +363,8 @@ class CanWriteTopSpeed(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._tell(t.WRITE_TOP_SPEED, timeout, top_speed=top_speed, um_per_s=um_per_s)
 
@@ -395,9 +399,9 @@ class CanMoveAbsolute(Part):
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
         known; MotionUnderWayError, before a byte is sent, while something moves;
-        TargetNotReachedError when it ended elsewhere; MotionStopped when it was stopped;
-        MotionTimeout when no end came in time, and then it may still be moving; TransportLost and
-        SessionClosedError when there is no line (any more).
+        TargetNotReachedError when it ended elsewhere; MotionStoppedError when it was stopped;
+        MotionTimeoutError when no end came in time, and then it may still be moving;
+        TransportLostError and SessionClosedError when there is no line (any more).
         """
         return self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, um=um)
 
@@ -418,8 +422,8 @@ class CanMoveAbsolute(Part):
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
         scale is not known; LimitError, before it moves, for a target outside a travel that is
-        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLost and
-        SessionClosedError when there is no line (any more).
+        known; MotionUnderWayError, before a byte is sent, while something moves; TransportLostError
+        and SessionClosedError when there is no line (any more).
         """
         return self._start(t.MOVE_ABSOLUTE, counts=counts, um=um)
 
@@ -455,7 +459,8 @@ class CanWriteVectorSpeed(Part):
 
         Raises MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError, before a
         byte is sent, for a value that is not given, out of range, no number, or in a unit whose
-        scale is not known; TransportLost and SessionClosedError when there is no line (any more).
+        scale is not known; TransportLostError and SessionClosedError when there is no line (any
+        more).
         """
         self._tell(t.WRITE_VECTOR_SPEED, timeout, vector_speed=vector_speed, um_per_s=um_per_s)
 
@@ -476,8 +481,8 @@ class CanReadMotorPosition(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_MOTOR_POSITION, timeout)
 
@@ -496,8 +501,8 @@ class CanReadIncrementValue(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_INCREMENT_VALUE, timeout)
 
@@ -523,8 +528,8 @@ class CanReadIdentification(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_IDENTIFICATION, timeout)
 
@@ -551,8 +556,8 @@ class CanReadMotorPositionAndStatus(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_MOTOR_POSITION_AND_STATUS, timeout)
 
@@ -571,8 +576,8 @@ class CanReadCurrentSpeed(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_CURRENT_SPEED, timeout)
 
@@ -593,8 +598,8 @@ class CanReadRampTime(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_RAMP_TIME, timeout)
 
@@ -617,8 +622,8 @@ class CanReadMaximumSpeed(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_MAXIMUM_SPEED, timeout)
 
@@ -637,8 +642,8 @@ class CanReadTargetPosition(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_TARGET_POSITION, timeout)
 
@@ -660,7 +665,7 @@ class CanReadStatusByte(Part):
 
         :param timeout: in seconds; None for that of the device.
 
-        Raises ReplyTimeout when no answer came in time; TransportLost and SessionClosedError when
-        there is no line (any more).
+        Raises ReplyTimeoutError when no answer came in time; TransportLostError and
+        SessionClosedError when there is no line (any more).
         """
         return self._ask(t.READ_STATUS_BYTE, timeout)

@@ -29,19 +29,19 @@ _STARTS = "Returns as soon as it is sent, with a handle to wait on."
 _ROLES = {"get_": ("req", "get"), "set_": ("set",), "change_": ("req", "get", "set")}
 
 _VALUE = "MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError"
-_LINK = "TransportLost and SessionClosedError when there is no line (any more)"
+_LINK = "TransportLostError and SessionClosedError when there is no line (any more)"
 _WRONG = (
     f"{_VALUE}, before a byte is sent, for a value that is not given, out of range, no number, or in a "
     "unit whose scale is not known"
 )
 _BUSY = "MotionUnderWayError, before a byte is sent, while something moves"
 _OUTSIDE = "LimitError, before it moves, for a target outside a travel that is known"
-_LATE = "ReplyTimeout when no answer came in time"
+_LATE = "ReplyTimeoutError when no answer came in time"
 _MISSED = "TargetNotReachedError when it ended elsewhere"
 _FAULT = "ControllerFaultError when the controller reported a fault"
 _ENDS = (
-    "MotionStopped when it was stopped; MotionTimeout when no end came in time, and then it may still "
-    "be moving"
+    "MotionStoppedError when it was stopped; MotionTimeoutError when no end came in time, and then it may "
+    "still be moving"
 )
 _CHANGED = (
     f"{_VALUE}, before anything is written, for a value that is out of range (also one that was only "
@@ -132,7 +132,7 @@ def _errors(call: Call, verb: str, given: bool) -> str:
         errors = [*wrong, *targets, _BUSY, *([] if verb == "start_" else [*ended, _ENDS])]
     elif call.kind == "halt":
         ends = call.message.exchange.get("completes_with")
-        errors = [*wrong, *(["ReplyTimeout when no end came in time"] if ends else [])]
+        errors = [*wrong, *(["ReplyTimeoutError when no end came in time"] if ends else [])]
     elif verb == "change_":
         errors = [_CHANGED, _LATE]
     else:
