@@ -1,4 +1,4 @@
-"""Imports: no cycles, and the picture of the packages in ``docs/architecture.md``.
+"""Imports: no cycles, nothing private, and the picture of the packages in ``docs/architecture.md``.
 
 The picture is the block marked ``text`` that begins with the row of ``stagewire_cli``. A row says what
 imports what:
@@ -30,6 +30,16 @@ CYCLES = {"stagewire_conformance": 5, "stagewire_cli": 1}
 """Cycles of modules that a package may have; none where it is not named."""
 
 FIRST = "stagewire_cli ->"
+PRIVATE = {
+    "stagewire_cli": {"stagewire._devices.values"},
+    "stagewire_conformance": {"stagewire._discovery.products", "stagewire._sessions.matching"},
+    "stagewire_virtual": {"stagewire._framings.slots.protocol"},
+}
+"""Private modules that other packages may import; none where a package is not named."""
+
+SUPPORT = {"stagewire.support", "stagewire.quantities"}
+"""All that generated packages import of the runtime."""
+
 PAGE = ROOT / "docs" / "architecture.md"
 ROW = re.compile(r"^(?P<indent> *)(?P<name>[\w*]+)(?: +-> +(?P<imports>[\w, ]*\w))?(?: +#.*)?$")
 
@@ -71,6 +81,32 @@ def test_a_cycle_is_found() -> None:
     for importer, imported in ("ab", "bc", "ca", "de", "ed", "cd", "fa"):
         made.add_import(importer=importer, imported=imported)
     assert sorted(map(sorted, cycles(made))) == [["a", "b", "c"], ["d", "e"]]
+
+
+# Private modules
+
+
+def imported_from(package: str) -> set[str]:
+    """Return the modules of other packages that a package imports."""
+    inside = f"{package}."
+    return {
+        imported
+        for module in graph().modules
+        if f"{module}.".startswith(inside)
+        for imported in graph().find_modules_directly_imported_by(module)
+        if not f"{imported}.".startswith(inside)
+    }
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_private_modules_are_imported_in_their_own_package(package: str) -> None:
+    private = {module for module in imported_from(package) if "._" in module}
+    assert private - PRIVATE.get(package, set()) == set()
+
+
+@pytest.mark.parametrize("package", ["stagewire_apt", "stagewire_ms2000"])
+def test_generated_packages_import_what_is_there_for_them(package: str) -> None:
+    assert "stagewire.support" in imported_from(package) <= SUPPORT
 
 
 # The picture
