@@ -10,16 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stagewire_cli.errors import OK, WRONG, CalledWronglyError
-from stagewire_cli.generator import folder, load, the_generator
-from stagewire_cli.located import located
-from stagewire_cli.outputs import check_output, output
+from stagewire_cli.generator import folder, load, located, side, the_generator
+from stagewire_cli.output import check_output, output
 from stagewire_cli.reports import Report, ReportFormat, summary, written
-from stagewire_cli.sides import side
 
 if TYPE_CHECKING:
     from stagewire_generator.checks import Checked
 
-__all__ = ["EXAMPLE", "check"]
 
 EXAMPLE = """\b
 Examples:

@@ -10,17 +10,13 @@ import typer
 
 from stagewire.errors import CodecError
 from stagewire.framing import End
-from stagewire_cli.decoding import Decoding, opened
+from stagewire_cli.decoding import Decoding, Tally, opened
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats import Format, check_format, writing
-from stagewire_cli.hextext import parse_hex
-from stagewire_cli.outputs import check_output, output
-from stagewire_cli.progress import progress
+from stagewire_cli.output import check_output, output, progress
 from stagewire_cli.protocols import PROTOCOL_HELP
 from stagewire_cli.selection import Direction, Selection
-from stagewire_cli.tally import Tally
-
-__all__ = ["EXAMPLE", "decode"]
+from stagewire_cli.values import parse_hex
 
 EXAMPLE = """\b
 Examples:

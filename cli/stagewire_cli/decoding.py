@@ -1,25 +1,73 @@
-"""One run of ``stagewire decode``: from what is read to what writes."""
+"""One run of ``stagewire decode``: from what is read to what writes, and its summary in numbers."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from stagewire.capture import Heading, Recorded
-from stagewire.framing import End
+from stagewire.framing import End, Event, Garbage
 from stagewire.protocols import Direction
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.task import Stamp, Task
 from stagewire_cli.formats.writer import Writer
 from stagewire_cli.inputs import Source, captures, chunks, heading, is_json, opening, session
-from stagewire_cli.progress import Progress
-from stagewire_cli.tally import Tally
+from stagewire_cli.output import Progress
+from stagewire_conformance.codec import EVENT_NAMES
 
-__all__ = ["Decoding", "Input", "opened"]
+# An unknown message is none of these: newer controllers send more than is known.
+_WRONG = ("refused", "garbage", "bad_length")
+
+
+class Tally:
+    """Counts frames, or the events of a stream."""
+
+    def __init__(self) -> None:
+        self.read = 0
+        self.counts: Counter[str] = Counter()
+        self._pending = 0
+        self._in_garbage: dict[object, bool] = {}
+
+    def frame(self, raw: bytes, right: bool) -> None:
+        """Count a frame that had to be right."""
+        self.read += len(raw)
+        self.counts["frame" if right else "refused"] += 1
+
+    def events(self, events: Sequence[Event], part: bytes, stream: object = None) -> None:
+        """Count what a part of a stream gave; a run of garbage that blocks have cut counts once.
+
+        ``stream`` tells streams apart, where there are several.
+        """
+        self.read += len(part)
+        if not events:
+            return
+        for kind, number in Counter(map(type, events)).items():
+            self.counts[EVENT_NAMES[kind]] += number
+        if self._in_garbage.get(stream) and type(events[0]) is Garbage:
+            self.counts[EVENT_NAMES[Garbage]] -= 1
+        self._in_garbage[stream] = type(events[-1]) is Garbage
+
+    def end(self, pending: bytes) -> None:
+        """Count what is left at the end of a stream."""
+        self._pending += len(pending)
+
+    @property
+    def right(self) -> bool:
+        """Whether nothing was wrong."""
+        return not self._pending and not any(self.counts[kind] for kind in _WRONG)
+
+    @property
+    def summary(self) -> str:
+        """What came, in one line."""
+        found = [f"{number} {kind}" for kind, number in sorted(self.counts.items())]
+        found += [f"{self._pending} bytes incomplete"] * bool(self._pending)
+        return f"{self.read} bytes: {', '.join(found) or 'nothing'}"
+
 
 _NOW_AND_THEN = 1024  # frames
 _WAYS = {Direction.TO_CONTROLLER: "to_controller", Direction.TO_HOST: "to_host"}

@@ -17,21 +17,6 @@ from stagewire.errors import (
 )
 from stagewire_cli.errors import CalledWronglyError
 
-__all__ = [
-    "Bay",
-    "Line",
-    "Stage",
-    "Travel",
-    "Unit",
-    "called_wrongly",
-    "keywords",
-    "opened",
-    "parts_of",
-    "seconds_above_0",
-    "title_of",
-    "travel_in_mm",
-]
-
 Line = Annotated[
     str,
     typer.Argument(

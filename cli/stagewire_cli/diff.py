@@ -11,14 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.generator import the_generator
-from stagewire_cli.sides import side
-from stagewire_cli.terminal import printable
+from stagewire_cli.generator import side, the_generator
+from stagewire_cli.output import printable
 
 if TYPE_CHECKING:
     from stagewire_generator.change import Change
 
-__all__ = ["EXAMPLE", "diff"]
 
 EXAMPLE = """\b
 Examples:

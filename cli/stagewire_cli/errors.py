@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["CALLED_WRONGLY", "INTERRUPTED", "OK", "WRONG", "CalledWronglyError"]
-
 OK = 0
 WRONG = 1
 """What the command checked is wrong."""

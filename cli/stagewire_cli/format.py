@@ -11,10 +11,7 @@ import typer
 
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.generator import folder, the_generator
-from stagewire_cli.progress import progress
-from stagewire_cli.terminal import printable
-
-__all__ = ["EXAMPLE", "format_files"]
+from stagewire_cli.output import printable, progress
 
 EXAMPLE = """\b
 Examples:

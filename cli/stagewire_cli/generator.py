@@ -1,33 +1,50 @@
-"""The way to the generator, which comes with an extra of its own."""
+"""The way to the generator, which comes with an extra of its own.
+
+Each side of a comparison is the spec of a folder or of a git revision. Files are named as whoever reads a
+report finds them: so that a terminal, an editor or a program opens them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.located import located
-from stagewire_cli.progress import progress
-from stagewire_cli.terminal import printable
+from stagewire_cli.errors import CALLED_WRONGLY, WRONG, CalledWronglyError
+from stagewire_cli.output import printable, progress
 
 if TYPE_CHECKING:
+    from stagewire_generator.change import Revision, Spec
     from stagewire_generator.checks import Checked
     from stagewire_generator.diagnostics import Diagnostic, SpecError
     from stagewire_generator.model import Protocol
     from stagewire_generator.pipeline import Counts
 
-__all__ = [
-    "check_folders",
-    "folder",
-    "load",
-    "show_diagnostics",
-    "the_generator",
-    "write_files",
-]
+
+def located(diagnostics: Iterable[Diagnostic], spec: Path) -> list[Diagnostic]:
+    """Return the diagnostics of a spec with every file as it is found from the current folder.
+
+    :param spec: the folder, as the user named it.
+    """
+    from stagewire_generator.location import locate
+
+    path = cache(lambda name: from_here(locate(spec, name)))  # a run may have thousands of a file
+    return [
+        replace(diagnostic, place=replace(diagnostic.place, file=path(diagnostic.place.file)))
+        for diagnostic in diagnostics
+    ]
+
+
+def from_here(path: Path) -> str:
+    """Return a path from the current folder if it is below it, else the whole path."""
+    path, here = Path(os.path.abspath(path)), Path.cwd()
+    return (path.relative_to(here) if path.is_relative_to(here) else path).as_posix()
 
 
 def folder(text: str | Path) -> Path:
@@ -160,3 +177,51 @@ def write_files(out: Path, files: Mapping[str, str], *, partial: bool) -> int:
     for path in touched:
         typer.echo(path)
     return len(touched)
+
+
+@contextmanager
+def side(label: str, name: str, spec: str, *, quiet: bool = False) -> Iterator[Spec]:
+    """Give a folder or revision; show why it cannot be had, and end with 2.
+
+    :param label: what the user calls the side: ``OLD``.
+    :param name: the folder or revision.
+    :param spec: the folder of the spec in a revision, from the current folder.
+    :param quiet: whether standard output is for programs, so that diagnostics go to standard error.
+    Raises :class:`CalledWronglyError` for what is neither.
+    """
+    from stagewire_generator.change import RevisionError, revision
+
+    if not name.strip():
+        raise CalledWronglyError(f"the name of {label} is empty; give a folder or a revision")
+    if Path(name).is_dir():
+        yield _loaded(label, name, Path(name), quiet=quiet)
+        return
+    try:
+        with revision(name, spec) as extracted:
+            yield _loaded(label, name, extracted.spec, extracted, quiet=quiet)
+    except RevisionError as error:
+        raise CalledWronglyError(
+            f"{label}, {name}, is no folder, and as a revision it cannot be read: {error}"
+        ) from None
+
+
+def _loaded(
+    label: str, name: str, folder: Path, extracted: Revision | None = None, *, quiet: bool
+) -> Spec:
+    from stagewire_generator.change import Spec
+    from stagewire_generator.diagnostics import SpecError
+
+    checked: dict[str, Checked] = {}
+    try:
+        load([folder], checked, named=extracted.named if extracted else None)
+        return Spec.of(checked)
+    except SpecError as error:
+        show_diagnostics(error, [Path(name)], err=quiet)
+        typer.echo(f"{label} does not pass check, so that nothing was compared", err=True)
+        if extracted is not None:
+            typer.echo(
+                "it was checked by the rules of this stagewire; for a spec that was written for "
+                "another one, compare with the stagewire of its time",
+                err=True,
+            )
+        raise typer.Exit(CALLED_WRONGLY) from None

@@ -13,9 +13,7 @@ from typing import Any, BinaryIO
 from stagewire.capture import CaptureReader, Heading, Recorded, is_capture
 from stagewire.errors import CaptureError
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.hextext import HexText, parse_hex
-
-__all__ = ["Capture", "Source", "captures", "chunks", "heading", "is_json", "opening", "session"]
+from stagewire_cli.values import HexText, parse_hex
 
 BLOCK = 64 * 1024
 _LENIENT = "backslashreplace"

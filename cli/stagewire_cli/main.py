@@ -19,9 +19,7 @@ import typer
 import stagewire
 from stagewire.errors import StagewireError
 from stagewire_cli.errors import CALLED_WRONGLY, INTERRUPTED, OK, WRONG, CalledWronglyError
-from stagewire_cli.terminal import printable
-
-__all__ = ["command", "main", "run"]
+from stagewire_cli.output import printable
 
 EXAMPLE = """\b
 Examples:
@@ -34,15 +32,15 @@ _COMMANDS = {
     "check": ("check", "check", "EXAMPLE"),
     "generate": ("generate", "generate", "EXAMPLE"),
     "format": ("format", "format_files", "EXAMPLE"),
-    "schemas": ("schemas", "schemas", "EXAMPLE"),
+    "schemas": ("generate", "schemas", "SCHEMAS_EXAMPLE"),
     "diff": ("diff", "diff", "EXAMPLE"),
     "show": ("show", "show", "EXAMPLE"),
     "decode": ("decode", "decode", "EXAMPLE"),
     "encode": ("encode", "encode", "EXAMPLE"),
     "testee": ("testee", "testee", "EXAMPLE"),
     "virtual": ("virtual", "virtual", "EXAMPLE"),
-    "list": ("ports", "list_ports", "EXAMPLE"),
-    "doctor": ("doctor", "doctor", "EXAMPLE"),
+    "list": ("discovery", "list_ports", "LIST_EXAMPLE"),
+    "doctor": ("discovery", "doctor", "DOCTOR_EXAMPLE"),
     "monitor": ("monitor", "monitor", "EXAMPLE"),
     "move": ("motion", "move", "MOVE_EXAMPLE"),
     "home": ("motion", "home", "HOME_EXAMPLE"),

@@ -10,8 +10,6 @@ import typer
 from stagewire_cli.devices import Bay, Line, Stage, Unit, seconds_above_0
 from stagewire_cli.errors import CalledWronglyError
 
-__all__ = ["EXAMPLE", "monitor"]
-
 EXAMPLE = """\b
 Examples:
   stagewire monitor /dev/ttyUSB0 --stage Z8
@@ -55,7 +53,7 @@ def monitor(
     if log is not None and plot is not None and log.absolute() == plot.absolute():
         raise CalledWronglyError("--log and --plot name the same file")
     if plot is not None:
-        from stagewire_cli.monitor_plot import check_plot
+        from stagewire_cli.monitor_board import check_plot
 
         check_plot(plot)
     watch(url, unit, stage, bay, seconds=seconds, picture=plot, log=log)

@@ -20,11 +20,9 @@ from stagewire.errors import (
 from stagewire.protocols import Frame, Message
 from stagewire_cli.devices import opened, title_of
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.monitor_readings import Board
+from stagewire_cli.monitor_board import Board
 from stagewire_cli.motion_session import Where
 from stagewire_cli.status import reading_of, status_of
-
-__all__ = ["watch"]
 
 _REFRESH = 0.2  # seconds between two drawings of the table, and between two questions to what sends nothing
 
@@ -62,7 +60,7 @@ def watch(
                 _follow(device, parts, board, draw, seconds)
     finally:
         if picture is not None and board.tracks:
-            from stagewire_cli.monitor_plot import plot
+            from stagewire_cli.monitor_board import plot
 
             plot(picture, title, board.tracks)
     typer.echo(f"{board.count:,} status messages, {board.dropped:,} dropped", err=True)
@@ -75,9 +73,9 @@ def _shown(title: str, board: Board) -> Iterator[Draw]:
         typer.echo(title)
         yield lambda now: None
         return
-    from stagewire_cli.monitor_screen import Screen
+    from stagewire_cli.screens import MonitorScreen
 
-    with Screen(title, board) as screen:
+    with MonitorScreen(title, board) as screen:
         yield screen.draw
 
 

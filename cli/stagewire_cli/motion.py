@@ -9,17 +9,6 @@ import typer
 from stagewire_cli.devices import Bay, Line, Stage, Unit, seconds_above_0, travel_in_mm
 from stagewire_cli.errors import CalledWronglyError
 
-__all__ = [
-    "HOME_EXAMPLE",
-    "JOG_EXAMPLE",
-    "MOVE_EXAMPLE",
-    "STOP_EXAMPLE",
-    "home",
-    "jog",
-    "move",
-    "stop",
-]
-
 MOVE_EXAMPLE = """\b
 Examples:
   stagewire move /dev/ttyUSB0 --stage Z8 --travel 12 --to 1.5

@@ -33,8 +33,6 @@ from stagewire_cli.devices import (
 from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
 from stagewire_cli.status import numbers_of, status_of
 
-__all__ = ["Target", "Where", "refuse_silence", "run_home", "run_jog", "run_move", "run_stop"]
-
 _PIECE = 0.25  # seconds
 _STOP_TIMEOUT = 10.0  # seconds until a stage that was told to stands still
 _ENABLE = "; a stop disables the motor: enable it again (start_motor() of the library), then move"

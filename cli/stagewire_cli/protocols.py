@@ -10,9 +10,7 @@ import typer
 from stagewire.errors import UnknownProtocolError, UnusableProtocolError
 from stagewire.protocols import Protocol, available_protocols, load_protocol
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.terminal import printable
-
-__all__ = ["PROTOCOL_HELP", "choose", "choose_by_message", "one_or_all"]
+from stagewire_cli.output import printable
 
 PROTOCOL_HELP = "Protocol; needed only where nothing else says which is meant."
 

@@ -1,20 +1,23 @@
-"""A frame for people: every field with its offset, raw value and meaning."""
+"""A frame for people: every field with its offset, raw value and meaning.
+
+Or why bytes are no message: which of them are wrong, and what was expected there.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from stagewire.errors import CodecError
 from stagewire.protocols import Frame, Protocol
-from stagewire_cli.terminal import printable, table
+from stagewire_cli.output import printable, table
 from stagewire_conformance.answers import ADDRESSES
 from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.scales import factor
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-__all__ = ["event_line", "frame_line", "frame_table", "frame_title", "spelled_id"]
 
 Json = dict[str, Any]
 _HEX_FROM = 10
@@ -163,3 +166,23 @@ def _parameters(protocol: Protocol, answer: Json) -> set[str]:
     layout = registry_of(protocol).layout(answer["message"], answer["form"]) or {}
     found = (layout.get(key) for key in ("param1", "param2"))
     return {field["name"] for field in found if field}
+
+
+_SHOWN = 64
+_BEFORE = 6  # bytes that are shown before the wrong ones
+
+
+def explain(raw: bytes, error: CodecError, hints: Iterable[str]) -> Iterator[str]:
+    """Yield lines that show the bytes, mark the wrong ones and say what was expected."""
+    wrong = error.at or range(0)
+    start = max(0, min(wrong.start - _BEFORE, len(raw) - _SHOWN)) if wrong.start > _SHOWN else 0
+    shown = range(start, min(max(len(raw), wrong.start + 1), start + _SHOWN))
+    lead = "... " if start else ""
+    more = " ..." if shown.stop < len(raw) else ""
+    cells = [f"{raw[i]:02X}" if i < len(raw) else "  " for i in shown]
+    yield f"{lead}{' '.join(cells)}{more}".rstrip()
+    if wrong:
+        marks = ["^^" if i in wrong else "  " for i in shown]
+        yield f"{' ' * len(lead)}{' '.join(marks)}".rstrip()
+    yield f"{error.code}: {error}"
+    yield from (f"hint: {hint}" for hint in hints)

@@ -11,8 +11,6 @@ from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw
 from stagewire.devices import Values
 from stagewire.errors import UnknownScaleError
 
-__all__ = ["Reading", "Value", "numbers_of", "reading_of", "status_of"]
-
 _STATUS_METHODS = (
     "get_dc_status_update",
     "get_status_update",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import sys
 
-__all__ = ["EXAMPLE", "testee"]
-
 EXAMPLE = """\b
 Example:
   echo '{"id":1,"op":"hello"}' | stagewire testee

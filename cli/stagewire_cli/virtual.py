@@ -12,8 +12,6 @@ import typer
 
 from stagewire_cli.errors import OK, WRONG, CalledWronglyError
 
-__all__ = ["EXAMPLE", "virtual"]
-
 EXAMPLE = """\b
 Examples:
   stagewire virtual TDC001 --stage Z8 --tcp 127.0.0.1:4001 --log -

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from stagewire.protocols import Direction
-from stagewire_cli.terminal import printable
+from stagewire_cli.output import printable
 from stagewire_cli.virtual_log import STANDARD_OUTPUT, Log, begin, logs
 from stagewire_cli.virtual_units import LinkMaker
 from stagewire_virtual.clock import RealClock
@@ -22,9 +22,7 @@ from stagewire_virtual.serving.link import Link, Observer, ServedLink
 from stagewire_virtual.serving.server import Server
 
 if TYPE_CHECKING:
-    from stagewire_cli.virtual_screen import Screen
-
-__all__ = ["run_session"]
+    from stagewire_cli.screens import VirtualScreen
 
 _REFRESH = 0.2  # seconds between two drawings of the live table
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # as far as the system has them
@@ -64,7 +62,7 @@ class _Session(Observer):
     def __init__(self) -> None:
         self.logs: dict[Link, Log] = {}
         self.failure: OSError | None = None
-        self._screen: Screen | None = None
+        self._screen: VirtualScreen | None = None
         self._over = asyncio.Event()
         self._visited: set[Link] = set()
 
@@ -81,9 +79,9 @@ class _Session(Observer):
                     typer.echo(f"{link.label} at {link.url}", err=quiet)
                 ends: list[asyncio.Task[object]] = [asyncio.create_task(self._over.wait())]
                 if sys.stdout.isatty() and not quiet:
-                    from stagewire_cli.virtual_screen import Screen
+                    from stagewire_cli.screens import VirtualScreen
 
-                    self._screen = stack.enter_context(Screen(links))
+                    self._screen = stack.enter_context(VirtualScreen(links))
                     ends.append(asyncio.create_task(_draw(server, self._screen)))
                 done, waiting = await asyncio.wait(
                     ends, timeout=seconds, return_when=asyncio.FIRST_COMPLETED
@@ -125,7 +123,7 @@ class _Session(Observer):
             self._over.set()
 
 
-async def _draw(server: Server, screen: Screen) -> None:
+async def _draw(server: Server, screen: VirtualScreen) -> None:
     """Keep the live table up to date, each time at an instant at which all that is due has been done."""
     while True:
         server.run(screen.draw)

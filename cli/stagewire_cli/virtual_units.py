@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.terminal import console, table
+from stagewire_cli.output import console, table
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.serving.endpoints import Endpoint, PtyEndpoint, TcpEndpoint, parse_tcp
 from stagewire_virtual.serving.link import Observer, ServedLink
-
-__all__ = ["LinkMaker", "of_bench", "of_names", "of_replay", "option", "show_all"]
 
 LinkMaker: TypeAlias = Callable[[Clock, Observer], ServedLink]
 """Makes one virtual controller with its line, not yet open."""

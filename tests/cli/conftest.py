@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import pytest
 
 from quick_command import quick_command
-from stagewire_cli import progress
+from stagewire_cli import output
 from stagewire_cli.main import main
 
 
@@ -28,7 +28,7 @@ Stagewire = Callable[..., Result]
 @pytest.fixture
 def stagewire(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Stagewire:
     """Run the command with arguments and, perhaps, bytes on standard input; it shows no progress."""
-    monkeypatch.setattr(progress, "_PATIENCE", math.inf)  # a busy machine makes every command slow
+    monkeypatch.setattr(output, "_PATIENCE", math.inf)  # a busy machine makes every command slow
 
     def run(*arguments: object, input: bytes = b"") -> Result:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(input), encoding="utf-8"))

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from stagewire.capture import Heading
 from stagewire.protocols import Direction
-from stagewire_cli.conversation import Conversation
 from stagewire_cli.selection import Selection
+from stagewire_cli.virtual_log import Conversation
 
 HOST, CONTROLLER = Direction.TO_CONTROLLER, Direction.TO_HOST  # who speaks
 MOVE = bytes.fromhex("53 04 06 00 D0 01 01 00 40 0D 03 00")

@@ -616,7 +616,7 @@ def test_garbage_is_not_held_in_memory(stagewire: Stagewire, tmp_path: Path) -> 
 def test_progress_is_for_a_terminal(
     stagewire: Stagewire, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("stagewire_cli.progress._PATIENCE", 0.0)
+    monkeypatch.setattr("stagewire_cli.output._PATIENCE", 0.0)
     path = tmp_path / "capture.bin"
     path.write_bytes(STATUS * 10_000)
     assert stagewire("decode", path).err == "200000 bytes: 10000 message\n"

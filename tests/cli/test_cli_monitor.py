@@ -14,9 +14,8 @@ import stagewire_virtual as virtual
 from stagewire.capture import read_capture
 from stagewire_apt import messages as m
 from stagewire_apt import stages
-from stagewire_cli.monitor_plot import plot
-from stagewire_cli.monitor_readings import Board, Track
-from stagewire_cli.monitor_screen import Screen
+from stagewire_cli.monitor_board import Board, Track, plot
+from stagewire_cli.screens import MonitorScreen
 from stagewire_cli.status import Reading, Value
 
 if TYPE_CHECKING:
@@ -55,7 +54,7 @@ def test_the_table_has_a_row_for_each_part_and_counts_what_was_dropped(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     board = Board()
-    with Screen("BBD102, serial number 1", board) as screen:
+    with MonitorScreen("BBD102, serial number 1", board) as screen:
         screen.draw(0.0)
         board.add(reading(0.5, 1.25, 2.0, "bay 1"))
         board.add(Reading("bay 2", 1.0, {"position": Value(7)}, None))

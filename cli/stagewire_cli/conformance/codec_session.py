@@ -16,8 +16,7 @@ from stagewire_cli.conformance.files import UNFINISHED, ReportFiles, code_of
 from stagewire_cli.conformance.screen import show_end, show_results
 from stagewire_cli.conformance.typed import as_typed
 from stagewire_cli.errors import INTERRUPTED, CalledWronglyError
-from stagewire_cli.progress import bar
-from stagewire_cli.terminal import console, printable, table
+from stagewire_cli.output import bar, console, printable, table
 from stagewire_conformance.reports import Grade
 from stagewire_conformance.reports.of_codec import sheet_of
 from stagewire_conformance.reports.wording import counted

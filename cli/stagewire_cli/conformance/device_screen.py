@@ -10,8 +10,7 @@ from contextlib import contextmanager
 import typer
 
 from stagewire_cli.conformance.device_plan import Planned
-from stagewire_cli.progress import bar
-from stagewire_cli.terminal import console, printable, table
+from stagewire_cli.output import bar, console, printable, table
 from stagewire_conformance.device.check import Check, Need
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.reports.of_device import places

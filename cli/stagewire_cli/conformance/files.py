@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stagewire_cli.errors import OK, WRONG, CalledWronglyError
-from stagewire_cli.outputs import check_output, output
+from stagewire_cli.output import check_output, output
 
 if TYPE_CHECKING:
     from stagewire_conformance.reports import Sheet

@@ -9,9 +9,7 @@ import typer
 
 from stagewire_cli.conformance.files import UNFINISHED, ReportFiles
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.outputs import output
-from stagewire_cli.progress import progress
-from stagewire_cli.terminal import printable
+from stagewire_cli.output import output, printable, progress
 
 __all__ = ["EXAMPLE", "pics"]
 

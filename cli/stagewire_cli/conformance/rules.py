@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stagewire_cli.errors import WRONG
+from stagewire_cli.output import console, printable, table
 from stagewire_cli.protocols import one_or_all
-from stagewire_cli.terminal import console, printable, table
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.rules import Coverage

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import typer
 
-from stagewire_cli.terminal import console, printable, table
+from stagewire_cli.output import console, printable, table
 from stagewire_conformance.reports import Case, Grade, Sheet, Verdict
 from stagewire_conformance.reports.texts import case_text
 from stagewire_conformance.reports.wording import GRADES, counted, listed, sentence

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stagewire.discovery import by_name, by_serial_number
 from stagewire.links import Link
 from stagewire.protocols import FramedProtocol
-from stagewire_cli.terminal import printable
+from stagewire_cli.output import printable
 from stagewire_conformance.device.declared import declare
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.permissions import Permissions

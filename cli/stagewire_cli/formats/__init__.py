@@ -1,7 +1,7 @@
 """How ``stagewire decode`` writes what it decoded: one module a format, behind one interface.
 
 A :class:`~stagewire_cli.formats.writer.Writer` takes frames and events. Those for tables of rows
-(:mod:`~stagewire_cli.formats.rows`) hand columns to a :class:`~stagewire_cli.formats.sink.Sink`, which
+(:mod:`~stagewire_cli.formats.rows`) hand columns to a :class:`~stagewire_cli.formats.sinks.Sink`, which
 knows nothing of frames.
 """
 
@@ -12,15 +12,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from stagewire_cli.formats.csv import CsvSink
-from stagewire_cli.formats.jsonlines import JsonLinesWriter
-from stagewire_cli.formats.parquet import ParquetSink, require_pyarrow
+from stagewire_cli.formats.lines import JsonLinesWriter, TableWriter
 from stagewire_cli.formats.rows import GeneralWriter, TypedWriter, general_columns
-from stagewire_cli.formats.table import TableWriter
+from stagewire_cli.formats.sinks import CsvSink, ParquetSink, require_pyarrow
 from stagewire_cli.formats.task import Task
 from stagewire_cli.formats.writer import Writer
-
-__all__ = ["Format", "check_format", "writing"]
 
 
 class Format(enum.Enum):

@@ -11,14 +11,11 @@ import typer
 from stagewire.errors import CodecError
 from stagewire.framing import Event
 from stagewire.protocols import Frame
-from stagewire_cli.formats.fields import AS_JSON, FieldsText, compact
-from stagewire_cli.formats.sink import Column, Sink
+from stagewire_cli.formats.sinks import Column, Sink
 from stagewire_cli.formats.task import Task
 from stagewire_cli.formats.typed import TypedRows
-from stagewire_cli.formats.writer import EventWriter, Writer
+from stagewire_cli.formats.writer import AS_JSON, EventWriter, FieldsText, Writer, compact
 from stagewire_conformance.answers import Decoded, frame_answer, message_of
-
-__all__ = ["GeneralWriter", "TypedWriter", "general_columns"]
 
 _HELD: Final = 4 * 1024 * 1024
 """Bytes that are no message and wait for a batch: a row of garbage may be a whole block."""

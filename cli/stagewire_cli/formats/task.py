@@ -19,7 +19,7 @@ from stagewire.protocols import (
     Protocol,
 )
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.formats.sink import Column
+from stagewire_cli.formats.sinks import Column
 from stagewire_cli.formats.typed import FrameRows, MessageRows, TypedRows, integer_type
 from stagewire_cli.hints import codecs, hints_for_frame, hints_for_packet
 from stagewire_conformance.answers import Decoded, message_of

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.columns import Frames, Kind, Place, Sorter, shape_of
 from stagewire.framing import Event
-from stagewire_cli.formats.sink import Column
+from stagewire_cli.formats.sinks import Column
 from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.registry import Json, registry_of
 
 if TYPE_CHECKING:
     from stagewire_cli.formats.task import FramedTask, Stamp, Task
 
-__all__ = ["FrameRows", "MessageRows", "TypedRows", "integer_type"]
 
 _STRINGS: Final = {Kind.TEXT: "string", Kind.BYTES: "binary"}
 _KINDS: Final = {kind.name.lower(): type for kind, type in _STRINGS.items()}

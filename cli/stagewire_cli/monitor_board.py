@@ -1,14 +1,19 @@
-"""What ``stagewire monitor`` knows: the latest status of every part, and how often one comes."""
+"""What ``stagewire monitor`` keeps: the latest status of every part, and how often one comes.
+
+With ``--plot`` it becomes a picture of position and velocity over time.
+"""
 
 from __future__ import annotations
 
 from array import array
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.output import output
 from stagewire_cli.status import Reading
-
-__all__ = ["Board", "Track"]
 
 _RATE_OVER = 2.0  # seconds over which the rate of messages is counted
 
@@ -82,3 +87,56 @@ class Board:
         while times and times[0] < now - _RATE_OVER:
             times.popleft()
         return len(times) / min(_RATE_OVER, max(now, 0.1))
+
+
+_FORMATS = (".png", ".svg")
+_MISSING = "--plot needs matplotlib: pip install 'stagewire[plot]'"
+
+
+def check_plot(path: Path) -> None:
+    """Raise :class:`CalledWronglyError` where no picture could be made, before anything is recorded."""
+    if path.suffix.lower() not in _FORMATS:
+        raise CalledWronglyError(f"--plot {path}: a picture ends in {' or '.join(_FORMATS)}")
+    if not path.absolute().parent.is_dir():
+        raise CalledWronglyError(f"--plot {path}: there is no folder {path.absolute().parent}")
+    if path.exists() and not path.is_file():
+        raise CalledWronglyError(f"--plot {path}: it is no regular file")
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        raise CalledWronglyError(_MISSING) from None
+
+
+def plot(path: Path, title: str, tracks: Mapping[str, Track]) -> None:
+    """Draw position above velocity, a line for each part, and one column for each unit.
+
+    :param path: where the picture goes; its ending says of which kind it is.
+    :param title: what it shows, in one line.
+    :param tracks: what was recorded, by part.
+
+    Raises :class:`OSError` for a file that cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    units = list(dict.fromkeys(track.position_unit for track in tracks.values())) or [""]
+    figure = Figure(figsize=(9 * len(units), 6), layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(title)
+    axes = figure.subplots(2, len(units), sharex=True, squeeze=False)
+    for column, unit in enumerate(units):
+        above, below = axes[0][column], axes[1][column]
+        for part, track in tracks.items():
+            if track.position_unit == unit:
+                above.plot(track.times, track.positions, label=part or None)
+                below.plot(*track.velocity(), label=part or None)
+        name = unit or "counts"
+        above.set_ylabel(f"position / {name}")
+        below.set_ylabel(f"velocity / ({name}/s)")
+        below.set_xlabel("time / s")
+        for one in (above, below):
+            one.grid(visible=True, alpha=0.3)
+        if any(part for part in tracks):
+            above.legend(loc="best")
+    with output(path, binary=True) as file:
+        figure.savefig(file, format=path.suffix[1:].lower(), dpi=120)

@@ -1,0 +1,194 @@
+"""What commands print and write: tables, progress, files and lists of paths.
+
+A console never cuts columns in a pipe, and text that is printed cannot steer a terminal. Rich is imported on
+use: most commands print plain lines, and would wait for it for nothing.
+
+Progress of what takes longer than two seconds is a status line on a terminal, plain lines elsewhere. Where it
+is known how much there is, a terminal gets a bar.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, TextIO
+
+import typer
+
+from stagewire_cli.errors import CalledWronglyError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.status import Status
+    from rich.table import Table
+
+_PIPE_WIDTH = 200
+
+
+def console(*, error: bool = False, file: TextIO | None = None) -> Console:
+    """Return a console on standard output (or error) as it is now; text is printed as it stands.
+
+    ``file`` is where to write instead.
+    """
+    from rich.console import Console
+
+    stream = file or (sys.stderr if error else sys.stdout)
+    width = None if stream.isatty() else _PIPE_WIDTH
+    return Console(file=stream, width=width, markup=False, highlight=False, emoji=False)
+
+
+def table(*columns: str, right: tuple[str, ...] = ()) -> Table:
+    """Return an empty table; the columns named in ``right`` are aligned to the right."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for name in columns:
+        made.add_column(name, justify="right" if name in right else "left", overflow="fold")
+    return made
+
+
+def printable(text: str) -> str:
+    """Return text from outside with everything escaped that is no visible character."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+_PATIENCE = 2.0
+
+
+class Progress:
+    """Called with what is being done; silent for the first two seconds.
+
+    :param lines: whether to print plain lines where standard error is no terminal.
+    :param quiet: whether to say nothing at all.
+    """
+
+    def __init__(self, *, lines: bool = True, quiet: bool = False) -> None:
+        self._quiet = quiet
+        self._next = time.monotonic() + _PATIENCE
+        self._status: Status | None = None
+        self._lines = lines
+
+    def __call__(self, text: str) -> None:
+        """Say what is being done now."""
+        if self._quiet:
+            return
+        now = time.monotonic()
+        if self._status is not None:
+            self._status.update(text)
+        elif now >= self._next:
+            self._next = now + _PATIENCE
+            if sys.stderr.isatty():
+                self._status = console(error=True).status(text)
+                self._status.start()
+            elif self._lines:
+                print(f"... {text}", file=sys.stderr, flush=True)
+
+    def stop(self) -> None:
+        """Take the status line away."""
+        if self._status is not None:
+            self._status.stop()
+            self._status = None
+
+
+@contextmanager
+def progress(*, lines: bool = True, quiet: bool = False) -> Iterator[Progress]:
+    """Give a :class:`Progress` that is gone when the block ends."""
+    shown = Progress(lines=lines, quiet=quiet)
+    try:
+        yield shown
+    finally:
+        shown.stop()
+
+
+@contextmanager
+def bar(first: str) -> Iterator[Callable[[int, int, str], None]]:
+    """Give what shows on a terminal how many of how many are done, and what is done now.
+
+    :param first: what is done before it is known how many there are.
+    """
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        BarColumn(bar_width=30),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}", markup=False),
+    )
+    with Bar(*columns, console=console(error=True), transient=True) as shown:
+        task = shown.add_task(first, total=None)
+        yield lambda done, total, text: shown.update(
+            task, completed=done, total=total, description=text
+        )
+
+
+def check_output(path: Path, source: Path | None, option: str = "--output") -> None:
+    """Raise :class:`CalledWronglyError` where no file can be made or the input would be lost.
+
+    :param option: by which the file was named.
+
+    A file that is there already is replaced, as by ``cp``; but never the capture itself, and nothing
+    that is no regular file.
+    """
+    if not path.name:
+        raise CalledWronglyError(f"{option}: give the name of a file")
+    if source is not None and path.exists() and path.samefile(source):
+        raise CalledWronglyError(f"{option}: {path} is the capture that is read")
+    if path.exists() and not path.is_file():
+        instead = "; without --output text goes to standard output" if option == "--output" else ""
+        raise CalledWronglyError(f"{option}: {path} is no regular file{instead}")
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise CalledWronglyError(f"{option}: there is no folder {folder}")
+    if not os.access(folder, os.W_OK):
+        raise CalledWronglyError(f"{option}: no file can be made in {folder}, which is not yours")
+
+
+@contextmanager
+def output(path: Path | None, *, binary: bool = False) -> Iterator[IO[Any]]:
+    """Give a stream to write to; a file gets its name when the block ends without an exception.
+
+    Until then it stands beside its place under a temporary name, which is removed if the block fails.
+    """
+    if path is None:
+        yield sys.stdout
+        return
+    target = Path(os.path.realpath(path))  # through links: what they point to is replaced
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    encoding = None if binary else "utf-8"
+    try:
+        with part.open("xb" if binary else "x", encoding=encoding) as file:
+            yield file
+        part.replace(target)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        raise
+
+
+def show_paths(paths: Iterable[Path]) -> None:
+    """Print paths sorted and with slashes, on every system.
+
+    Raises :class:`CalledWronglyError` for a path that a line cannot hold; half a list is worse than none.
+    """
+    lines = sorted(path.as_posix() for path in paths)
+    for line in lines:
+        if len(line.splitlines()) != 1 or not _written(line):
+            raise CalledWronglyError(f"{line!r} cannot be listed: rename it")
+    for line in lines:
+        typer.echo(line)
+
+
+def _written(text: str) -> bool:
+    """Whether a name is text; systems have names that are only bytes."""
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True

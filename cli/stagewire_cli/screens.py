@@ -1,0 +1,110 @@
+"""Live tables on a terminal: that of ``stagewire monitor``, and that of ``stagewire virtual``.
+
+Imported only where one is shown: Rich takes longer to import than most commands to run.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Self
+
+from rich.console import Group, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from stagewire_cli.output import console, printable, table
+
+if TYPE_CHECKING:
+    from stagewire_cli.monitor_board import Board
+    from stagewire_virtual.serving.link import Link, ServedLink
+
+_NOTES = 5
+_WIDE = 130
+"""Columns of a terminal that show everything unfolded; where controllers listen stands above it, too."""
+
+
+class _Screen:
+    """A table that is drawn anew when it is told to; leaves its last state on the terminal."""
+
+    def __init__(self) -> None:
+        self._console = console()
+        self._live = Live(console=self._console, auto_refresh=False, transient=False)
+
+    def __enter__(self) -> Self:
+        self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._live.stop()
+
+    def _show(self, drawn: RenderableType) -> None:
+        self._live.update(drawn, refresh=True)
+
+
+class MonitorScreen(_Screen):
+    """What the parts of a controller say.
+
+    :param title: what is monitored, in one line.
+    :param board: what it shows.
+    """
+
+    def __init__(self, title: str, board: Board) -> None:
+        super().__init__()
+        self._title = title
+        self._board = board
+
+    def draw(self, now: float) -> None:
+        """Draw what is so at this instant, in seconds since the monitor began."""
+        names = list({name: None for one in self._board.latest.values() for name in one.values})
+        shown = table(
+            "part", *names, "state", "age", "per second", right=(*names, "age", "per second")
+        )
+        for part, reading in self._board.latest.items():
+            values = [str(reading.values[name]) if name in reading.values else "" for name in names]
+            age, rate = f"{now - reading.time:.1f} s", f"{self._board.rate(part, now):.1f}"
+            shown.add_row(part or "-", *values, reading.state, age, rate)
+        counted = (
+            f"{now:.1f} s, {self._board.count:,} status messages, {self._board.dropped:,} dropped"
+        )
+        waiting = [] if self._board.latest else [Text("no status message yet")]
+        title, end = Text(printable(self._title)), Text(f"{counted}; Ctrl-C ends")
+        self._show(Group(title, shown, *waiting, end))
+
+
+class VirtualScreen(_Screen):
+    """What virtual controllers do.
+
+    :param links: what it shows.
+    """
+
+    def __init__(self, links: Sequence[ServedLink]) -> None:
+        super().__init__()
+        self._links = links
+        self._notes: deque[str] = deque(maxlen=_NOTES)
+
+    def note(self, link: Link, text: str) -> None:
+        """Show a line below the table, in place of the oldest."""
+        self._notes.append(f"{link.label}: {printable(text)}")
+
+    def draw(self) -> None:
+        """Draw what is so at this instant."""
+        wide = self._console.width >= _WIDE
+        traffic = ("link", "bytes in", "frames out") if wide else ()
+        shown = table(
+            "unit", "host", *traffic, "part", "position", "state",
+            right=("bytes in", "frames out", "position"),
+        )  # fmt: skip
+        for link in self._links:
+            unit = [link.label, _host(link)]
+            if wide:
+                unit += [link.url, f"{link.received:,}", f"{link.sent:,}"]
+            for row in link.instrument.rows():
+                shown.add_row(*unit, row.part, row.position, row.state)
+                unit = [""] * len(unit)
+        self._show(Group(shown, *map(Text, self._notes)))
+
+
+def _host(link: Link) -> str:
+    lost = f", {link.dropped:,} frames lost" if link.dropped else ""
+    return f"{'connected' if link.connected else 'none'}{lost}"
