@@ -14,7 +14,7 @@ from checkout import ROOT
 
 LONGEST = 500
 SHORT = 100
-SHORT_SHARE = 0.50
+SHORT_SHARE = 0.42
 MEDIANS = (100, 250)
 
 MEANINGS = {"Line": 6, "Place": 5, "Axis": 5}
