@@ -9,9 +9,10 @@ from stagewire.framing import Event
 from stagewire.links import Closing
 from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.errors import VirtualError
+from stagewire_virtual.framings import framing_of
+from stagewire_virtual.framings.framing import ReplyReader
 from stagewire_virtual.instrument import Instrument
 from stagewire_virtual.serving.endpoints import Endpoint, PtyEndpoint, parse_tcp
-from stagewire_virtual.serving.hearing import Hearing, hearing_of
 from stagewire_virtual.serving.link import Maker, MemoryLink, at_this_instant
 from stagewire_virtual.serving.server import ServedController
 
@@ -39,7 +40,7 @@ class VirtualController(Closing):
         self._given_clock = clock
         self.clock = SteppedClock() if clock is None else clock
         self.link = MemoryLink(make(self.clock), label=label)
-        self._hearing = _hearing_of(self.instrument)
+        self._reader = _reader_of(self.instrument)
         self._served = ExitStack()
 
     def __repr__(self) -> str:
@@ -60,7 +61,7 @@ class VirtualController(Closing):
     def write(self, data: bytes) -> int:
         """Send bytes to it, and return how many; see :meth:`.MemoryLink.write`."""
         written = self.link.write(data)
-        self._hearing.wrote(data)
+        self._reader.wrote(data)
         return written
 
     def read(self, size: int | None = None, timeout: float = 0) -> bytes:
@@ -70,7 +71,7 @@ class VirtualController(Closing):
         :meth:`read_frames` does not give out again what this completes.
         """
         data = self.link.read(size, timeout)
-        self._hearing.heard(data)  # so that read_frames knows what has been answered
+        self._reader.read(data)  # so that read_frames knows what has been answered
         return data
 
     def read_frames(self, timeout: float = 0) -> list[Event]:
@@ -80,7 +81,7 @@ class VirtualController(Closing):
         waits for its rest. Replies of commands have no frame: they are told by the commands that were
         written since the last reading, in order.
         """
-        return self._hearing.heard(self.link.read(timeout=timeout))
+        return self._reader.read(self.link.read(timeout=timeout))
 
     def unplug(self) -> None:
         """Pull the plug: :meth:`read` gives what came before, then it and :meth:`write` raise."""
@@ -89,7 +90,7 @@ class VirtualController(Closing):
     def plug_in(self) -> None:
         """Connect it again; it has gone on meanwhile, and what it said is lost."""
         self.link.connect()
-        self._hearing = _hearing_of(self.instrument)
+        self._reader = _reader_of(self.instrument)
 
     # The controller
 
@@ -127,7 +128,7 @@ class VirtualController(Closing):
         return self._served.enter_context(served)
 
 
-def _hearing_of(instrument: Instrument) -> Hearing:
-    """Return the hearing for what an instrument says."""
+def _reader_of(instrument: Instrument) -> ReplyReader:
+    """Return what reads the replies of an instrument."""
     statuses = {unit.facts.get("status") for unit in instrument.units}
-    return hearing_of(instrument.unit.protocol, statuses)
+    return framing_of(instrument.unit.protocol).reply_reader(statuses)

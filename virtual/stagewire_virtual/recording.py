@@ -1,17 +1,22 @@
-"""A recorded session as steps: each request of the host, and what the controller said until the next."""
+"""A recorded session as steps: each request of the host, and what the controller said until the next.
+
+Hosts send several requests before the first is answered. Then the framing and the registry say which of them
+an answer belongs to (:func:`share_out`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from stagewire.capture import Capture, Heading
-from stagewire.framing import End, Event, Garbage
-from stagewire.protocols import Direction, FramedProtocol, load_protocol
+from stagewire.framing import Event, Garbage
+from stagewire.protocols import Direction, load_protocol
 from stagewire_virtual.clock import Clock, SteppedClock
+from stagewire_virtual.framings import framing_of
+from stagewire_virtual.framings.framing import RequestReader
 from stagewire_virtual.instrument import Unit, units_of
-from stagewire_virtual.listening import Listener, message_name
 
 
 class Said(NamedTuple):
@@ -56,8 +61,8 @@ class Requests:
     """
 
     def __init__(self, unit: Unit, clock: Clock, take: Callable[[bytes], None]) -> None:
-        self._protocol = unit.protocol
-        self._listener = Listener(unit.protocol, clock, self._hear)
+        self._framing = framing_of(unit.protocol)
+        self._reader = RequestReader(self._framing, clock, self._read)
         self._take = take
         self._keep_alive = frozenset(
             entry["name"]
@@ -67,16 +72,16 @@ class Requests:
 
     def receive(self, data: bytes) -> None:
         """Take what the host sends, cut at any byte."""
-        self._listener.hear(data)
+        self._reader.feed(data)
 
-    def begin_anew(self) -> None:
+    def clear(self) -> None:
         """Forget what has come of a request."""
-        self._listener.begin_anew()
+        self._reader.clear()
 
-    def _hear(self, event: Event) -> None:
+    def _read(self, event: Event) -> None:
         if isinstance(event, Garbage):
             return
-        if message_name(self._protocol, event.raw) not in self._keep_alive:
+        if self._framing.message_name(event.raw) not in self._keep_alive:
             self._take(event.raw)
 
 
@@ -84,7 +89,7 @@ def steps_of(capture: Capture, unit: Unit) -> list[Step]:
     """Return the steps of a recording; the first one, without a request, begins with the first line.
 
     What the controller said stands with the last request before it. Who wants it with the request that it
-    answers calls :func:`~stagewire_virtual.answering.share_out`.
+    answers calls :func:`share_out`.
     """
     clock = SteppedClock()  # on which the recording happens again
     line = place = 0
@@ -113,15 +118,15 @@ def loose_ends(capture: Capture, unit: Unit) -> list[str]:
 
     Replies without a frame do not show it.
     """
-    clock, protocol = SteppedClock(), unit.protocol
-    host = Listener(protocol, clock, lambda event: None)
-    controller = protocol.framer(End.HOST) if isinstance(protocol, FramedProtocol) else None
+    clock, framing = SteppedClock(), framing_of(unit.protocol)
+    host = RequestReader(framing, clock, lambda event: None)
+    controller = framing.reply_framer()
     last: dict[Direction, int] = {}
     for recorded in capture.recorded:
         clock.run_until(recorded.time)
         last[recorded.direction] = recorded.line
         if recorded.direction is Direction.TO_CONTROLLER:
-            host.hear(recorded.data)
+            host.feed(recorded.data)
         elif controller is not None:
             controller.feed(recorded.data)
     rests = (
@@ -148,3 +153,36 @@ def unit_of(heading: Heading) -> Unit:
     registry = protocol.registry()
     messages = [entry["name"] for entry in registry["messages"]]
     return Unit(name, protocol, {"name": name, "messages": messages}, {}, registry)
+
+
+def share_out(steps: Sequence[Step], unit: Unit) -> None:
+    """Move what answers a request to it, where more requests came before the answer.
+
+    It is told from the end: the last answer belongs to the last request that it can answer, so that one
+    which was never answered, and asked again, stays without. What answers none stays with the last.
+    """
+    burst: list[Step] = []
+    for step in steps[1:]:  # nobody asked for what the first one has
+        burst.append(step)
+        if step.said:
+            if len(burst) > 1:
+                _share(burst, unit)
+            burst = []
+
+
+def _share(burst: Sequence[Step], unit: Unit) -> None:
+    last = burst[-1]
+    said = last.said.copy()
+    last.said.clear()
+    whole = b"".join(data for _, _, data in said)
+    found = framing_of(unit.protocol).shares([step.request for step in burst], whole, unit)
+    shares = iter([*((size, burst[index]) for size, index in reversed(found)), (len(whole), last)])
+    left, owner = next(shares)
+    for place, delay, data in said:
+        when, at = last.time + delay, 0
+        while at < len(data):
+            while not left:
+                left, owner = next(shares)
+            size = min(left, len(data) - at)
+            owner.said.append(Said(place + at, when - owner.time, data[at : at + size]))
+            at, left = at + size, left - size

@@ -16,12 +16,11 @@ from typing import Final
 
 from stagewire.capture import Capture, read_capture
 from stagewire.errors import CaptureError, UnknownProtocolError
-from stagewire_virtual.answering import share_out
 from stagewire_virtual.clock import Clock, Timer
 from stagewire_virtual.errors import ReplayError, UnknownPartError
+from stagewire_virtual.framings import framing_of
 from stagewire_virtual.instrument import Instrument, Row
-from stagewire_virtual.listening import is_text, message_name
-from stagewire_virtual.recording import Requests, Step, loose_ends, steps_of, unit_of
+from stagewire_virtual.recording import Requests, Step, loose_ends, share_out, steps_of, unit_of
 
 _REMEMBERED: Final = 1000  # differences; the others are counted
 _SHOWN: Final = 10  # of them in a summary
@@ -68,6 +67,7 @@ class Replay(Instrument):
     def __init__(self, capture: Capture, clock: Clock, *, lenient: bool = False) -> None:
         super().__init__(unit_of(capture.heading), clock)
         self._lenient = lenient
+        self._framing = framing_of(self.unit.protocol)
         self._steps = steps_of(capture, self.unit)
         share_out(self._steps, self.unit)
         self._loose_ends = loose_ends(capture, self.unit)
@@ -80,7 +80,7 @@ class Replay(Instrument):
         if self._timer is not None:
             self._timer.cancel()
         self._timer = None
-        self._requests.begin_anew()
+        self._requests.clear()
         # What is still to be said, the first of the recording first: its place there, when, the bytes.
         self._due: list[tuple[int, int, bytes]] = []
         self._next = 0  # the step that is waited for; 0 is what was said before any request
@@ -201,9 +201,9 @@ class Replay(Instrument):
 
     def _words(self, request: bytes) -> str:
         """Name a request, for people."""
-        if is_text(self.unit.protocol, request):
+        if self._framing.is_text(request):
             return repr(request[:_WIDTH].decode("latin-1"))
-        name = message_name(self.unit.protocol, request) or "unknown"
+        name = self._framing.message_name(request) or "unknown"
         return f"{name} ({request[:_WIDTH].hex(' ')}{' …' if len(request) > _WIDTH else ''})"
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stagewire_apt import messages as m
-from stagewire_virtual.listening import PATIENCE
+from stagewire_virtual.framings.framing import PATIENCE
 
 T_CUBES = ("TST001", "TDC001", "TSC001", "TPZ001", "TSG001")
 ALL = (USB, MOTHERBOARD, *range(BAY, BAY + 10))

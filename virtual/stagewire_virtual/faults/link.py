@@ -10,16 +10,17 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from random import Random
-from typing import Any, Final
+from typing import Final
 
 from stagewire.framing import Event, Garbage
-from stagewire.protocols import CommandProtocol, Direction, FramedProtocol, Protocol
+from stagewire.protocols import Direction
 from stagewire_virtual.clock import Clock, nanoseconds
 from stagewire_virtual.errors import FaultError, VirtualError
 from stagewire_virtual.faults.chain import Chunk, Effect, FaultChain
-from stagewire_virtual.faults.fault import DIRECTIONS, Action, Fault, Piece, one_of, parse_faults
+from stagewire_virtual.faults.fault import Action, Fault, Piece, one_of, parse_faults
+from stagewire_virtual.framings import framing_of
+from stagewire_virtual.framings.framing import Framing, RequestReader
 from stagewire_virtual.instrument import Instrument, Unit
-from stagewire_virtual.listening import Listener, message_name
 
 _COUNT: Final = 100
 _PERIOD: Final = 0.01  # seconds: ten times as often as status updates come
@@ -61,35 +62,6 @@ class Flood:
         if self._left:
             self._clock.call_later(self._period, self._next)
         self._send(self._data)
-
-
-def status_frame(unit: Unit) -> bytes:
-    """Return the status message that a unit sends unasked, of its first channel and with all values zero.
-
-    Raises :class:`~stagewire_virtual.errors.FaultError` for a unit that sends none.
-    """
-    protocol = unit.protocol
-    name = next((name for name in _unasked(unit) if name in unit.messages), None)
-    own = unit.facts.get("address")
-    if name is None or own is None or not isinstance(protocol, FramedProtocol):
-        raise FaultError(f"the {unit.name} has no status message that is known; give hex=BYTES")
-    addresses = unit.registry["addresses"]
-    source = addresses[own]["value"] if own in addresses else addresses["bays"]["first"]
-    layout = protocol.message_class(name).layout
-    fields = {field: int(field == "chan_ident") for field in layout.fields}
-    message: Any = protocol.build(name, fields)
-    raw: bytes = message.pack(addresses["host"]["value"], source)
-    return raw
-
-
-def _unasked(unit: Unit) -> list[str]:
-    """Return what messages of the unit begin to have sent again and again."""
-    found: list[str] = []
-    for entry in unit.registry["messages"]:
-        exchange = entry.get("exchange") or {}
-        if entry["name"] in unit.messages and "periodic_ms" in exchange:
-            found += exchange.get("starts", ())
-    return found
 
 
 _REMEMBERED: Final = 1000
@@ -144,13 +116,14 @@ class FaultyLink:
         self._clock = instrument.clock
         self._asked: str | None = None  # the command that the controller is about to answer
         self._is_cut = False  # until the host sends again: then it has connected anew
+        self._framing = framing_of(instrument.unit.protocol)
         made = parse_faults(faults)
         for fault in made:
-            _check(fault, instrument.unit)
+            _check(fault, instrument.unit, self._framing)
         self._named = any(fault.message for fault in made)
-        self._listener: Listener | None = None
-        if _need_frames(made, self._protocol):
-            self._listener = Listener(self._protocol, self._clock, self._heard)
+        self._reader: RequestReader | None = None
+        if _need_frames(made, self._framing):
+            self._reader = RequestReader(self._framing, self._clock, self._take)
         lost = partial(self._report, None)
         self._chains = {
             Direction.TO_HOST: FaultChain(self._clock, self._to_host, lost),
@@ -167,26 +140,26 @@ class FaultyLink:
 
     def receive(self, data: bytes) -> None:
         """Take what the host sends, cut at any byte."""
-        if self._listener is None:
+        if self._reader is None:
             self._chains[Direction.TO_CONTROLLER].take(Chunk(data))
             return
         self._is_cut = False
-        self._listener.hear(data)
+        self._reader.feed(data)
 
-    def _heard(self, event: Event) -> None:
+    def _take(self, event: Event) -> None:
         """Take a frame of the host, or what is none."""
         if self._is_cut:
             return  # it was still on its way
         is_frame = not isinstance(event, Garbage)
-        name = message_name(self._protocol, event.raw) if self._named and is_frame else None
+        name = self._framing.message_name(event.raw) if self._named and is_frame else None
         self._chains[Direction.TO_CONTROLLER].take(Chunk(event.raw, is_frame, name))
 
     def _said(self, data: bytes) -> None:
         """Take a frame of the controller."""
         name = None
         if self._named:
-            of_commands = isinstance(self._protocol, CommandProtocol)
-            name = self._asked if of_commands else message_name(self._protocol, data)
+            named_by_request = self._framing.replies_are_named_by_requests
+            name = self._asked if named_by_request else self._framing.message_name(data)
         self._chains[Direction.TO_HOST].take(Chunk(data, is_frame=True, message=name))
 
     def _to_host(self, chunk: Chunk) -> None:
@@ -208,10 +181,6 @@ class FaultyLink:
         for chain in self._chains.values():
             chain.clear()
         self.on_disconnect()
-
-    @property
-    def _protocol(self) -> Protocol:
-        return self.instrument.unit.protocol
 
     # Faults
 
@@ -235,7 +204,12 @@ class FaultyLink:
 
         if fault.data is None and fault.direction is not Direction.TO_HOST:
             raise FaultError(f"{fault}: a flood to the controller needs hex=BYTES")
-        data = status_frame(self.instrument.unit) if fault.data is None else fault.data
+        data = (
+            self._framing.status_frame(self.instrument.unit) if fault.data is None else fault.data
+        )
+        if data is None:
+            name = self.instrument.unit.name
+            raise FaultError(f"the {name} has no status message that is known; give hex=BYTES")
         return Flood(self._clock, send, data, fault.count, fault.period).begin
 
     def _stick(self, fault: Fault) -> None:
@@ -269,7 +243,7 @@ class FaultyLink:
         self.on_fault(happened)
 
 
-def _check(fault: Fault, unit: Unit) -> None:
+def _check(fault: Fault, unit: Unit, framing: Framing) -> None:
     """Raise for a message that never passes there."""
     if fault.message is None:
         return
@@ -279,21 +253,14 @@ def _check(fault: Fault, unit: Unit) -> None:
             f"{fault}: the {unit.name} has no message {one_of(fault.message, known)} "
             f"('stagewire show {unit.name}' names them)"
         )
-    if isinstance(unit.protocol, CommandProtocol):  # a reply is named by its command
-        command: Any = unit.protocol.message_class(fault.message)
-        if fault.direction is Direction.TO_HOST and command.reply is None:
-            raise FaultError(f"{fault}: {fault.message} has no reply")
-        return
-    goes = unit.message(fault.message)["direction"]
-    if goes != "both" and DIRECTIONS[goes] is not fault.direction:
-        raise FaultError(f"{fault}: {fault.message} goes {goes} and never the other way")
+    if why := framing.never_passes(unit, fault.message, fault.direction):
+        raise FaultError(f"{fault}: {why}")
 
 
-def _need_frames(faults: Iterable[Fault], protocol: Protocol) -> bool:
+def _need_frames(faults: Iterable[Fault], framing: Framing) -> bool:
     """Say whether what the host sends has to be cut into frames."""
-    commands = isinstance(protocol, CommandProtocol)
     return any(
-        (fault.message and commands)
+        (fault.message and framing.replies_are_named_by_requests)
         or (
             fault.direction is Direction.TO_CONTROLLER
             and (fault.message or fault.piece is Piece.FRAME)

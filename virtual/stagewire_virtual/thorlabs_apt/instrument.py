@@ -11,8 +11,9 @@ from stagewire_apt import PROTOCOL
 from stagewire_apt.messages import HwGetInfo
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError
+from stagewire_virtual.framings import framing_of
+from stagewire_virtual.framings.framing import RequestReader
 from stagewire_virtual.instrument import Instrument, Row, Unit
-from stagewire_virtual.listening import Listener
 from stagewire_virtual.options import Options, check_stage, known_only
 from stagewire_virtual.thorlabs_apt import identity
 from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel
@@ -80,7 +81,7 @@ class AptInstrument(Instrument):
             if settings.stage is not None:
                 check_stage(settings.stage, [each.name for each in built])
         self._options = options
-        self._listener = Listener(unit.protocol, clock, self._take)
+        self._reader = RequestReader(framing_of(unit.protocol), clock, self._take)
         self._connected = True  # until the host disconnects
         self._channels: dict[str, Channel] = {}  # by what they are called in rows
         self._controllers: dict[str, Controller] = {}  # by what stands before their channels there
@@ -169,7 +170,7 @@ class AptInstrument(Instrument):
 
     def receive(self, data: bytes) -> None:
         """Take what the host sends, cut at any byte."""
-        self._listener.hear(data)
+        self._reader.feed(data)
 
     def _take(self, event: Event) -> None:
         if not isinstance(event, FrameEvent):
@@ -200,7 +201,7 @@ class AptInstrument(Instrument):
 
     def power_cycle(self) -> None:
         """Switch it off and on: all is forgotten but what is in its EEPROM and where its stages stand."""
-        self._listener.begin_anew()
+        self._reader.clear()
         self._connected = True
         for io in self._user_io.values():
             io.outputs = 0
