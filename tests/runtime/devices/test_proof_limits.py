@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import random
 from typing import Any
 
@@ -20,15 +19,14 @@ from proof_calls import (
     units,
 )
 from proof_controller import Parrot
+from proof_limits import FAR_OUT, NO_NUMBERS, fault_of
 from proof_line import SIDES, Side, settled
 
-from stagewire.errors import LimitError, OutOfRangeError, StagewireError, UnknownScaleError
+from stagewire.errors import LimitError, OutOfRangeError, UnknownScaleError
 from stagewire_apt import stages
 
 TAKING = ("_set", "_change", "_tell", "_act", "_start", "_halt")
-NO_NUMBERS = (math.nan, math.inf, -math.inf)
 MODERATE = (0, 1, 10, 1000)
-FAR_OUT = (10**12, -(10**12), 1e300, -1e300)
 
 
 def options_of(unit: str) -> dict[str, Any]:
@@ -59,15 +57,7 @@ def test_what_is_no_number_or_too_much_makes_no_byte(unit: str, side: Side) -> N
             controller.heard.clear()
 
             async def refused(call: Call, given: dict[str, Any]) -> None:
-                try:
-                    await settled(method(device, call)(**given))
-                except StagewireError:
-                    if controller.heard:
-                        wrong.append(f"{call}({given}): {controller.names()}")
-                except Exception as error:
-                    wrong.append(f"{call}({given}): {error!r}")
-                else:
-                    wrong.append(f"{call}({given}) was taken: {controller.names()}")
+                wrong.extend(await fault_of(device, call, given, controller.names))
 
             for call in taking(unit):
                 for keyword, others in in_units(call, draw):

@@ -9,14 +9,13 @@ from typing import Any
 
 import pytest
 from proof_calls import Call, arguments, givens, in_counts, in_units, method
+from proof_limits import FAR_OUT, NO_NUMBERS, fault_of
 from proof_line import SIDES, Side, settled
 from proof_ms2000 import NAME, UNITS, Axes, axis_calls, opened
 
 from stagewire.errors import LimitError, MissingFieldError, StagewireError
 from stagewire_ms2000 import messages as c
 
-NO_NUMBERS = (math.nan, math.inf, -math.inf)
-FAR_OUT = (10**12, -(10**12), 1e300, -1e300)
 PER_UNIT = {"um": 10, "ms": 1, "um_per_s": 1}  # counts, as the document has it
 
 
@@ -56,15 +55,7 @@ def test_what_is_no_number_too_much_or_too_little_makes_no_byte(unit: str, side:
     wrong: list[str] = []
 
     async def refused(device: Any, call: Call, given: dict[str, Any]) -> None:
-        try:
-            await settled(method(device, call)(**given))
-        except StagewireError:
-            if far.raw:
-                wrong.append(f"{call}({given}): {far.raw.hex(' ')}")
-        except Exception as error:
-            wrong.append(f"{call}({given}): {error!r}")
-        else:
-            wrong.append(f"{call}({given}) was taken: {far.raw.hex(' ')}")
+        wrong.extend(await fault_of(device, call, given, lambda: far.raw.hex(" ")))
         far.forget()
 
     async def scenario(bench: Any) -> None:
