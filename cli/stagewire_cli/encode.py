@@ -16,8 +16,6 @@ from stagewire_conformance.codec import codec_of
 from stagewire_conformance.hexes import spaced
 from stagewire_conformance.registry import registry_of
 
-__all__ = ["EXAMPLE", "encode"]
-
 EXAMPLE = """\b
 Examples:
   stagewire encode MOT_MOVE_ABSOLUTE --form data chan_ident=1 absolute_distance=200000

@@ -18,8 +18,6 @@ from stagewire_conformance.answers import message_of
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.codec.base import Codec
 
-__all__ = ["codecs", "hints_for_frame", "hints_for_packet"]
-
 _SEVERAL = "several {} in one text are read from a file, from standard input, or with --end"
 
 

@@ -22,8 +22,6 @@ from stagewire_cli.formats.task import CommandTask, FramedTask, PacketTask, Task
 from stagewire_cli.protocols import choose, choose_by_message
 from stagewire_conformance.codec import codec_of
 
-__all__ = ["Direction", "Selection"]
-
 
 class Direction(enum.Enum):
     """What ``--direction`` takes."""

@@ -26,14 +26,13 @@ from source_tree import PACKAGES, arrows, graph
 from checkout import ROOT
 from markdown_blocks import blocks
 
-CYCLES = {"stagewire_conformance": 5, "stagewire_cli": 1}
+CYCLES = {"stagewire_conformance": 5}
 """Cycles of modules that a package may have; none where it is not named."""
 
 FIRST = "stagewire_cli ->"
 PRIVATE = {
     "stagewire_cli": {"stagewire._devices.values"},
     "stagewire_conformance": {"stagewire._discovery.products", "stagewire._sessions.matching"},
-    "stagewire_virtual": {"stagewire._framings.slots.protocol"},
 }
 """Private modules that other packages may import; none where a package is not named."""
 

@@ -12,8 +12,7 @@ from stagewire.errors import CodecError
 from stagewire.framing import Event
 from stagewire.protocols import Frame
 from stagewire_cli.formats.sinks import Column, Sink
-from stagewire_cli.formats.task import Task
-from stagewire_cli.formats.typed import TypedRows
+from stagewire_cli.formats.task import Task, TypedRows
 from stagewire_cli.formats.writer import AS_JSON, EventWriter, FieldsText, Writer, compact
 from stagewire_conformance.answers import Decoded, frame_answer, message_of
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from stagewire._framings.slots.protocol import refusal
+from stagewire.errors import CodecError
 from stagewire.framing import CommandReceived, Garbage
 from stagewire.protocols import CommandFrame, SetupCommand
 from stagewire_ms2000 import PROTOCOL
@@ -220,9 +220,10 @@ class Ms2000Instrument(Instrument):
             if isinstance(event, CommandReceived):
                 self._carry_out(event.frame)
             elif not isinstance(event, Garbage):
-                self._refuse(
-                    f"{event.raw.hex(' ')}: {refusal(PROTOCOL.title, PROTOCOL.rule, event.raw)}"
-                )
+                try:
+                    PROTOCOL.decode(event.raw)
+                except CodecError as error:
+                    self._refuse(f"{event.raw.hex(' ')}: {error}")
         if byte == PROTOCOL.marks.terminator and self._readings["colon_in_data"] == "end":
             self._framer.reset()
 
