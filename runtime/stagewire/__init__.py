@@ -9,19 +9,20 @@ All others begin with an underscore, and may change in any release (``docs/versi
 
 from __future__ import annotations
 
+from stagewire import _deprecated
 from stagewire._codec.flags import Bit, Flags
 from stagewire._codec.message import Message
 from stagewire._codec.protocol import Protocol, available_protocols, load_protocol
 from stagewire._framings.header.frame import Frame
+from stagewire._framings.header.framer import Framer
 from stagewire._framings.header.message import FramedMessage
 from stagewire._framings.header.protocol import FramedProtocol
+from stagewire._framings.header.table import End
+from stagewire._lazy import lazy
 from stagewire.errors import StagewireError
-from stagewire.framing import End, Framer
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
-    from typing import Any
-
     from stagewire.discovery import discover as discover
     from stagewire.discovery import open as open
     from stagewire.quantities import Scale, Stage, UnknownScale
@@ -48,15 +49,8 @@ __all__ = [
 
 __version__ = "0.1.0"
 
+__getattr__ = lazy(
+    __name__, {"quantities": "Scale Stage UnknownScale", "discovery": "discover open"}
+)
 
-def __getattr__(name: str) -> Any:
-    """Import the exact fractions of quantities, and what finds controllers, when they are asked for."""
-    if name in ("Scale", "Stage", "UnknownScale"):
-        from stagewire import quantities
-
-        return getattr(quantities, name)
-    if name in ("discover", "open"):
-        from stagewire import discovery
-
-        return getattr(discovery, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+_deprecated.install()

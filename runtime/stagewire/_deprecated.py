@@ -1,0 +1,218 @@
+"""Module paths of 0.1 that have moved: importable for one release, with a DeprecationWarning.
+
+:data:`MOVED` is the only place that knows of them. It gives for each old path, below ``stagewire``, the
+public module to use instead, and then private modules with names of the old one that are not public any more.
+"""
+
+from __future__ import annotations
+
+import sys
+
+TYPE_CHECKING = False  # typing would take half of the time of an import
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
+    from typing import Any
+
+MOVED = {
+    "candidates": "stagewire.devices stagewire._devices.candidates",
+    "closing": "stagewire.links",
+    "columns.gathering": "stagewire.columns",
+    "columns.reading": "stagewire.columns stagewire._columns.reading",
+    "columns.shape": "stagewire.columns",
+    "columns.standard": "stagewire.columns stagewire._columns.reading",
+    "columns.vectors": "stagewire.columns stagewire._columns.vectors",
+    "commands": (
+        "stagewire.protocols "
+        "stagewire._framings.slots.frame "
+        "stagewire._framings.slots.framer "
+        "stagewire._framings.slots.command "
+        "stagewire._framings.slots.replies"
+    ),
+    "commands.command": "stagewire.protocols",
+    "commands.events": "stagewire.framing",
+    "commands.formats": "stagewire.framing stagewire._framings.slots.streams",
+    "commands.frame": "stagewire.protocols stagewire._framings.slots.frame",
+    "commands.framer": "stagewire.framing",
+    "commands.marks": "stagewire.protocols stagewire._framings.slots.command",
+    "commands.overheard": "stagewire.framing",
+    "commands.prefix": "stagewire.protocols stagewire._framings.slots.frame",
+    "commands.protocol": "stagewire.protocols",
+    "commands.refusals": "stagewire.protocols stagewire._framings.slots.protocol",
+    "commands.replies": "stagewire.framing stagewire._framings.slots.replies",
+    "commands.rule": (
+        "stagewire.framing stagewire._framings.slots.command stagewire._framings.slots.framer"
+    ),
+    "devices.arrival": "stagewire.devices stagewire._devices.arrival",
+    "devices.asynchronous": (
+        "stagewire.devices "
+        "stagewire._devices.asynchronous "
+        "stagewire._devices.asynchronous_parts "
+        "stagewire._devices.awaited"
+    ),
+    "devices.asynchronous_parts": "stagewire.devices stagewire._devices.asynchronous_parts",
+    "devices.awaited": "stagewire.devices stagewire._devices.awaited",
+    "devices.calls": "stagewire.devices stagewire._devices.calls",
+    "devices.connection": "stagewire.devices stagewire._devices.connection",
+    "devices.describing": "stagewire.devices stagewire._devices.describing",
+    "devices.diagnosis": "stagewire.devices stagewire._devices.diagnosis",
+    "devices.giving": "stagewire.devices stagewire._devices.giving",
+    "devices.identity": "stagewire.devices stagewire._devices.identity",
+    "devices.immediate": "stagewire.devices stagewire._devices.immediate",
+    "devices.limits": "stagewire.devices stagewire._devices.limits",
+    "devices.line": "stagewire.devices stagewire._devices.line",
+    "devices.modes": "stagewire.devices stagewire._devices.modes",
+    "devices.motions": "stagewire.devices stagewire._devices.motions stagewire._sessions.motions",
+    "devices.moving": "stagewire.devices stagewire._devices.moving",
+    "devices.opening": "stagewire.devices stagewire._devices.opening",
+    "devices.options": "stagewire.devices stagewire._devices.options",
+    "devices.scales": "stagewire.devices stagewire._devices.scales",
+    "devices.spot": "stagewire.devices stagewire._devices.spot",
+    "devices.structure": "stagewire.devices stagewire._devices.structure",
+    "devices.synchronous": (
+        "stagewire.devices stagewire._devices.synchronous stagewire._devices.synchronous_parts"
+    ),
+    "devices.synchronous_parts": "stagewire.devices stagewire._devices.synchronous_parts",
+    "devices.tables": "stagewire.devices stagewire._devices.tables stagewire._sessions.options",
+    "devices.targets": "stagewire.devices stagewire._devices.targets",
+    "devices.unasked": "stagewire.devices stagewire._devices.unasked",
+    "devices.unit": "stagewire.devices stagewire._devices.unit",
+    "devices.values": "stagewire.devices stagewire._devices.values",
+    "direction": "stagewire.protocols",
+    "discovery.asking": "stagewire.discovery stagewire._discovery.questions",
+    "discovery.computer_diagnosis": "stagewire.discovery",
+    "discovery.diagnosis": "stagewire.discovery",
+    "discovery.finding": "stagewire.discovery stagewire._discovery.search",
+    "discovery.found": "stagewire.discovery",
+    "discovery.known": "stagewire.discovery stagewire._discovery.products",
+    "discovery.line_diagnosis": "stagewire.discovery",
+    "discovery.linux": "stagewire.discovery stagewire._discovery.ports",
+    "discovery.opening": "stagewire.discovery stagewire._discovery.opening",
+    "discovery.ports": "stagewire.discovery stagewire._discovery.ports",
+    "discovery.usb": "stagewire.discovery stagewire._discovery.ports",
+    "discovery.windows": "stagewire.discovery stagewire._discovery.ports",
+    "faults": "stagewire.support stagewire._framings.header.table",
+    "flags": "stagewire.protocols",
+    "frame": "stagewire.protocols",
+    "framed": "stagewire.protocols",
+    "framed_message": "stagewire.protocols stagewire._framings.header.message",
+    "framing.events": "stagewire.framing stagewire._codec.events stagewire._framings.header.frame",
+    "framing.framer": "stagewire.framing",
+    "framing.rule": "stagewire.framing stagewire._framings.header.framer",
+    "framing.table": "stagewire.framing stagewire._codec.message",
+    "frozen": "stagewire.protocols stagewire._codec.events",
+    "header": "stagewire.protocols",
+    "links.async_descriptor": "stagewire.links stagewire._links.async_descriptor",
+    "links.async_pumped": "stagewire.links stagewire._links.pumped",
+    "links.async_tcp": "stagewire.links stagewire._links.async_descriptor",
+    "links.descriptor": "stagewire.links stagewire._links.descriptor",
+    "links.link": "stagewire.links stagewire._links.link",
+    "links.loss": "stagewire.links stagewire._links.link",
+    "links.opening": "stagewire.links",
+    "links.ports": "stagewire.links stagewire._links.serial_port",
+    "links.pump": "stagewire.links stagewire._links.pumped",
+    "links.pumped": "stagewire.links stagewire._links.pumped",
+    "links.readiness": "stagewire.links stagewire._links.descriptor",
+    "links.refusal": "stagewire.links stagewire._links.serial_port",
+    "links.serial_lines": "stagewire.links stagewire._links.serial_link",
+    "links.serial_port": "stagewire.links stagewire._links.serial_port",
+    "links.settings": "stagewire.links",
+    "links.tcp": "stagewire.links stagewire._links.tcp",
+    "links.tcp_address": "stagewire.links stagewire._links.tcp",
+    "message": "stagewire.protocols stagewire._codec.message",
+    "packets": (
+        "stagewire.protocols stagewire._framings.packet.packet stagewire._framings.packet.framer"
+    ),
+    "packets.checks": "stagewire.protocols",
+    "packets.events": "stagewire.framing",
+    "packets.framer": "stagewire.framing",
+    "packets.layouts": "stagewire.protocols stagewire._framings.packet.framer",
+    "packets.message": "stagewire.protocols",
+    "packets.packet": "stagewire.protocols stagewire._framings.packet.packet",
+    "packets.protocol": "stagewire.protocols",
+    "packets.refusals": "stagewire.protocols stagewire._framings.packet.protocol",
+    "packets.shape": "stagewire.protocols",
+    "protocol": "stagewire.protocols stagewire._codec.protocol",
+    "session": "stagewire.sessions",
+    "session.asynchronous": "stagewire.sessions",
+    "session.awaiting": "stagewire.sessions stagewire._sessions.awaiting",
+    "session.calling": "stagewire.sessions stagewire._sessions.calling",
+    "session.commands": "stagewire.sessions",
+    "session.core": "stagewire.sessions stagewire._sessions.core",
+    "session.driver": "stagewire.sessions stagewire._sessions.driver",
+    "session.exchange": "stagewire.sessions stagewire._sessions.exchange",
+    "session.framed": "stagewire.sessions",
+    "session.framed_exchanges": "stagewire.sessions stagewire._sessions.framed_exchanges",
+    "session.hearing": "stagewire.sessions stagewire._sessions.hearing",
+    "session.interrupts": "stagewire.sessions stagewire._sessions.interrupts",
+    "session.keep_alive": "stagewire.sessions stagewire._sessions.keep_alive",
+    "session.lines": "stagewire.sessions stagewire._sessions.lines",
+    "session.loop_driver": "stagewire.sessions stagewire._sessions.loop_driver",
+    "session.matching": "stagewire.sessions stagewire._sessions.matching",
+    "session.motions": "stagewire.sessions stagewire._sessions.motions",
+    "session.news": "stagewire.sessions stagewire._sessions.news",
+    "session.options": "stagewire.sessions",
+    "session.outgoing": "stagewire.sessions stagewire._sessions.outgoing",
+    "session.recording": "stagewire.sessions",
+    "session.requests": "stagewire.sessions stagewire._sessions.requests",
+    "session.statistics": "stagewire.sessions",
+    "session.subscribing": "stagewire.sessions stagewire._sessions.subscribing",
+    "session.subscription": "stagewire.sessions stagewire._sessions.subscription",
+    "session.synchronous": "stagewire.sessions",
+    "session.termination": "stagewire.sessions stagewire._sessions.termination",
+    "session.thread_driver": "stagewire.sessions stagewire._sessions.thread_driver",
+    "session.waiting": "stagewire.sessions stagewire._sessions.waiting",
+    "session.wording": "stagewire.sessions stagewire._sessions.wording",
+}
+"""Path of 0.1 below ``stagewire`` -> the public module to use, and private modules with other names."""
+
+
+class _Finder:
+    """Finds and loads the old paths. It is asked after all others, so that it never hides a module."""
+
+    def find_spec(
+        self,
+        fullname: str,
+        path: Sequence[str] | None,
+        target: ModuleType | None = None,
+    ) -> ModuleSpec | None:
+        """Return how to load an old path, None for every other name."""
+        package, _, old = fullname.partition(".")
+        if package != "stagewire" or old not in MOVED:
+            return None
+        from importlib.machinery import ModuleSpec
+
+        # Some were packages, so that paths below them are found.
+        return ModuleSpec(fullname, self, is_package=True)  # type: ignore[arg-type]
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Leave it to Python to make an empty module."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Warn, and take the names from their new modules when they are used."""
+        import warnings
+
+        name = module.__name__
+        public, *private = MOVED[name.partition(".")[2]].split()
+        warnings.warn(
+            f"{name} has moved and will be removed in the next minor release: use {public}; "
+            "a package that was generated with it is to be generated again",
+            DeprecationWarning,
+            stacklevel=2,
+        )
+
+        def moved(attribute: str) -> Any:
+            for place in (*private, public):
+                try:
+                    return getattr(__import__(place, fromlist=[attribute]), attribute)
+                except AttributeError:
+                    pass
+            raise AttributeError(f"module {name!r} has no attribute {attribute!r}")
+
+        module.__getattr__ = moved  # type: ignore[method-assign]
+
+
+def install() -> None:
+    """Let the old paths be imported, by a finder at the end of the list."""
+    sys.meta_path.append(_Finder())
