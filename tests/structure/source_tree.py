@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 
@@ -19,8 +20,8 @@ ROOMS = {
 """The packages that are written by hand, and the folder of each."""
 
 PACKAGES = (*ROOMS, "stagewire_apt", "stagewire_ms2000")
-MARK = "# Generated from "
-"""How the first line of a module begins that a program makes of another module."""
+MARK = re.compile(r"# generated (from|by) ", re.IGNORECASE)
+"""How the first line of a module begins that a program makes."""
 
 
 def hand_written(folder: Path) -> list[Path]:
@@ -29,7 +30,7 @@ def hand_written(folder: Path) -> list[Path]:
         path
         for path in sorted(folder.rglob("*.py"))
         if "compiled" not in path.relative_to(folder).parts
-        and not path.read_text(encoding="utf-8").startswith(MARK)
+        and not MARK.match(path.read_text(encoding="utf-8"))
     ]
 
 

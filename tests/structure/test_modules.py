@@ -17,7 +17,7 @@ SHORT = 100
 SHORT_SHARE = 0.42
 MEDIANS = (100, 250)
 
-MEANINGS = {"Line": 6, "Place": 5, "Axis": 5}
+MEANINGS = {"Line": 5, "Place": 4, "Axis": 4}
 """Class names that are easily given twice: how many hand-written modules may define each."""
 
 
