@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stagewire_cli.errors import OK, WRONG, CalledWronglyError
-from stagewire_cli.generator import folder, load, located, side, the_generator
+from stagewire_cli.generator import compared_spec, folder, generator_extra, load, located
 from stagewire_cli.output import check_output, output
 from stagewire_cli.reports import Report, ReportFormat, summary, written
 
@@ -30,7 +30,7 @@ def _explain(code: str | None) -> None:
     """Print what a code stands for, and end."""
     if code is None:
         return
-    with the_generator():
+    with generator_extra():
         from stagewire_generator.codes import CODES
         from stagewire_generator.codes_page import anchor
     name = code.upper()
@@ -92,7 +92,7 @@ def check(
     or a reference to the document; of a revision, the folder is the one that SPEC is in the repository
     of the current folder.
     """
-    with the_generator():
+    with generator_extra():
         from stagewire_generator.diagnostics import SpecError
 
         if format is ReportFormat.JUNIT:
@@ -127,7 +127,7 @@ def _compared(
 
     quiet = format is not ReportFormat.TEXT
     new = Spec.of(checked)
-    with side("--against", against, str(report.spec), quiet=quiet) as old:
+    with compared_spec("--against", against, str(report.spec), quiet=quiet) as old:
         changes = compare_specs(old, new)
         found = located(unvouched(changes, old, new), report.spec)
     numbers = {level.name: number for level, number in counts(changes).items()}

@@ -10,7 +10,7 @@ import typer
 
 from stagewire.errors import CodecError
 from stagewire.framing import End
-from stagewire_cli.decoding import Decoding, Tally, opened
+from stagewire_cli.decoding import Counts, Decoding, opened
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats import Format, check_format, writing
 from stagewire_cli.output import check_output, output, progress
@@ -105,7 +105,7 @@ def decode(
     given = _given(source)
     if target is not None:
         check_output(target, given if isinstance(given, Path) else None)
-    tally = Tally()
+    total = Counts()
     with opened(given) as read:
         task = Selection(protocol, status, direction, command, message, read.heading).task()
         try:
@@ -118,11 +118,11 @@ def decode(
             # What scrolls by on a terminal shows by itself how far it is.
             progress(lines=False, quiet=target is None and sys.stdout.isatty()) as say,
         ):
-            Decoding(task, made, end, tally, say).of(read)
+            Decoding(task, made, end, total, say).of(read)
     alone = isinstance(given, bytes) and end is None
     if target or (not alone and (wanted is not Format.JSONL or task.only)):
-        typer.echo(tally.summary, err=True)
-    if not tally.right:
+        typer.echo(total.summary, err=True)
+    if not total.right:
         raise typer.Exit(WRONG)
 
 

@@ -24,7 +24,7 @@ from stagewire_conformance.codec import EVENT_NAMES
 _WRONG = ("refused", "garbage", "bad_length")
 
 
-class Tally:
+class Counts:
     """Counts frames, or the events of a stream."""
 
     def __init__(self) -> None:
@@ -111,7 +111,7 @@ class Decoding:
     task: Task
     writer: Writer
     end: End | None
-    tally: Tally
+    total: Counts
     say: Progress
 
     def of(self, read: Input) -> None:
@@ -121,7 +121,7 @@ class Decoding:
             if self.end is not None:
                 self._stream([block])
             else:
-                self.tally.frame(block, self.writer.frame(0, block))
+                self.total.frame(block, self.writer.frame(0, block))
         elif read.heading:
             self._has_no_end("a recorded session has both")
             self._session(source, block)
@@ -137,9 +137,9 @@ class Decoding:
 
     def _captures(self, source: Source, block: bytes) -> None:
         for name, raw in captures(source, block):
-            self.tally.frame(raw, self.writer.frame(self.tally.read, raw, name))
-            if self.tally.counts.total() % _NOW_AND_THEN == 0:
-                self.say(f"{source.progress}, {self.tally.counts['frame']:,} frames")
+            self.total.frame(raw, self.writer.frame(self.total.read, raw, name))
+            if self.total.counts.total() % _NOW_AND_THEN == 0:
+                self.say(f"{source.progress}, {self.total.counts['frame']:,} frames")
 
     def _session(self, source: Source, block: bytes) -> None:
         readers = self.task.readers()
@@ -152,29 +152,29 @@ class Decoding:
                 self.task.stamp = _stamp(recorded)
                 for event in events:
                     self.writer.events(recorded.line, [event])
-                self.tally.events(events, recorded.data, way)
+                self.total.events(events, recorded.data, way)
             self.writer.flush()
-            self.say(f"{source.progress}, {self.tally.counts['message']:,} messages")
+            self.say(f"{source.progress}, {self.total.counts['message']:,} messages")
         for way, recorded in latest.items():
             if pending := bytes(readers[way].pending):
                 self.task.stamp = _stamp(recorded)
                 self.writer.pending(recorded.line, pending)
-                self.tally.end(pending)
+                self.total.end(pending)
 
     def _stream(self, parts: Iterable[bytes], source: Source | None = None) -> None:
         reader = self.task.reader(self.end)
         for part in parts:
-            offset = self.tally.read - len(reader.pending)
+            offset = self.total.read - len(reader.pending)
             events = reader.feed(part)
             self.writer.events(offset, events)
             self.writer.flush()
-            self.tally.events(events, part)
+            self.total.events(events, part)
             if source is not None:
-                self.say(f"{source.progress}, {self.tally.counts['message']:,} messages")
+                self.say(f"{source.progress}, {self.total.counts['message']:,} messages")
         pending = bytes(reader.pending)
         if pending:
-            self.writer.pending(self.tally.read - len(pending), pending)
-        self.tally.end(pending)
+            self.writer.pending(self.total.read - len(pending), pending)
+        self.total.end(pending)
 
 
 def _stamp(recorded: Recorded) -> Stamp:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.generator import side, the_generator
+from stagewire_cli.generator import compared_spec, generator_extra
 from stagewire_cli.output import printable
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _LONGEST = 60  # characters of a value on a line
 _BEFORE = 20  # characters of them before the first that differs
 
 
-class Grave(enum.StrEnum):
+class Severity(enum.StrEnum):
     """The classes of changes, as the option spells them."""
 
     WIRE = "wire"
@@ -55,7 +55,7 @@ def diff(
     ] = "spec",
     as_json: Annotated[bool, typer.Option("--json", help="As changes.schema.json says.")] = False,
     fail_on: Annotated[
-        Grave | None,
+        Severity | None,
         typer.Option(
             "--fail-on",
             case_sensitive=False,
@@ -71,9 +71,9 @@ def diff(
     """
     if not spec.strip():
         raise CalledWronglyError("the name of the folder after --spec is empty")
-    with the_generator():
+    with generator_extra():
         from stagewire_generator.change import ChangeClass, compare_specs, report, worst
-    with side("OLD", old, spec) as before, side("NEW", new, spec) as after:
+    with compared_spec("OLD", old, spec) as before, compared_spec("NEW", new, spec) as after:
         changes = compare_specs(before, after)
     if as_json:
         typer.echo(json.dumps(report(old, new, changes), indent=2, ensure_ascii=False))

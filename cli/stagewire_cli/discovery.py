@@ -136,12 +136,12 @@ def doctor(
             except BadValueError as error:
                 raise CalledWronglyError(str(error)) from None
     for one in told:
-        _tell(one)
+        _print_diagnosis(one)
     if any(one.verdict is Verdict.WRONG for one in told):
         raise typer.Exit(WRONG)
 
 
-def _tell(diagnosis: Diagnosis) -> None:
+def _print_diagnosis(diagnosis: Diagnosis) -> None:
     about, text = printable(diagnosis.about), printable(diagnosis.text)
     typer.echo(f"{_MARKS[diagnosis.verdict.value]}  {about}: {text}")
     if diagnosis.advice:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.generator import folder, the_generator
+from stagewire_cli.generator import folder, generator_extra
 from stagewire_cli.output import printable, progress
 
 EXAMPLE = """\b
@@ -40,7 +40,7 @@ def format_files(
     With a folder come the worked examples and captures beside it. A file that is not readable YAML is
     reported and left alone.
     """
-    with the_generator():
+    with generator_extra():
         from stagewire_generator.formatting import format_file
     states: Counter[str] = Counter()
     lacking: set[Path] = set()

@@ -18,9 +18,9 @@ from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.generator import (
     check_folders,
     folder,
+    generator_extra,
     load,
     show_diagnostics,
-    the_generator,
     write_files,
 )
 from stagewire_cli.output import printable, progress, show_paths
@@ -112,7 +112,7 @@ def generate(
             "--cmake-dir": cmake_dir,
         }
     )
-    with the_generator():
+    with generator_extra():
         import stagewire_generator
         from stagewire_generator import TARGETS
         from stagewire_generator.manifest import MANIFEST
@@ -246,7 +246,7 @@ def schemas(
 
     Editors find them by the first line of each file, which `stagewire format` writes.
     """
-    with the_generator():
+    with generator_extra():
         from stagewire_generator.output import compare
         from stagewire_generator.schemas import schema_texts
     files = schema_texts()

@@ -34,14 +34,16 @@ def located(diagnostics: Iterable[Diagnostic], spec: Path) -> list[Diagnostic]:
     """
     from stagewire_generator.location import locate
 
-    path = cache(lambda name: from_here(locate(spec, name)))  # a run may have thousands of a file
+    path = cache(
+        lambda name: relative_path(locate(spec, name))
+    )  # a run may have thousands of a file
     return [
         replace(diagnostic, place=replace(diagnostic.place, file=path(diagnostic.place.file)))
         for diagnostic in diagnostics
     ]
 
 
-def from_here(path: Path) -> str:
+def relative_path(path: Path) -> str:
     """Return a path from the current folder if it is below it, else the whole path."""
     path, here = Path(os.path.abspath(path)), Path.cwd()
     return (path.relative_to(here) if path.is_relative_to(here) else path).as_posix()
@@ -55,7 +57,7 @@ def folder(text: str | Path) -> Path:
 
 
 @contextmanager
-def the_generator() -> Iterator[None]:
+def generator_extra() -> Iterator[None]:
     """Import the generator inside this block; without its extra it says how to get it."""
     try:
         yield
@@ -126,7 +128,10 @@ def load(
     protocols: list[Protocol] = []
     counts: dict[str, Counts] = {}
     found: list[Diagnostic] = []
-    with the_generator(), progress() as say:  # what explains an error is imported when there is one
+    with (
+        generator_extra(),
+        progress() as say,
+    ):  # what explains an error is imported when there is one
         for folder in folders:
             try:
                 protocols += check(folder, say, counts, looked_at, overlays)
@@ -180,7 +185,7 @@ def write_files(out: Path, files: Mapping[str, str], *, partial: bool) -> int:
 
 
 @contextmanager
-def side(label: str, name: str, spec: str, *, quiet: bool = False) -> Iterator[Spec]:
+def compared_spec(label: str, name: str, spec: str, *, quiet: bool = False) -> Iterator[Spec]:
     """Give a folder or revision; show why it cannot be had, and end with 2.
 
     :param label: what the user calls the side: ``OLD``.

@@ -21,13 +21,13 @@ from stagewire.protocols import Frame, Message
 from stagewire_cli.devices import opened, title_of
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.monitor_board import Board
-from stagewire_cli.motion_session import Where
+from stagewire_cli.motion_session import PartAddress
 from stagewire_cli.status import reading_of, status_of
 
 _REFRESH = 0.2  # seconds between two drawings of the table, and between two questions to what sends nothing
 
 Draw = Callable[[float], None]
-Saying = tuple[str, Values[Any] | None]
+PartStatus = tuple[str, Values[Any] | None]
 """A part, and what it says of its state."""
 
 
@@ -56,7 +56,7 @@ def watch(
         with opened(url, unit, bay=bay, stage=stage, log=log, on_close="leave") as device:
             title = title_of(device)
             with suppress(KeyboardInterrupt), _shown(title, board) as draw:
-                parts = Where(url, unit, bay, None, None).parts(device)
+                parts = PartAddress(url, unit, bay, None, None).parts(device)
                 _follow(device, parts, board, draw, seconds)
     finally:
         if picture is not None and board.tracks:
@@ -86,8 +86,8 @@ def _follow(
     now = device.session.now
     begin = now()
     lines = not sys.stdout.isatty()
-    with _sayings(device, parts, board) as sayings:
-        for name, values in sayings:
+    with _statuses(device, parts, board) as statuses:
+        for name, values in statuses:
             passed = now() - begin
             if seconds is not None and passed >= seconds:
                 draw(passed)
@@ -102,29 +102,29 @@ def _follow(
 
 
 @contextmanager
-def _sayings(device: Any, parts: dict[str, Any], board: Board) -> Iterator[Iterator[Saying]]:
+def _statuses(device: Any, parts: dict[str, Any], board: Board) -> Iterator[Iterator[PartStatus]]:
     """Give what is said without end; with None in between, whenever the table may be drawn."""
-    speakers = [part for part in parts.values() if hasattr(part, "start_updates")]
-    if not speakers and hasattr(device, "start_updates"):  # it speaks for all its channels
-        speakers = [device]
-    classes = _unasked(device)
-    if not speakers or not classes:
-        yield _asked(device, parts)
+    sources = [part for part in parts.values() if hasattr(part, "start_updates")]
+    if not sources and hasattr(device, "start_updates"):  # it speaks for all its channels
+        sources = [device]
+    classes = _unsolicited_classes(device)
+    if not sources or not classes:
+        yield _polled(device, parts)
         return
     with ExitStack() as stack:
         subscription = stack.enter_context(device.session.subscribe(classes))
-        for speaker in speakers:
-            speaker.start_updates()
-            stack.callback(_stop_updates, speaker)
-        yield _heard(device, parts, subscription, board)
+        for source in sources:
+            source.start_updates()
+            stack.callback(_stop_updates, source)
+        yield _unsolicited(device, parts, subscription, board)
 
 
-def _stop_updates(speaker: Any) -> None:
+def _stop_updates(source: Any) -> None:
     with suppress(TransportError, SessionClosedError):  # then nothing comes any more
-        speaker.stop_updates()
+        source.stop_updates()
 
 
-def _unasked(device: Any) -> tuple[type[Message], ...]:
+def _unsolicited_classes(device: Any) -> tuple[type[Message], ...]:
     """Return the classes of what a unit says while status messages are switched on."""
     protocol = device.facts.protocol
     started = {
@@ -140,7 +140,9 @@ def _unasked(device: Any) -> tuple[type[Message], ...]:
     )
 
 
-def _heard(device: Any, parts: dict[str, Any], subscription: Any, board: Board) -> Iterator[Saying]:
+def _unsolicited(
+    device: Any, parts: dict[str, Any], subscription: Any, board: Board
+) -> Iterator[PartStatus]:
     """Yield what comes unasked; what had to be dropped is counted on the board."""
     drawn = device.session.now()
     while True:
@@ -149,7 +151,7 @@ def _heard(device: Any, parts: dict[str, Any], subscription: Any, board: Board) 
         except ReplyTimeoutError:
             pass
         else:
-            name = _speaker(device, parts, frame)
+            name = _source_part(device, parts, frame)
             values = parts[name].values(frame.message) if name in parts else None
             if values is not None:
                 yield name, values
@@ -159,7 +161,7 @@ def _heard(device: Any, parts: dict[str, Any], subscription: Any, board: Board) 
             yield "", None
 
 
-def _speaker(device: Any, parts: dict[str, Any], frame: Frame) -> str:
+def _source_part(device: Any, parts: dict[str, Any], frame: Frame) -> str:
     """Return the part that a frame comes from; some controllers turn its addresses round."""
     words = []
     bays = device.unit.bays if device.unit.kind == "rack" else ()
@@ -174,7 +176,7 @@ def _speaker(device: Any, parts: dict[str, Any], frame: Frame) -> str:
     return name if words or len(parts) > 1 else next(iter(parts))
 
 
-def _asked(device: Any, parts: dict[str, Any]) -> Iterator[Saying]:
+def _polled(device: Any, parts: dict[str, Any]) -> Iterator[PartStatus]:
     """Yield what the parts of a controller answer that says nothing by itself.
 
     Axes that do not answer in the first round are taken not to be there.

@@ -80,13 +80,13 @@ def move(
 
     Says what will move from where to where, and asks. Ctrl-C stops it.
     """
-    from stagewire_cli.motion_session import Target, Where, run_move
+    from stagewire_cli.motion_session import PartAddress, Target, run_move
 
     number = to if by is None else by
     if number is None or None not in (to, by):
         raise CalledWronglyError("where to? give one of --to (a position) and --by (a distance)")
     target = Target.parse(number, relative=by is not None, counts=counts)
-    where = Where(url, unit, bay, channel, axis)
+    where = PartAddress(url, unit, bay, channel, axis)
     length = None if travel is None else travel_in_mm(travel)
     run_move(where, target, stage=stage, travel=length, timeout=timeout, yes=yes)
 
@@ -105,9 +105,9 @@ def home(
     Direction, limit switch and speed are those that the controller has stored; none is changed. Asks before
     it moves. Ctrl-C stops it.
     """
-    from stagewire_cli.motion_session import Where, run_home
+    from stagewire_cli.motion_session import PartAddress, run_home
 
-    run_home(Where(url, unit, bay, channel, axis), timeout=timeout, yes=yes)
+    run_home(PartAddress(url, unit, bay, channel, axis), timeout=timeout, yes=yes)
 
 
 def jog(
@@ -130,9 +130,9 @@ def jog(
     The document does not say whether positions rise or fall in direction forward: try a small step first.
     Says what is stored, and asks before it moves. Ctrl-C stops it.
     """
-    from stagewire_cli.motion_session import Where, run_jog
+    from stagewire_cli.motion_session import PartAddress, run_jog
 
-    where = Where(url, unit, bay, channel, axis)
+    where = PartAddress(url, unit, bay, channel, axis)
     length = None if travel is None else travel_in_mm(travel)
     run_jog(where, direction, stage=stage, travel=length, timeout=timeout, yes=yes)
 
@@ -156,6 +156,6 @@ def stop(
     Where the unit is known by --unit or by its USB plug, the stop is the first thing that is sent. Options of
     move and home are accepted and ignored, so that a command line can be repeated with `stop` in it.
     """
-    from stagewire_cli.motion_session import Where, run_stop
+    from stagewire_cli.motion_session import PartAddress, run_stop
 
-    run_stop(Where(url, unit, bay, channel, axis))
+    run_stop(PartAddress(url, unit, bay, channel, axis))

@@ -46,7 +46,7 @@ _IN_UNITS = {"mm": 1, "um": 1000}
 
 
 @dataclass(frozen=True, slots=True)
-class Where:
+class PartAddress:
     """What moves: a line, and the part of the controller at its other end."""
 
     url: str
@@ -142,7 +142,7 @@ class Target:
 
 
 def run_move(
-    where: Where,
+    where: PartAddress,
     target: Target,
     *,
     stage: str | None,
@@ -151,7 +151,7 @@ def run_move(
     yes: bool,
 ) -> None:
     """Move one part, after having asked."""
-    refuse_silence(yes)
+    refuse_unattended(yes)
     options = {"stage": stage, "travel_mm": travel, "motion_timeout": timeout}
     with opened(where.url, where.unit, bay=where.bay, **options) as device:
         name, part = where.part(device)
@@ -165,9 +165,9 @@ def run_move(
         _act(device, name, part, saying, lambda: start(**given), timeout, yes, there)
 
 
-def run_home(where: Where, *, timeout: float, yes: bool) -> None:
+def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
     """Home one part, after having asked."""
-    refuse_silence(yes)
+    refuse_unattended(yes)
     with opened(where.url, where.unit, bay=where.bay, motion_timeout=timeout) as device:
         name, part = where.part(device)
         start = _call(device, part, "start_home")
@@ -176,7 +176,7 @@ def run_home(where: Where, *, timeout: float, yes: bool) -> None:
 
 
 def run_jog(
-    where: Where,
+    where: PartAddress,
     direction: str,
     *,
     stage: str | None,
@@ -185,7 +185,7 @@ def run_jog(
     yes: bool,
 ) -> None:
     """Jog one part, after having asked."""
-    refuse_silence(yes)
+    refuse_unattended(yes)
     options = {"stage": stage, "travel_mm": travel, "motion_timeout": timeout}
     with opened(where.url, where.unit, bay=where.bay, **options) as device:
         name, part = where.part(device)
@@ -197,7 +197,7 @@ def run_jog(
         _act(device, name, part, saying, lambda: start(direction), timeout, yes)
 
 
-def run_stop(where: Where) -> None:
+def run_stop(where: PartAddress) -> None:
     """Stop what moves; all parts are told at once, whatever the others answer."""
     with opened(
         where.url, _unit_to_stop(where), bay=where.bay, identify=False, motion_timeout=_STOP_TIMEOUT
@@ -221,7 +221,7 @@ def run_stop(where: Where) -> None:
         raise typer.Exit(WRONG)
 
 
-def _unit_to_stop(where: Where) -> str:
+def _unit_to_stop(where: PartAddress) -> str:
     """Return the unit to stop; raises where it is not known, and says that nothing was stopped."""
     from stagewire.discovery import unit_at
 
@@ -236,7 +236,7 @@ def _unit_to_stop(where: Where) -> str:
         ) from None
 
 
-def refuse_silence(yes: bool) -> None:
+def refuse_unattended(yes: bool) -> None:
     """Refuse, before a line is opened, to move what nobody can be asked about."""
     if not yes and not sys.stdin.isatty():
         raise CalledWronglyError(

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stagewire_cli.generator import from_here
+from stagewire_cli.generator import relative_path
 from stagewire_cli.output import printable
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def as_junit(report: Report) -> str:
     for protocol, files in report.files().items():
         suite = TestSuite(printable(protocol))
         for path in files:
-            name = from_here(path)
+            name = relative_path(path)
             suite.add_testcase(_case(protocol, name, found.pop(name, [])))
         xml.add_testsuite(suite)
     if found:  # what is missing was not read

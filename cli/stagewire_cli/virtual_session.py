@@ -53,7 +53,7 @@ def run_session(
         asyncio.run(session.serve(Server(clock), links, seconds, quiet=quiet))
     if session.failure is not None:
         raise session.failure
-    return _took_its_course(links)
+    return _report_replays(links)
 
 
 class _Session(Observer):
@@ -146,7 +146,7 @@ def _signals(end: Callable[[], object]) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _took_its_course(links: Sequence[Link]) -> bool:
+def _report_replays(links: Sequence[Link]) -> bool:
     """Say how replays went; return whether all went as recorded."""
     right = True
     for replay in (link.instrument for link in links):

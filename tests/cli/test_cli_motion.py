@@ -47,7 +47,7 @@ def attach(monkeypatch: pytest.MonkeyPatch) -> Attach:
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     """Somebody sits there who can be asked."""
-    monkeypatch.setattr(motion_session, "refuse_silence", lambda yes: None)
+    monkeypatch.setattr(motion_session, "refuse_unattended", lambda yes: None)
 
 
 Z8 = ("--unit", "TDC001", "--stage", "Z8", "--yes")

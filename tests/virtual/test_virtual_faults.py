@@ -16,7 +16,7 @@ from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.errors import FaultError
 from stagewire_virtual.faults.chain import MOST_HELD
 from stagewire_virtual.faults.fault import Fault
-from stagewire_virtual.faults.link import FaultyLink, Happened
+from stagewire_virtual.faults.link import FaultEvent, FaultyLink
 from stagewire_virtual.instrument import Instrument, Row, find_unit
 from stagewire_virtual.options import Options
 
@@ -405,7 +405,7 @@ def test_a_fault_that_a_unit_cannot_have(unit: str, fault: str, said: str) -> No
 
 def test_what_happened_is_told_at_once() -> None:
     bench = Bench("to_host drop frame at=1")
-    told: list[Happened] = []
+    told: list[FaultEvent] = []
     bench.line.on_fault = told.append
     bench.clock.advance(1.25)
     bench.say(VELPARAMS)

@@ -29,9 +29,9 @@ from stagewire_virtual.thorlabs_apt.rack import RACK
 from stagewire_virtual.toml_tables import (
     Convert,
     Table,
-    called_by_key,
     flag,
     integer,
+    key_label,
     list_of,
     table_of,
     tables_of,
@@ -150,14 +150,14 @@ def load_bench(path: str | Path, bind: str | None = None) -> Bench:
     top.refuse_others()
     if not tables and not problems:
         top.wrong("unit", "there is no unit; each begins with a line [[unit]]")
-    return _bench(tables, str(path), bind, problems, called_by_key)
+    return _bench(tables, str(path), bind, problems, key_label)
 
 
 def make_bench(
     tables: Sequence[Mapping[str, Any]],
     source: str = "the command line",
     bind: str | None = None,
-    called: Callable[[str], str] = called_by_key,
+    called: Callable[[str], str] = key_label,
 ) -> Bench:
     """Make a bench of tables with the keys of a TOML file: ``[{"name": "TDC001", "tcp": "4001"}]``.
 
@@ -222,11 +222,11 @@ def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
     if (unit is None and not is_rack) or bays is None:
         return None
     blueprint = Blueprint(unit=unit, bays=bays, options=options, faults=faults)
-    _try(table, blueprint)
+    _check_options(table, blueprint)
     return BenchUnit(blueprint, place, label)
 
 
-def _try(table: Table, blueprint: Blueprint) -> None:
+def _check_options(table: Table, blueprint: Blueprint) -> None:
     """Note what the unit refuses: each option by itself, lest one hide another; all of them; each fault."""
 
     def refused(key: str | Sequence[str], attempt: Blueprint) -> bool:

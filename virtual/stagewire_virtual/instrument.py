@@ -119,8 +119,8 @@ class Instrument:
     def __init__(self, unit: Unit, clock: Clock) -> None:
         self.unit = unit
         self.clock = clock
-        self.on_send: Callable[[bytes], None] = _nobody_listens
-        self.on_refusal: Callable[[str], None] = _nobody_asks
+        self.on_send: Callable[[bytes], None] = ignore
+        self.on_refusal: Callable[[str], None] = ignore
         """Told in a sentence why something that the host sent was not done; for logs."""
 
     @property
@@ -152,9 +152,5 @@ class Instrument:
         raise NotImplementedError
 
 
-def _nobody_listens(data: bytes) -> None:
-    """Take what is said while no line is connected."""
-
-
-def _nobody_asks(why: str) -> None:
-    """Take why something was refused when nobody keeps a log."""
+def ignore(*_: object) -> None:
+    """Take a callback, such as of bytes that are said, while nothing is connected to it."""

@@ -112,7 +112,7 @@ def blueprint_of(url: str) -> Blueprint:
         if not name:
             raise ValueError("it names no unit; write virtual://TDC001")
         table = {**_table(parts.query), "name": name}
-        return make_bench([table], source=_SOURCE, called=_called).units[0].blueprint
+        return make_bench([table], source=_SOURCE, called=_option_name).units[0].blueprint
     except BenchError as error:
         problems = "; ".join(_WHERE.sub("", problem) for problem in error.problems)
         raise LinkOpenError(f"{url} cannot be opened: {problems}") from None
@@ -143,10 +143,10 @@ def _of_bench(path: str, label: str) -> Blueprint:
         return found[0].blueprint
     if not label and len(units) == 1:
         return units[0].blueprint
-    raise VirtualError(_which(label, units, len(found)))
+    raise VirtualError(_unit_of_fragment(label, units, len(found)))
 
 
-def _which(label: str, units: tuple[BenchUnit, ...], found: int) -> str:
+def _unit_of_fragment(label: str, units: tuple[BenchUnit, ...], found: int) -> str:
     labels = ", ".join(f"{number} {unit.label}" for number, unit in enumerate(units, 1))
     if not label:
         what = "it has several units; say which one by #LABEL or #NUMBER"
@@ -155,7 +155,7 @@ def _which(label: str, units: tuple[BenchUnit, ...], found: int) -> str:
     return f"{what} (there are: {labels})"
 
 
-def _called(key: str) -> str:
+def _option_name(key: str) -> str:
     return "the name" if key == "name" else f"option {key}"
 
 

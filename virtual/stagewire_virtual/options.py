@@ -53,7 +53,7 @@ class Options:
     :param stage_id: bytes 76 and 77 of the payload of HW_GET_INFO, 0 to 65535, by which later controllers say
         what stage they drive; None: 0. These four describe the unit itself, of a rack or a module its
         motherboard; cards and modules in bays keep their own.
-    :param line: USB, or RS-232, where a controller does not ask for signs of life.
+    :param line: USB, or RS-232, where a controller does not ask for a keep-alive.
     :param quirks: deviations of real controllers, by name; see :mod:`stagewire_virtual.thorlabs_apt.quirks`.
     :param answer_unsupported: answer HW_RESPONSE to what is refused or not understood, instead of silence.
     :param channels: settings channel by channel, of a rack bay by bay; the last one stands for those

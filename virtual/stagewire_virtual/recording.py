@@ -19,7 +19,7 @@ from stagewire_virtual.framings.framing import RequestReader
 from stagewire_virtual.instrument import Unit, units_of
 
 
-class Said(NamedTuple):
+class RecordedReply(NamedTuple):
     """Bytes that the controller said.
 
     :param place: of their first byte, among all that it said.
@@ -45,7 +45,7 @@ class Step:
     request: bytes
     line: int
     time: int
-    said: list[Said] = field(default_factory=list)
+    said: list[RecordedReply] = field(default_factory=list)
 
 
 class Requests:
@@ -105,7 +105,7 @@ def steps_of(capture: Capture, unit: Unit) -> list[Step]:
             steps.append(Step(b"", recorded.line, recorded.time))
         if recorded.direction is Direction.TO_HOST:
             step = steps[-1]
-            step.said.append(Said(place, recorded.time - step.time, recorded.data))
+            step.said.append(RecordedReply(place, recorded.time - step.time, recorded.data))
             place += len(recorded.data)
         else:
             line = recorded.line
@@ -184,5 +184,5 @@ def _share(burst: Sequence[Step], unit: Unit) -> None:
             while not left:
                 left, owner = next(shares)
             size = min(left, len(data) - at)
-            owner.said.append(Said(place + at, when - owner.time, data[at : at + size]))
+            owner.said.append(RecordedReply(place + at, when - owner.time, data[at : at + size]))
             at, left = at + size, left - size

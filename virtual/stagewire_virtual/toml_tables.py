@@ -40,7 +40,7 @@ class _WrongValuesError(StagewireError):
     """Values in a list that are wrong."""
 
 
-def called_by_key(key: str) -> str:
+def key_label(key: str) -> str:
     """Return what a problem calls the key that it is about."""
     return f"key {key}"
 
@@ -59,7 +59,7 @@ class Table:
         values: Mapping[str, Any],
         where: str,
         problems: list[str],
-        called: Callable[[str], str] = called_by_key,
+        called: Callable[[str], str] = key_label,
     ) -> None:
         self._values = values
         self._known: dict[str, None] = {}  # in the order in which they were asked for

@@ -104,13 +104,13 @@ def _check(unit: Unit, options: Options, names: list[str]) -> None:
         f"has no more axes than {', '.join(names)}": len(options.channels) > len(names),
     }
     for settings in options.channels:
-        wrong |= _wrong_of(settings)
+        wrong |= _unsupported_options(settings)
     for sentence, is_wrong in wrong.items():
         if is_wrong:
             raise BadOptionError(f"{unit.name} {sentence}")
 
 
-def _wrong_of(settings: Settings) -> dict[str, bool]:
+def _unsupported_options(settings: Settings) -> dict[str, bool]:
     travel = TRAVEL if settings.travel is None else settings.travel
     position = 0 if settings.position is None else settings.position
     return {

@@ -20,7 +20,7 @@ from stagewire_virtual.faults.chain import Chunk, Effect, FaultChain
 from stagewire_virtual.faults.fault import Action, Fault, Piece, one_of, parse_faults
 from stagewire_virtual.framings import framing_of
 from stagewire_virtual.framings.framing import Framing, RequestReader
-from stagewire_virtual.instrument import Instrument, Unit
+from stagewire_virtual.instrument import Instrument, Unit, ignore
 
 _COUNT: Final = 100
 _PERIOD: Final = 0.01  # seconds: ten times as often as status updates come
@@ -68,7 +68,7 @@ _REMEMBERED: Final = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class Happened:
+class FaultEvent:
     """What a fault did.
 
     :param time: when, in nanoseconds of the clock.
@@ -105,13 +105,13 @@ class FaultyLink:
         self, instrument: Instrument, faults: Iterable[Fault | str] = (), seed: int = 0
     ) -> None:
         self.instrument = instrument
-        self.on_send: Callable[[bytes], None] = _nobody_listens
+        self.on_send: Callable[[bytes], None] = ignore
         """Called with what arrives at the host."""
-        self.on_disconnect: Callable[[], None] = _nobody_is_there
+        self.on_disconnect: Callable[[], None] = ignore
         """Called when the line is cut; who serves it closes the connection."""
-        self.on_fault: Callable[[Happened], None] = _nobody_wonders
+        self.on_fault: Callable[[FaultEvent], None] = ignore
         """Called with what a fault did, when it did."""
-        self.happened: deque[Happened] = deque(maxlen=_REMEMBERED)
+        self.happened: deque[FaultEvent] = deque(maxlen=_REMEMBERED)
         """What faults did last."""
         self._clock = instrument.clock
         self._asked: str | None = None  # the command that the controller is about to answer
@@ -238,7 +238,7 @@ class FaultyLink:
         self._clock.call_later(nanoseconds(seconds), now)
 
     def _report(self, fault: Fault | None, what: str) -> None:
-        happened = Happened(self._clock.now, fault, what)
+        happened = FaultEvent(self._clock.now, fault, what)
         self.happened.append(happened)
         self.on_fault(happened)
 
@@ -267,15 +267,3 @@ def _need_frames(faults: Iterable[Fault], framing: Framing) -> bool:
         )
         for fault in faults
     )
-
-
-def _nobody_listens(data: bytes) -> None:
-    """Take what arrives while no line is connected."""
-
-
-def _nobody_is_there() -> None:
-    """Take the news of a cut while no line is connected."""
-
-
-def _nobody_wonders(happened: Happened) -> None:
-    """Take a report that nobody wants."""

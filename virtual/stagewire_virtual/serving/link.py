@@ -12,7 +12,7 @@ from typing import ClassVar, Final, TypeAlias
 from stagewire.errors import BadValueError
 from stagewire_virtual.clock import Clock, nanoseconds, passes
 from stagewire_virtual.errors import UnpluggedError
-from stagewire_virtual.faults.link import FaultyLink, Happened
+from stagewire_virtual.faults.link import FaultEvent, FaultyLink
 from stagewire_virtual.instrument import Instrument
 
 BACKLOG: Final = 64 * 1024
@@ -106,7 +106,7 @@ class Link:
         """Tell the observer something for people."""
         self.observer.noted(self, self.clock.now, text)
 
-    def _note_fault(self, happened: Happened) -> None:
+    def _note_fault(self, happened: FaultEvent) -> None:
         self.note(str(happened))
 
     def _greet(self) -> None:

@@ -200,7 +200,7 @@ class ServingThread:
         return asyncio.run_coroutine_threadsafe(job(), self._loop).result()
 
     async def _call(self, function: Callable[..., _T], *arguments: Any) -> _T:
-        await _let_come()
+        await _yield_to_hosts()
         return function(*arguments)
 
     async def _serve(self, make: Maker, place: Endpoint, clock: Clock, label: str) -> ServedLink:
@@ -220,7 +220,7 @@ class ServingThread:
             del self._servers[link.clock]
             if isinstance(link.clock, SteppedClock):
                 link.clock.call = None
-        await _let_come()  # who came just now, or was broken off, is told so
+        await _yield_to_hosts()  # who came just now, or was broken off, is told so
 
     def _note_error(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")
@@ -228,7 +228,7 @@ class ServingThread:
             self._errors.append(error)
 
 
-async def _let_come() -> None:
+async def _yield_to_hosts() -> None:
     """Take what hosts on this machine have done by now."""
     for _ in range(_ROUNDS):
         await asyncio.sleep(0)

@@ -55,7 +55,7 @@ class TcpLink(ServedLink):
             self._server = await loop.create_server(lambda: _Connection(self), self.host, self.port)
         except (OSError, OverflowError) as error:
             raise ServingError(
-                f"cannot listen on {self.host}:{self.port}: {_why(error)}; "
+                f"cannot listen on {self.host}:{self.port}: {_reason(error)}; "
                 "choose an address of this machine, and a port that is free (0 finds one)"
             ) from error
         self.port = self._server.sockets[0].getsockname()[1]
@@ -128,7 +128,7 @@ class _Connection(asyncio.Protocol):
         return f"{peer[0]}:{peer[1]}" if peer else "a host"
 
 
-def _why(error: OSError | OverflowError) -> str:
+def _reason(error: OSError | OverflowError) -> str:
     """Return what the system has against it, without the number and the address, which it repeats."""
     if not isinstance(error, OSError) or error.errno is None:
         return str(error)

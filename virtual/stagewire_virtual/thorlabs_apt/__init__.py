@@ -3,9 +3,9 @@
 The way of a frame, and of what it causes::
 
     AptInstrument.receive           instrument.py    bytes from the host
-     -> RequestReader.feed          framings/        cut into frames; the address selects the controller
+     -> RequestReader.feed          framings/        cuts it into frames; the address selects the controller
      -> Controller.receive          controller.py    looks up what takes the message:
-         -> Parameters.take, tell   parameters.py      SET and REQ, by the registry alone (facts.py)
+         -> Parameters.store        parameters.py       SET and REQ, by the registry alone (facts.py)
          -> a method @handles       channel.py         what starts something: motor/, piezo/, ...
          -> a Panel                 rack.py            bays, digital inputs and outputs
          -> a method of its own                        updates, keep-alive, muting, HW_GET_INFO (identity.py)

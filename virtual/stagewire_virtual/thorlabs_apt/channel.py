@@ -14,7 +14,7 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from stagewire import Frame, FramedMessage
 from stagewire_virtual.clock import Clock
-from stagewire_virtual.instrument import Unit
+from stagewire_virtual.instrument import Unit, ignore
 from stagewire_virtual.options import Settings
 
 
@@ -59,9 +59,9 @@ class Channel:
         self._defaults: Mapping[str, Mapping[str, Any]] = {}
         self._saved: dict[str, dict[str, Any]] = {}
         self._stuck = False
-        self.send: Callable[[FramedMessage, Frame], None] = _nobody_listens
+        self.send: Callable[[FramedMessage, Frame], None] = ignore
         """Say something that a frame of the host caused; addresses and muting are the controller's."""
-        self.report_fault: Callable[[Frame, str], None] = _no_fault
+        self.report_fault: Callable[[Frame, str], None] = ignore
         """Say why a message was refused; the controller tells the host if it answers such things."""
 
     @property
@@ -84,7 +84,7 @@ class Channel:
         value: int = self.parameters.get(set_name, {}).get(field, otherwise)
         return value
 
-    def begin_with(self, defaults: Mapping[str, Mapping[str, Any]]) -> None:
+    def initialize(self, defaults: Mapping[str, Mapping[str, Any]]) -> None:
         """Take the parameters of a new controller, whose EEPROM is empty."""
         self._defaults = defaults
         self.restore()
@@ -97,14 +97,6 @@ class Channel:
         """Take the parameters of the EEPROM again, and of a new controller where nothing was saved."""
         for set_name, values in self._defaults.items():
             self.parameters[set_name] = {**values, **self._saved.get(set_name, {})}
-
-
-def _nobody_listens(message: FramedMessage, cause: Frame) -> None:
-    """Take what is said before the channel is built in."""
-
-
-def _no_fault(cause: Frame, why: str) -> None:
-    """Take what is refused before the channel is built in."""
 
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
@@ -133,7 +125,7 @@ def stored(*sets: str) -> Callable[[_Method], _Method]:
     return _mark("stored", sets)
 
 
-class Shown(NamedTuple):
+class LiveState(NamedTuple):
     """What the live table shows of a channel; see :class:`~stagewire_virtual.instrument.Row`."""
 
     position: str = ""
@@ -190,9 +182,9 @@ class Behaviour:
         """Return the fields of the status message of this instant, without the channel and reserved ones."""
         return {}
 
-    def row(self) -> Shown:
+    def row(self) -> LiveState:
         """Return what the live table shows of the channel."""
-        return Shown()
+        return LiveState()
 
     def method(self, kind: str, name: str) -> Callable[..., Any] | None:
         """Return the method that is marked for a message or set; ``kind`` is the name of the mark."""

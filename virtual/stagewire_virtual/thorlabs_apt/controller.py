@@ -100,7 +100,7 @@ class Controller:
         self._facts = facts_of(unit)
         self._keep_alive = unit.facts.get("keep_alive", "none")
         wants_signs = options.line is LinkKind.USB and self._keep_alive != "none"
-        self._outlet = Transmitter(unit, wants_signs, options.quirks, transmit)
+        self._transmitter = Transmitter(unit, wants_signs, options.quirks, transmit)
         self._parameters = Parameters(unit, self.channels, self)
         self._status = self._status_class()
         self._no_status = {}  # what the status is of a channel that does nothing
@@ -109,7 +109,7 @@ class Controller:
             self._no_status = dict.fromkeys(sorted(said), 0)
         rate = unit.facts.get("update_rate_hz")
         self._period = SECOND // rate if rate else None  # its own; None for that of the message
-        self._updates = Updates(clock, self._say_status)
+        self._updates = Updates(clock, self._send_status)
         self._flashes_until = 0
         for channel in self.channels:
             channel.send = self.send
@@ -134,7 +134,7 @@ class Controller:
             "HW_DISCONNECT": lambda frame: self._disconnect(),
             "MOD_IDENTIFY": self._identify,
             "HUB_REQ_BAYUSED": functools.partial(self.send, m.HubGetBayUsed(HubBay.STANDALONE)),
-            self._keep_alive: lambda frame: self._outlet.host_is_alive(),
+            self._keep_alive: lambda frame: self._transmitter.keep_alive(),
             **dict.fromkeys(SAVING, self._parameters.save),
         }
         for panel in panels:
@@ -148,26 +148,28 @@ class Controller:
     def _by_the_registry(self, facts: Message) -> Handler | None:
         """Return what takes a message by its place in the registry; None for one that is not ours."""
         if any(channel.behaviour.method("handles", facts.name) for channel in self.channels):
-            return functools.partial(self._hand_on, facts)
+            return functools.partial(self._dispatch, facts)
         if facts.of_the_unit and facts.role:
             return None  # a message of racks or hubs, which another address answers
         if facts.role == "set":
-            return functools.partial(self._parameters.take, facts)
+            return functools.partial(self._parameters.store, facts)
         if facts.role == "req":
-            return functools.partial(self._parameters.tell, facts)
+            return functools.partial(self._parameters.answer, facts)
         if self._status is not None and self._status.layout.message in facts.answered_by:
-            return self._tell_status
+            return self._answer_status
         return functools.partial(self._start_and_stop, facts)
 
-    def _hand_on(self, facts: Message, frame: Frame) -> None:
+    def _dispatch(self, facts: Message, frame: Frame) -> None:
         for channel in addressed(self.channels, frame, self):
             if handle := channel.behaviour.method("handles", facts.name):
                 handle(frame)
 
     def _start_and_stop(self, facts: Message, frame: Frame) -> None:
         """Let the controller send, or keep it from sending, what the registry says."""
-        self._outlet.let_out(facts.starts)
-        self._outlet.mute({name for name in facts.stops if self._is_muted_by(name, facts.name)})
+        self._transmitter.unmute(facts.starts)
+        self._transmitter.mute(
+            {name for name in facts.stops if self._is_muted_by(name, facts.name)}
+        )
         if self._status is None or not self.channels:
             return
         status = self._status.layout.message
@@ -186,7 +188,7 @@ class Controller:
 
     def send(self, message: FramedMessage, cause: Frame) -> None:
         """Say something that a frame of the host caused, if it may be said."""
-        self._outlet.send(message, cause)
+        self._transmitter.send(message, cause)
 
     def refuse(self, cause: Frame, why: str) -> None:
         """Do nothing of what a frame of the host wants, and answer HW_RESPONSE if that was asked for."""
@@ -196,7 +198,7 @@ class Controller:
         """Do nothing of what came from ``host`` to ``address``, whatever it was."""
         self._refused(f"{self.unit.name} at {address:#04x}: {why}")
         if self._answers_unsupported:
-            self._outlet.respond(host, address)
+            self._transmitter.respond(host, address)
 
     def _status_class(self) -> type[FramedMessage] | None:
         """Return the status message that comes again and again; None for a unit without channels."""
@@ -204,16 +206,16 @@ class Controller:
         names = frozenset().union(*periodic) & self._facts.keys() if self.channels else ()
         return class_of(self.unit, min(names)) if names else None
 
-    def _tell_status(self, frame: Frame) -> None:
+    def _answer_status(self, frame: Frame) -> None:
         for channel in addressed(self.channels, frame, self):
-            self._say_status_of(channel, frame)
+            self._send_status_of(channel, frame)
 
-    def _say_status(self, cause: Frame) -> None:
-        if not self._outlet.withholds_updates:
+    def _send_status(self, cause: Frame) -> None:
+        if not self._transmitter.withholds_updates:
             for channel in self.channels:
-                self._say_status_of(channel, cause)
+                self._send_status_of(channel, cause)
 
-    def _say_status_of(self, channel: Channel, cause: Frame) -> None:
+    def _send_status_of(self, channel: Channel, cause: Frame) -> None:
         if self._status is not None:
             status = {**self._no_status, **channel.behaviour.status(), CHANNEL: channel.ident}
             self.send(self._status(**status), cause)
@@ -227,7 +229,7 @@ class Controller:
     def power_cycle(self) -> None:
         """Forget all but what is in the EEPROM and where the stages stand."""
         self._updates.stop()
-        self._outlet.begin_anew()
+        self._transmitter.reset()
         self._flashes_until = 0
         for channel in self.channels:
             channel.restore()

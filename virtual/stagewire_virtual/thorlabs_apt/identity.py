@@ -52,7 +52,7 @@ def stand_alone(unit: Unit, options: Options) -> m.HwGetInfo:
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that does not fit into the message.
     """
-    return _as_told(_information(unit, _type(unit), unit.facts["channels"]), unit, options)
+    return _with_options(_information(unit, _type(unit), unit.facts["channels"]), unit, options)
 
 
 def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
@@ -61,7 +61,7 @@ def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
     Raises as :func:`stand_alone` does.
     """
     type = HardwareType.MULTI_CHANNEL_MOTHERBOARD
-    return _as_told(_information(unit, type, bays), unit, options)
+    return _with_options(_information(unit, type, bays), unit, options)
 
 
 def card(unit: Unit, options: Options, bay: int) -> m.HwGetInfo:
@@ -87,7 +87,7 @@ def _information(unit: Unit, type: int, channels: int) -> m.HwGetInfo:
     )
 
 
-def _as_told(information: m.HwGetInfo, unit: Unit, options: Options) -> m.HwGetInfo:
+def _with_options(information: m.HwGetInfo, unit: Unit, options: Options) -> m.HwGetInfo:
     """Return the information with what the options say of the unit."""
     model = information.model_number if options.model is None else options.model
     if not (0 < len(model) <= _MODEL and model.isascii() and model.isprintable()):

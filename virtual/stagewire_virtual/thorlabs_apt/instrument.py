@@ -161,7 +161,7 @@ class AptInstrument(Instrument):
         clockwise = -1 if CLOCKWISE_IS_NEGATIVE in self._options.quirks else 1
         channel = Channel(ident, unit, self.clock, settings, chance, clockwise)
         behaviour = behaviour_of(unit)
-        channel.begin_with(new_parameters(channel, behaviour))
+        channel.initialize(new_parameters(channel, behaviour))
         behaviour(channel)
         self._channels[name] = channel
         return channel

@@ -11,7 +11,7 @@ from stagewire_apt.enumerations import EnableState
 from stagewire_virtual.instrument import Unit
 from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel
 from stagewire_virtual.thorlabs_apt.facts import CHANNEL, Message, class_of, facts_of
-from stagewire_virtual.thorlabs_apt.transmitter import Speaker
+from stagewire_virtual.thorlabs_apt.transmitter import Responder
 
 SAVING: Final = frozenset({"MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS"})
 """The messages that save a parameter set (pages 60 and 113)."""
@@ -28,7 +28,9 @@ The one unit that has the set has no message that would save it.
 _BOTH: Final = 3  # CHANBOTH: pages 27 and 93 name it, no page gives it a number
 
 
-def addressed(channels: Sequence[Channel], frame: Frame, controller: Speaker) -> Sequence[Channel]:
+def addressed(
+    channels: Sequence[Channel], frame: Frame, controller: Responder
+) -> Sequence[Channel]:
     """Return the channels that a frame names, all where it names none.
 
     A frame for a channel that is not there is refused, and none is returned.
@@ -66,7 +68,7 @@ class Parameters:
     :param controller: that answers.
     """
 
-    def __init__(self, unit: Unit, channels: Sequence[Channel], controller: Speaker) -> None:
+    def __init__(self, unit: Unit, channels: Sequence[Channel], controller: Responder) -> None:
         self._channels = channels
         self._controller = controller
         self._facts = facts_of(unit)
@@ -77,7 +79,7 @@ class Parameters:
             if facts.role == "set" and facts.set_name in _plain(unit)
         }
 
-    def take(self, facts: Message, frame: Frame) -> None:
+    def store(self, facts: Message, frame: Frame) -> None:
         """Store what a SET brings; one with a value that the document does not allow changes nothing.
 
         Tables that the registry calls open, and flags, are stored as they come.
@@ -101,7 +103,7 @@ class Parameters:
                 if name in self._facts:
                     self._controller.send(self._message(name, channel), frame)
 
-    def tell(self, facts: Message, frame: Frame) -> None:
+    def answer(self, facts: Message, frame: Frame) -> None:
         """Answer a REQ with the GET of each channel that is asked for."""
         channels = addressed(self._channels, frame, self._controller)
         for channel in channels if facts.names_channel else channels[:1]:

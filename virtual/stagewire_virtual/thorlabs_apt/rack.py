@@ -10,7 +10,7 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import BayState, RackBay
 from stagewire_apt.flags import RackDigitalOutputs
 from stagewire_virtual.instrument import Unit
-from stagewire_virtual.thorlabs_apt.transmitter import Handler, Speaker
+from stagewire_virtual.thorlabs_apt.transmitter import Handler, Responder
 
 RACK: Final = "RACK"
 """The name of a rack of modules; the document has no unit of that kind, only its modules."""
@@ -30,7 +30,7 @@ class Bays:
     def __init__(self, occupied: Collection[int]) -> None:
         self._occupied = frozenset(occupied)
 
-    def handlers(self, controller: Speaker) -> Mapping[str, Handler]:
+    def handlers(self, controller: Responder) -> Mapping[str, Handler]:
         """Return what takes each of its messages, answering as ``controller``."""
 
         def is_used(frame: Frame) -> None:
@@ -69,23 +69,23 @@ class UserIo:
     def inputs(self, inputs: int) -> None:
         self._status = m.RackGetStatusBits(inputs)
 
-    def handlers(self, controller: Speaker) -> Mapping[str, Handler]:
+    def handlers(self, controller: Responder) -> Mapping[str, Handler]:
         """Return what takes each of its messages, answering as ``controller``."""
 
-        def tell_inputs(frame: Frame) -> None:
+        def send_inputs(frame: Frame) -> None:
             controller.send(self._status, frame)
 
-        def take_outputs(frame: Frame) -> None:
+        def set_outputs(frame: Frame) -> None:
             message: Any = frame.message
             self.outputs = message.dig_op & _ALL_OUTPUTS
 
-        def tell_outputs(frame: Frame) -> None:
+        def send_outputs(frame: Frame) -> None:
             controller.send(m.RackGetDigOutputs(self.outputs), frame)
 
         return {
-            "RACK_REQ_STATUSBITS": tell_inputs,
-            "RACK_SET_DIGOUTPUTS": take_outputs,
-            "RACK_REQ_DIGOUTPUTS": tell_outputs,
+            "RACK_REQ_STATUSBITS": send_inputs,
+            "RACK_SET_DIGOUTPUTS": set_outputs,
+            "RACK_REQ_DIGOUTPUTS": send_outputs,
         }
 
 

@@ -14,7 +14,14 @@ from stagewire_apt.quantities import SOLENOID_TIME
 from stagewire_virtual.clock import Timer
 from stagewire_virtual.errors import BadOptionError
 from stagewire_virtual.options import Settings
-from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, Shown, handles, live, stored
+from stagewire_virtual.thorlabs_apt.channel import (
+    Behaviour,
+    Channel,
+    LiveState,
+    handles,
+    live,
+    stored,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +161,7 @@ class Solenoid(Behaviour):
             bits |= StepperStatusBits.interlock_enabled
         return {"position": int(self.on), "enc_count": 0, "status_bits": bits}
 
-    def row(self) -> Shown:
+    def row(self) -> LiveState:
         """Return whether the output is on, and the mode."""
         states = [SolenoidOperatingMode(self._mode).name.removeprefix("SOLENOID_").lower()]
         if self._cycles is not None:
@@ -163,7 +170,7 @@ class Solenoid(Behaviour):
             states.append("primed")
         if not self._may_work:
             states.append("interlock open")
-        return Shown("on" if self.on else "off", ", ".join(states))
+        return LiveState("on" if self.on else "off", ", ".join(states))
 
     @live("MOT_SOL_STATE")
     def state(self) -> dict[str, int]:
@@ -198,7 +205,7 @@ class Solenoid(Behaviour):
             return
         self._waiting = frame
         if self._cycles is None:
-            self._tell()
+            self._send_completion()
 
     @handles("MOT_MOVE_STOP")
     def stop(self, frame: Frame) -> None:
@@ -246,9 +253,9 @@ class Solenoid(Behaviour):
 
     def _end_cycles(self) -> None:
         self._cycles = self._timer = None
-        self._tell()
+        self._send_completion()
 
-    def _tell(self) -> None:
+    def _send_completion(self) -> None:
         if self._waiting is not None:
             done = m.MotMoveCompletedStepper(chan_ident=self.channel.ident, **self.status())
             self.channel.send(done, self._waiting)

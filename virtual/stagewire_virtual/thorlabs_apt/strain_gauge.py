@@ -11,7 +11,7 @@ from stagewire import Frame
 from stagewire_apt.enumerations import DisplayMode, HubAnalogueOutput
 from stagewire_apt.quantities import FORCE_CALIBRATION, TRAVEL
 from stagewire_virtual.clock import SECOND, Timer
-from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, Shown, handles, live
+from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, LiveState, handles, live
 from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     FULL_SCALE,
     READING_TIME,
@@ -121,7 +121,7 @@ class StrainGauge(Behaviour):
             "status_bits": self._bits.value(names),
         }
 
-    def row(self) -> Shown:
+    def row(self) -> LiveState:
         """Return the reading in the unit of the display."""
         share = self.reading()["reading"] / FULL_SCALE
         match self._mode:
@@ -131,7 +131,7 @@ class StrainGauge(Behaviour):
                 shown = f"{share * self._newtons:.3f} N"
             case _:
                 shown = f"{share * float(TRAVEL.from_counts(self.travel)):.3f} µm"
-        return Shown(shown, "zeroing" if self._zeroing else "reading")
+        return LiveState(shown, "zeroing" if self._zeroing else "reading")
 
     @live("PZ_TSG_READING")
     def reading(self) -> dict[str, int]:

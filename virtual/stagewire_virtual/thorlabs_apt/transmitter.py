@@ -18,7 +18,7 @@ Handler = Callable[[Frame], None]
 """Takes one message of a controller's table."""
 
 
-class Speaker(Protocol):
+class Responder(Protocol):
     """What a handler needs of the controller that it answers for."""
 
     def send(self, message: FramedMessage, cause: Frame) -> None:
@@ -31,25 +31,25 @@ class Speaker(Protocol):
 class Panel(Protocol):
     """A part of an instrument without channels, which answers at each address that it is built into."""
 
-    def handlers(self, controller: Speaker) -> Mapping[str, Handler]:
+    def handlers(self, controller: Responder) -> Mapping[str, Handler]:
         """Return what takes each of its messages, answering as ``controller``."""
 
 
 UNACKNOWLEDGED: Final = 50
-"""Status messages that are sent without a sign of life from the host; then no more (pages 80 and 105)."""
+"""Status messages that are sent without a keep-alive from the host; then no more (pages 80 and 105)."""
 
 
 class Transmitter:
     """Where everything passes that one controller says.
 
     Messages that the unit does not have are not sent. What the host muted is not sent. Of what comes
-    unasked, as updates and completions do, :data:`UNACKNOWLEDGED` are sent after the last sign of life, by a
-    controller that wants any; what was withheld is not made up for. A status message that the host asked for
-    is always sent and does not count: pages 80 and 105 do not say so, but drivers that poll a real TDC001
-    without ever acknowledging are answered.
+    unsolicited, as updates and completions do, :data:`UNACKNOWLEDGED` are sent after the last keep-alive,
+    by a controller that wants any; what was withheld is not made up for. A status message that the host
+    asked for is always sent and does not count: pages 80 and 105 do not say so, but drivers that poll a
+    real TDC001 without ever acknowledging are answered.
 
     :param unit: what the registry says of it.
-    :param wants_signs_of_life: whether it falls silent without them.
+    :param wants_keep_alive: whether it falls silent without them.
     :param quirks: names of quirks; those of :data:`~stagewire_virtual.thorlabs_apt.quirks.FRAME_QUIRKS`
         change what is sent.
     :param transmit: takes the bytes of a frame.
@@ -58,37 +58,37 @@ class Transmitter:
     def __init__(
         self,
         unit: Unit,
-        wants_signs_of_life: bool,
+        wants_keep_alive: bool,
         quirks: Collection[str],
         transmit: Callable[[bytes], None],
     ) -> None:
         self._unit = unit
         self._facts = facts_of(unit)
-        self._limit = UNACKNOWLEDGED if wants_signs_of_life else None
+        self._limit = UNACKNOWLEDGED if wants_keep_alive else None
         self._quirks = [quirk for name, quirk in FRAME_QUIRKS.items() if name in quirks]
         self._transmit = transmit
-        self.begin_anew()
+        self.reset()
 
-    def begin_anew(self) -> None:
+    def reset(self) -> None:
         """Be as after power-on: nothing is muted, nothing has been counted."""
         self._muted: set[str] = set()
         self._count = 0
 
-    def host_is_alive(self) -> None:
+    def keep_alive(self) -> None:
         """Count from zero again."""
         self._count = 0
 
     def mute(self, messages: Collection[str]) -> None:
-        """Do not send these until they are let out again."""
+        """Do not send these until they are unmuted."""
         self._muted.update(messages)
 
-    def let_out(self, messages: Collection[str]) -> None:
+    def unmute(self, messages: Collection[str]) -> None:
         """Send these again."""
         self._muted.difference_update(messages)
 
     @property
     def withholds_updates(self) -> bool:
-        """Whether updates would not be sent now, because the host gave no sign of life."""
+        """Whether updates would not be sent now, because the host sent no keep-alive."""
         return self._limit is not None and self._count >= self._limit
 
     def send(self, message: FramedMessage, cause: Frame) -> None:

@@ -13,7 +13,7 @@ from stagewire_virtual.axis import SimulatedAxis
 from stagewire_virtual.clock import Timer
 from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.motor.moves import Move, Pace, SlowDown
-from stagewire_virtual.thorlabs_apt.motor.status import Doing
+from stagewire_virtual.thorlabs_apt.motor.status import Activity
 from stagewire_virtual.thorlabs_apt.motor.travel import Limit
 
 _NANOSECONDS_PER_CYCLE: Final = 1000 / SERVO_CYCLES.counts_per_unit
@@ -33,7 +33,7 @@ class Action:
     :param limited: whether soft limits end it.
     """
 
-    doing: Doing
+    doing: Activity
     cause: Frame
     pace: Pace
     ways: tuple[Move, ...]
@@ -101,7 +101,7 @@ class Drive:
         self._axis.held = held
         if self._action is None or self._settling is not None:
             return
-        if held and self._action.doing is Doing.STOPPING:
+        if held and self._action.doing is Activity.STOPPING:
             self._end()  # it has stopped
         else:
             self._follow(velocity)
@@ -136,7 +136,7 @@ class Drive:
         action.ways = action.ways[1:]
         if action.ways:
             self._follow(0.0)
-        elif self._settle_time and action.doing is not Doing.STOPPING:
+        elif self._settle_time and action.doing is not Activity.STOPPING:
             self._settling = self._channel.clock.call_later(self._settle_time, self._end)
         else:
             self._end()

@@ -16,7 +16,7 @@ from stagewire_virtual.thorlabs_apt.channel import Channel, handles
 from stagewire_virtual.thorlabs_apt.motor.drive import Action
 from stagewire_virtual.thorlabs_apt.motor.moves import GoTo, Pace, Paces, RunOn, SlowDown
 from stagewire_virtual.thorlabs_apt.motor.stage import StageChannel
-from stagewire_virtual.thorlabs_apt.motor.status import Doing
+from stagewire_virtual.thorlabs_apt.motor.status import Activity
 from stagewire_virtual.thorlabs_apt.motor.travel import homing
 
 _STOP_MODES: Final = frozenset(map(int, StopMode))
@@ -78,18 +78,18 @@ class Motor(StageChannel):
     @handles("MOT_MOVE_VELOCITY")
     def move_velocity(self, frame: Frame) -> None:
         """Move in a direction until it is stopped or comes to a limit (page 48)."""
-        self._run(frame, Doing.MOVING, self._paces.move)
+        self._run(frame, Activity.MOVING, self._paces.move)
 
     @handles("MOT_MOVE_JOG")
     def move_jog(self, frame: Frame) -> None:
         """Jog in a direction: on and on, or by one step from where it is now (pages 32 and 47)."""
         pace = self._paces.jog
         if self.channel.parameter("MOT_JOGPARAMS", "jog_mode") == JogMode.CONTINUOUS:
-            self._run(frame, Doing.JOGGING, pace)
+            self._run(frame, Activity.JOGGING, pace)
         elif direction := self._direction(frame):
             step = self.channel.parameter("MOT_JOGPARAMS", "jog_step_size")
             way = GoTo(round(self._axis.place) + direction * step, pace)
-            self._begin(Action(Doing.JOGGING, frame, pace, (way,), self._completed))
+            self._begin(Action(Activity.JOGGING, frame, pace, (way,), self._completed))
 
     @handles("MOT_MOVE_HOME")
     def move_home(self, frame: Frame) -> None:
@@ -97,7 +97,7 @@ class Motor(StageChannel):
         pace = self._paces.home
         run = homing(self.channel, self._axis, pace)
         complete = self._home_found if run.found else self._stopped
-        action = Action(Doing.HOMING, frame, pace, run.ways, complete, limited=False)
+        action = Action(Activity.HOMING, frame, pace, run.ways, complete, limited=False)
         if self._may_begin(action):
             self._homed = False
             self._drive.begin(action)
@@ -111,14 +111,14 @@ class Motor(StageChannel):
         """
         action = self._drive.action
         mode = getattr(frame.message, "stop_mode", 0)
-        if mode not in _STOP_MODES and action is not None and action.doing is Doing.JOGGING:
+        if mode not in _STOP_MODES and action is not None and action.doing is Activity.JOGGING:
             mode = self.channel.parameter("MOT_JOGPARAMS", "jog_stop_mode")
         if action is None or mode == StopMode.IMMEDIATE:
             self._drive.rest()
             self._stopped(frame)
         else:
             ways = (SlowDown(action.pace),)
-            self._drive.begin(Action(Doing.STOPPING, frame, action.pace, ways, self._stopped))
+            self._drive.begin(Action(Activity.STOPPING, frame, action.pace, ways, self._stopped))
 
     def _move_to(self, frame: Frame, place: int) -> None:
         """Move to a place; against the backlash, beyond it and back (page 34).
@@ -127,7 +127,7 @@ class Motor(StageChannel):
         come to rest decides from which side it comes.
         """
         pace = self._paces.move
-        action = Action(Doing.MOVING, frame, pace, (GoTo(place, pace),), self._completed)
+        action = Action(Activity.MOVING, frame, pace, (GoTo(place, pace),), self._completed)
         if self._may_begin(action):
             backlash = self.channel.parameter("MOT_GENMOVEPARAMS", "backlash_distance")
             velocity = self._axis.velocity
@@ -136,7 +136,7 @@ class Motor(StageChannel):
                 action.ways = (GoTo(place - backlash, pace), *action.ways)
             self._drive.begin(action)
 
-    def _run(self, frame: Frame, doing: Doing, pace: Pace) -> None:
+    def _run(self, frame: Frame, doing: Activity, pace: Pace) -> None:
         if direction := self._direction(frame):
             self._begin(Action(doing, frame, pace, (RunOn(direction, pace),), self._completed))
 

@@ -8,7 +8,14 @@ from typing import Any, Final
 from stagewire import Frame
 from stagewire_apt import messages as m
 from stagewire_virtual.axis import SimulatedAxis
-from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, Shown, handles, live, stored
+from stagewire_virtual.thorlabs_apt.channel import (
+    Behaviour,
+    Channel,
+    LiveState,
+    handles,
+    live,
+    stored,
+)
 from stagewire_virtual.thorlabs_apt.motor.defaults import (
     is_brushless,
     motor_defaults,
@@ -17,7 +24,7 @@ from stagewire_virtual.thorlabs_apt.motor.defaults import (
 )
 from stagewire_virtual.thorlabs_apt.motor.drive import Drive
 from stagewire_virtual.thorlabs_apt.motor.moves import Scales
-from stagewire_virtual.thorlabs_apt.motor.status import STATUS_BITS, Counter, Doing, State
+from stagewire_virtual.thorlabs_apt.motor.status import STATUS_BITS, Activity, Counter, MotorState
 from stagewire_virtual.thorlabs_apt.motor.travel import active_limits, index_run, soft_limits
 
 _FASTEST: Final = 0x7FFF
@@ -43,7 +50,7 @@ class StageChannel(Behaviour):
         self._drive = Drive(
             channel, self._axis, lambda: soft_limits(channel, self._position.origin)
         )
-        self._begin_anew()
+        self._reset()
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, Any]]:
@@ -53,9 +60,9 @@ class StageChannel(Behaviour):
     def power_on(self) -> None:
         """Begin anew after a power cycle, not homed, with counters of 0 where the stage stands."""
         self._drive.rest()
-        self._begin_anew()
+        self._reset()
 
-    def _begin_anew(self) -> None:
+    def _reset(self) -> None:
         self._drive.motion_error = False
         self._homed = False
         self._position = Counter(self._axis)
@@ -115,20 +122,20 @@ class StageChannel(Behaviour):
         velocity = min(max(velocity, -_FASTEST), _FASTEST)
         return {"position": position, "velocity": velocity, **self._bits("dc")}
 
-    def row(self) -> Shown:
+    def row(self) -> LiveState:
         """Return what the live table shows: millimetres where the scale is known, else counts."""
         counts = self._position.value
         scale = self._scales.counts_per_mm
         position = f"{float(counts / scale):.4f} mm" if scale else f"{counts} counts"
-        return Shown(position, self._state().words)
+        return LiveState(position, self._state().words)
 
     def _bits(self, table: str) -> dict[str, int]:
         return {"status_bits": STATUS_BITS[table](self._state())}
 
-    def _state(self) -> State:
+    def _state(self) -> MotorState:
         action, drive = self._drive.action, self._drive
-        return State(
-            doing=Doing.NOTHING if action is None else action.doing,
+        return MotorState(
+            doing=Activity.NOTHING if action is None else action.doing,
             direction=self._axis.direction * self.channel.clockwise,
             homed=self._homed,
             limits=active_limits(self.channel, self._axis, self._position.value),

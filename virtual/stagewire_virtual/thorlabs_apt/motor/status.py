@@ -13,7 +13,7 @@ from stagewire_apt.flags import DcStatusBits, StepperStatusBits
 from stagewire_virtual.axis import SimulatedAxis
 
 
-class Doing(Enum):
+class Activity(Enum):
     """What a motor is told to do; the value is what people read."""
 
     NOTHING = "at rest"
@@ -24,7 +24,7 @@ class Doing(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class MotorState:
     """What the status bits say.
 
     :param doing: until it is completed, which is after the axis has settled.
@@ -37,7 +37,7 @@ class State:
     :param motion_error: whether an excessive position error has stopped it.
     """
 
-    doing: Doing
+    doing: Activity
     direction: int
     homed: bool
     limits: Mapping[str, bool]
@@ -53,38 +53,38 @@ class State:
             return "disabled"
         if self.motion_error:
             return "motion error"
-        if self.doing is Doing.NOTHING:
+        if self.doing is Activity.NOTHING:
             return "homed" if self.homed else self.doing.value
         towards = {1: " forward", -1: " reverse"}.get(self.direction, "")
         return f"{self.doing.value}{towards}"
 
 
-def _motion(state: State) -> dict[str, bool]:
+def _motion(state: MotorState) -> dict[str, bool]:
     """Return the bits that steppers and DC servos share.
 
     A jog or a homing run is a motion, too: hosts that ask for the bits of a motion only must not take it
     for rest.
     """
     forward, reverse = state.direction > 0, state.direction < 0
-    jogging = state.doing is Doing.JOGGING
+    jogging = state.doing is Activity.JOGGING
     return {
         "moving_forward": forward,
         "moving_reverse": reverse,
         "jogging_forward": forward and jogging,
         "jogging_reverse": reverse and jogging,
-        "homing": state.doing is Doing.HOMING,
+        "homing": state.doing is Activity.HOMING,
         "homed": state.homed,
     }
 
 
-def _stepper(state: State) -> int:
+def _stepper(state: MotorState) -> int:
     """Return the bits of page 77; a motor is connected, and nothing holds its interlock open."""
     return StepperStatusBits.of(
         **_motion(state), **state.limits, motor_connected=True, interlock_enabled=True
     )
 
 
-def _dc(state: State) -> int:
+def _dc(state: MotorState) -> int:
     """Return the bits of pages 79 and 80; the current never reaches its limit."""
     return DcStatusBits.of(
         **_motion(state),
@@ -97,7 +97,7 @@ def _dc(state: State) -> int:
     )
 
 
-STATUS_BITS: Mapping[str, Callable[[State], int]] = {"stepper": _stepper, "dc": _dc}
+STATUS_BITS: Mapping[str, Callable[[MotorState], int]] = {"stepper": _stepper, "dc": _dc}
 """``status`` of a unit -> its status bits."""
 
 

@@ -11,7 +11,14 @@ from stagewire import Frame, FramedMessage
 from stagewire_apt import messages as m
 from stagewire_apt.flags import LutOutputMode
 from stagewire_apt.quantities import MAXIMUM_VOLTS, TRAVEL
-from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, Shown, handles, live, stored
+from stagewire_virtual.thorlabs_apt.channel import (
+    Behaviour,
+    Channel,
+    LiveState,
+    handles,
+    live,
+    stored,
+)
 from stagewire_virtual.thorlabs_apt.parameters import obey_enable_state
 from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     DEFAULTS,
@@ -179,12 +186,12 @@ class Piezo(Behaviour):
             **self.status_bits(),
         }
 
-    def row(self) -> Shown:
+    def row(self) -> LiveState:
         """Return voltage, position and what the channel does."""
         measured = f"{self.volts:.2f} V"
         if self._drive.has_strain_gauge:
             measured += f", {self.position:.3f} µm"
-        return Shown(measured, self._doing())
+        return LiveState(measured, self._doing())
 
     @live("PZ_PZSTATUSBITS")
     def status_bits(self) -> dict[str, int]:
