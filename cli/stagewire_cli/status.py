@@ -7,8 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw
-from stagewire.devices import Values
+from stagewire.devices import Bits, BitsByUnit, InUnits, Raw, Values
 from stagewire.errors import UnknownScaleError
 
 _STATUS_METHODS = (

@@ -22,17 +22,25 @@ if TYPE_CHECKING:
     from stagewire._devices.synchronous import Part as Part
     from stagewire._devices.unit import Facts as Facts
     from stagewire._devices.unit import Unit as Unit
+    from stagewire._devices.values import Bits as Bits
+    from stagewire._devices.values import BitsByUnit as BitsByUnit
+    from stagewire._devices.values import InUnits as InUnits
+    from stagewire._devices.values import Raw as Raw
     from stagewire._devices.values import Values as Values
 
 __all__ = [
     "AsyncDevice",
     "AsyncMotion",
     "AsyncPart",
+    "Bits",
+    "BitsByUnit",
     "Device",
     "Facts",
+    "InUnits",
     "Motion",
     "OpenOptions",
     "Part",
+    "Raw",
     "Scales",
     "ToldValue",
     "Unit",
@@ -50,7 +58,7 @@ __getattr__ = lazy(
         "_devices.asynchronous": "Device=AsyncDevice Motion=AsyncMotion Part=AsyncPart",
         "_devices.options": "OpenOptions",
         "_devices.unit": "Facts Unit",
-        "_devices.values": "Values",
+        "_devices.values": "Bits BitsByUnit InUnits Raw Values",
         "_devices.scales": "Scales ToldValue",
         "_devices.candidates": "candidates clean_model",
     },

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from stagewire._codec.protocol import Protocol as Protocol
     from stagewire._codec.protocol import available_protocols as available_protocols
     from stagewire._codec.protocol import load_protocol as load_protocol
+    from stagewire._codec.protocol import usable_protocols as usable_protocols
     from stagewire._framings.header.frame import Frame as Frame
     from stagewire._framings.header.message import DATA_FLAG as DATA_FLAG
     from stagewire._framings.header.message import HEADER_SIZE as HEADER_SIZE
@@ -78,12 +79,13 @@ __all__ = [
     "Xor",
     "available_protocols",
     "load_protocol",
+    "usable_protocols",
 ]
 
 __getattr__ = lazy(
     __name__,
     {
-        "_codec.protocol": "Protocol available_protocols load_protocol",
+        "_codec.protocol": "Protocol available_protocols load_protocol usable_protocols",
         "_codec.message": "Direction Layout Message",
         "_codec.flags": "Bit Enumeration Flags",
         "_framings.header.message": (

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from stagewire._sessions.asynchronous import AsyncFramedSession as AsyncFramedSession
     from stagewire._sessions.commands import CommandCore as CommandCore
     from stagewire._sessions.framed import FramedCore as FramedCore
+    from stagewire._sessions.matching import Matching as Matching
     from stagewire._sessions.options import Ends as Ends
     from stagewire._sessions.options import SessionOptions as SessionOptions
     from stagewire._sessions.recording import Recording as Recording
@@ -33,6 +34,7 @@ __all__ = [
     "Ends",
     "FramedCore",
     "FramedSession",
+    "Matching",
     "Recording",
     "SessionOptions",
     "Statistics",
@@ -49,5 +51,6 @@ __getattr__ = lazy(
         "_sessions.asynchronous": "AsyncCommandSession AsyncFramedSession",
         "_sessions.subscribing": "AsyncSubscription BlockingSubscription",
         "_sessions.recording": "Recording",
+        "_sessions.matching": "Matching",
     },
 )

@@ -1,18 +1,56 @@
-"""What `import stagewire` gives, whether it is there at once or imported when it is asked for."""
+"""The public names of the runtime: a change of ``public_names.json`` is a change of the interface."""
 
 from __future__ import annotations
 
+import importlib
+import json
+import pkgutil
 from importlib import metadata
+from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 import stagewire
-from stagewire import quantities
+from stagewire import _lazy, quantities, support
+from stagewire.errors import SupportVersionError
+
+NAMES: dict[str, list[str]] = json.loads(
+    Path(__file__).with_name("public_names.json").read_text(encoding="utf-8")
+)
+PUBLIC = [(module, name) for module, names in NAMES.items() for name in names]
 
 
-@pytest.mark.parametrize("name", stagewire.__all__)
-def test_every_public_name_is_there(name: str) -> None:
-    assert getattr(stagewire, name).__name__ == name
+def test_the_public_modules() -> None:
+    found = {f"stagewire.{module.name}" for module in pkgutil.iter_modules(stagewire.__path__)}
+    assert {name for name in found if "._" not in name} == NAMES.keys() - {"stagewire"}
+
+
+@pytest.mark.parametrize("module", NAMES)
+def test_the_public_names(module: str) -> None:
+    names = importlib.import_module(module).__all__
+    assert sorted(names) == NAMES[module]
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("module", NAMES)
+def test_every_public_module_has_a_docstring(module: str) -> None:
+    assert importlib.import_module(module).__doc__
+
+
+@pytest.mark.parametrize(("module", "name"), PUBLIC)
+def test_every_public_name_has_a_docstring(module: str, name: str) -> None:
+    value = getattr(importlib.import_module(module), name)
+    assert not name.startswith("_")
+    assert not isinstance(value, ModuleType)
+    if isinstance(value, type) or callable(value):
+        assert value.__doc__
+
+
+@pytest.mark.parametrize("module", NAMES)
+def test_other_names_are_not_there(module: str) -> None:
+    with pytest.raises(AttributeError, match=rf"module '{module}' has no attribute 'Nonsense'"):
+        _ = importlib.import_module(module).Nonsense
 
 
 @pytest.mark.parametrize("name", ["Scale", "Stage", "UnknownScale"])
@@ -20,10 +58,35 @@ def test_names_of_quantities(name: str) -> None:
     assert getattr(stagewire, name) is getattr(quantities, name)
 
 
-def test_other_names_are_not_there() -> None:
-    with pytest.raises(AttributeError, match="module 'stagewire' has no attribute 'Nonsense'"):
-        _ = stagewire.Nonsense
+def test_a_name_may_be_published_under_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(quantities, "Rate", None, raising=False)
+    load = _lazy.lazy("stagewire.quantities", {"quantities": "Scale=Rate Stage"})
+    assert load("Rate") is quantities.Scale
+    assert load("Stage") is quantities.Stage
 
 
 def test_the_version_is_that_of_the_distribution() -> None:
     assert stagewire.__version__ == metadata.version("stagewire")
+
+
+# What generated packages need
+
+
+def test_the_version_that_is_offered() -> None:
+    support.require(support.VERSION)
+
+
+@pytest.mark.parametrize(
+    ("version", "advice"),
+    [(support.VERSION + 1, "upgrade stagewire"), (0, "generate the package again")],
+)
+def test_another_version(version: int, advice: str) -> None:
+    wrong = rf"needs version {version} of stagewire\.support, .* has version \d+: {advice}"
+    with pytest.raises(SupportVersionError, match=wrong):
+        support.require(version)
+
+
+@pytest.mark.parametrize("package", ["stagewire_apt", "stagewire_ms2000"])
+def test_packages_state_the_version_they_need(package: str) -> None:
+    messages = importlib.import_module(f"{package}.messages")
+    assert f"\nrequire({support.VERSION})\n" in Path(str(messages.__file__)).read_text("utf-8")

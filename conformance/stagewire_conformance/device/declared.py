@@ -8,10 +8,15 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
-from stagewire._discovery.products import protocols
 from stagewire.devices import Facts, Unit
 from stagewire.errors import StagewireError
-from stagewire.protocols import CommandProtocol, FramedMessage, FramedProtocol, Protocol
+from stagewire.protocols import (
+    CommandProtocol,
+    FramedMessage,
+    FramedProtocol,
+    Protocol,
+    usable_protocols,
+)
 from stagewire_conformance.device.permissions import Range, RangeError
 from stagewire_conformance.device.pics import Pics
 from stagewire_conformance.device.places import Connected, Place, Travel
@@ -176,7 +181,7 @@ def axes_of(protocol: CommandProtocol) -> dict[str, int]:
 def known_units() -> Mapping[str, Protocol]:
     """Return the names of all units, and the protocols that they speak; a rack of modules is one of them."""
     found: dict[str, Protocol] = {}
-    for protocol in protocols():
+    for protocol in usable_protocols():
         if isinstance(protocol, FramedProtocol | CommandProtocol):
             units = protocol.registry().get("units", ())
             found |= dict.fromkeys((unit["name"] for unit in units), protocol)

@@ -6,7 +6,7 @@ A generated package makes one :class:`Protocol` of its framing and names it unde
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from stagewire._codec.message import Layout, Message
 from stagewire.errors import (
@@ -196,6 +196,15 @@ def load_protocol(name: str) -> Protocol:
             name, first, f"has no protocol under {first.attr}, but a value of type {kind}"
         )
     return protocol
+
+
+def usable_protocols() -> Iterator[Protocol]:
+    """Yield the protocols that are installed and can be used."""
+    for name in available_protocols():
+        try:
+            yield load_protocol(name)
+        except UnusableProtocolError:  # somebody else's package; the others go on working
+            continue
 
 
 def _unusable(name: str, entry: EntryPoint, why: str) -> UnusableProtocolError:

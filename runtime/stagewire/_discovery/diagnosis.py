@@ -12,10 +12,11 @@ import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from stagewire._codec.protocol import usable_protocols
 from stagewire._discovery import ports as system
 from stagewire._discovery.opening import device_class, known_by_name
 from stagewire._discovery.ports import Port, port_of
-from stagewire._discovery.products import Known, protocols
+from stagewire._discovery.products import Known
 from stagewire._discovery.questions import can_identify
 from stagewire._discovery.search import ASK_TIMEOUT, NO_FRAME, Found, discover, look_at, recognise
 from stagewire._links.serial_port import permission_advice
@@ -83,7 +84,7 @@ def diagnose_line(url: str, unit: str | None = None) -> list[Diagnosis]:
         return _commands(url, known)
     return [
         _framed(Found(found.port, (known,) if known else found.known), protocol)
-        for protocol in ([known.protocol] if known else protocols())
+        for protocol in ([known.protocol] if known else usable_protocols())
         if can_identify(protocol)
     ]
 
@@ -136,7 +137,7 @@ def _unasked_units() -> str:
     """Name the units that are not asked unless somebody names them: nothing is sent on suspicion."""
     names = sorted(
         facts["name"]
-        for protocol in protocols()
+        for protocol in usable_protocols()
         if not can_identify(protocol)
         for facts in protocol.registry().get("units", ())
     )
@@ -202,7 +203,7 @@ def _failed(url: str, error: TransportError) -> Diagnosis:
 def _rates(known: Iterable[Known] = ()) -> list[int]:
     """Return the baud rates that registries name for these units, or for any."""
     units = [one.facts for one in known] or [
-        facts for protocol in protocols() for facts in protocol.registry().get("units", ())
+        facts for protocol in usable_protocols() for facts in protocol.registry().get("units", ())
     ]
     return sorted({rate for facts in units if facts for rate in _values(facts.get("baud_rates"))})
 

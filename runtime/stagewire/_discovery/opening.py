@@ -6,8 +6,9 @@ import difflib
 import re
 from importlib import import_module
 
+from stagewire._codec.protocol import usable_protocols
 from stagewire._discovery.ports import Port, port_of
-from stagewire._discovery.products import Known, by_identity, by_name, every_unit, protocols
+from stagewire._discovery.products import Known, by_identity, by_name, every_unit
 from stagewire._discovery.questions import can_identify, identify
 from stagewire._discovery.search import ASK_TIMEOUT, Found, look_at, recognise
 from stagewire.errors import BadValueError, TransportLostError, UnsupportedError, WrongUnitError
@@ -106,7 +107,7 @@ def unit_at(url: str, **options: Any) -> str:
 
 def _by_any(name: str) -> Known | None:
     """Return what a name stands for in any protocol, or None."""
-    found = (by_name(protocol, name) for protocol in protocols())
+    found = (by_name(protocol, name) for protocol in usable_protocols())
     return next((known for known in found if known is not None), None)
 
 
@@ -117,7 +118,7 @@ def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
     settings = {name: options[name] for name in _LINK_OPTIONS if name in options}
     link = open_link(found.url, **settings)
     try:
-        for protocol in protocols():
+        for protocol in usable_protocols():
             if not can_identify(protocol):
                 continue
             found = recognise(found, link, protocol, ASK_TIMEOUT)

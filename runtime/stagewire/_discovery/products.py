@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire._codec.protocol import Protocol, available_protocols, load_protocol
+from stagewire._codec.protocol import Protocol, usable_protocols
 from stagewire._devices.candidates import Candidate, candidates, clean_model, owners
-from stagewire.errors import UnusableProtocolError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
     from typing import Any
 
 
@@ -49,20 +48,11 @@ class Known:
         return f"{self.name}: known, {document}; the registry has no messages for it ({self.note})"
 
 
-def protocols() -> Iterator[Protocol]:
-    """Yield the protocols that are installed and can be used."""
-    for name in available_protocols():
-        try:
-            yield load_protocol(name)
-        except UnusableProtocolError:  # somebody else's package; the others go on working
-            continue
-
-
 def every_unit() -> dict[str, Known]:
     """Return all units of all protocols, by name."""
     return {
         name: Known(name, protocol, name, note=facts["title"])
-        for protocol in protocols()
+        for protocol in usable_protocols()
         for name, facts in _units(protocol).items()
     }
 

@@ -22,8 +22,7 @@ import stagewire_ms2000
 from checkout import ROOT
 from stagewire._devices import asynchronous, synchronous
 from stagewire._devices.tables import Action, Command, ParameterSet, Query
-from stagewire._devices.values import InUnits
-from stagewire.devices import Values
+from stagewire.devices import InUnits, Values
 from stagewire_apt.devices import tables, values
 from stagewire_generator import check, checks, render
 from stagewire_generator.model import Protocol

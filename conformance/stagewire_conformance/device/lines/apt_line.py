@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Final
 
-from stagewire._sessions.matching import Matching
 from stagewire.framing import End, FrameEvent
 from stagewire.links import Link
 from stagewire.protocols import FramedMessage, FramedProtocol
+from stagewire.sessions import Matching
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.identity import names_of
 from stagewire_conformance.device.lines.apt_guard import AptGuard

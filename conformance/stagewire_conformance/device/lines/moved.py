@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple
 
-from stagewire._sessions.matching import Matching
 from stagewire.protocols import FramedMessage
+from stagewire.sessions import Matching
 from stagewire_conformance.device.declared import Declared, Place
 
 __all__ = ["Moved"]
