@@ -13,9 +13,10 @@ from stagewire.framing import End
 from stagewire_cli.decoding import Counts, Decoding, opened
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats import Format, check_format, writing
+from stagewire_cli.framings.framing import DirectionOption
 from stagewire_cli.output import check_output, output, progress
 from stagewire_cli.protocols import PROTOCOL_HELP
-from stagewire_cli.selection import Direction, Selection
+from stagewire_cli.selection import Selection
 from stagewire_cli.values import parse_hex
 
 EXAMPLE = """\b
@@ -42,7 +43,7 @@ def decode(
         ),
     ] = None,
     direction: Annotated[
-        Direction | None,
+        DirectionOption | None,
         typer.Option(
             "--direction",
             case_sensitive=False,

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
 
 from stagewire.errors import CodecError
-from stagewire.protocols import CommandProtocol, FramedProtocol, PacketProtocol, Protocol
+from stagewire.protocols import Protocol
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.framings import framing_of
 from stagewire_cli.protocols import PROTOCOL_HELP, choose_by_message
-from stagewire_cli.values import parse_address, parse_assignments, parse_axis, parse_value
+from stagewire_cli.values import parse_assignments, parse_value
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.hexes import spaced
 from stagewire_conformance.registry import registry_of
@@ -85,9 +85,8 @@ def encode(
             for key, text in words.items()
         }
         given = {key: value for key, value in options.items() if value}
-        for kind, beside in _BESIDE.items():
-            if isinstance(chosen, kind):
-                request |= beside(chosen, name, given)
+        if (framing := framing_of(chosen)) is not None:
+            request |= framing.envelope(name, given)
         raw = codec.encode(request)
     except CodecError as error:
         raise CalledWronglyError(str(error)) from None
@@ -103,51 +102,3 @@ def _message(protocol: Protocol, name: str) -> str:
 def _bare(name: str) -> Json:
     """Return how a name that no field has is read: header parameters are integers."""
     return {} if name in ("param1", "param2") else {"kind": "text"}
-
-
-def _addresses(protocol: FramedProtocol, name: str, given: Json) -> Json:
-    """Return both addresses; a single unit on USB has the highest of all."""
-    _only(protocol, given, "dest", "source")
-    ends = [max(protocol.devices), protocol.host]
-    if registry_of(protocol).messages[name].get("direction") == "to_host":
-        ends.reverse()
-    return {
-        key: parse_address(f"--{key}", given[key]) if key in given else end
-        for key, end in zip(("dest", "source"), ends, strict=True)
-    }
-
-
-def _slots(protocol: CommandProtocol, name: str, given: Json) -> Json:
-    """Return what stands in a command beside its fields; an axis may be given by its name."""
-    _only(protocol, given, "axis", "allow_dummy", "refuse_prefix_bytes")
-    if "axis" in given:
-        given["axis"] = parse_axis("--axis", given["axis"], protocol.axes)
-    return given
-
-
-def _address(protocol: PacketProtocol, name: str, given: Json) -> Json:
-    """Return the address of the controller, where packets have one."""
-    if not protocol.shape.address:
-        _only(protocol, given)
-        return {}
-    _only(protocol, given, "address")
-    if "address" not in given:
-        raise CalledWronglyError(
-            f"{name} lacks the address of the controller; give it by --address"
-        )
-    return {"address": parse_address("--address", given["address"])}
-
-
-_BESIDE: dict[type[Protocol], Callable[[Any, str, Json], Json]] = {
-    FramedProtocol: _addresses,
-    CommandProtocol: _slots,
-    PacketProtocol: _address,
-}
-"""What stands in a message beside its fields, by the class of the protocol."""
-
-
-def _only(protocol: Protocol, given: Json, *allowed: str) -> None:
-    for key in given:
-        if key not in allowed:
-            option = f"--{key.replace('_', '-')}"
-            raise CalledWronglyError(f"{option} says nothing for messages of {protocol.name}")

@@ -9,30 +9,29 @@ from __future__ import annotations
 import abc
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from stagewire.columns import Frames, Kind, Place, Sorter, shape_of
-from stagewire.errors import CodecError
-from stagewire.framing import Asking, End, Event, Replies
+from stagewire.errors import CodecError, StagewireError
+from stagewire.framing import End, Event
 from stagewire.protocols import (
-    CommandFrame,
     CommandProtocol,
     Direction,
     FramedProtocol,
     Message,
-    PacketProtocol,
     Protocol,
+    available_protocols,
+    load_protocol,
 )
-from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.sinks import Column
-from stagewire_cli.hints import codecs, hints_for_frame, hints_for_packet
 from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.codec import codec_of
 from stagewire_conformance.codec.base import Codec, Reader
 from stagewire_conformance.registry import Json, registry_of
 
-_STRINGS: Final = {Kind.TEXT: "string", Kind.BYTES: "binary"}
-_KINDS: Final = {kind.name.lower(): type for kind, type in _STRINGS.items()}
+if TYPE_CHECKING:
+    from stagewire import columns
+
+_STRINGS: Final = {"text": "string", "bytes": "binary"}
 
 
 class TypedRows(abc.ABC):
@@ -66,13 +65,15 @@ class FrameRows(TypedRows):
     Raises :class:`~stagewire.errors.UnsupportedError` for a message without a documented layout.
     """
 
-    def __init__(self, task: FramedTask) -> None:
+    def __init__(self, task: Task, protocol: FramedProtocol) -> None:
+        from stagewire.columns import Frames, Sorter, shape_of
+
         only = task.only
         assert only is not None
         self._task = task
         fields = [Column(place.name, _type_of_place(place)) for place in shape_of(only).places]
         self.columns = _columns(task, fields)
-        self._sorter = Sorter(task.protocol, task.request.get("context"), only=[only])
+        self._sorter = Sorter(protocol, task.request.get("context"), only=[only])
         self._frames = self._sorter.frames.setdefault(only, Frames(only))
         self._stamps: list[Stamp] = []  # of captures; then every frame has one
 
@@ -147,12 +148,14 @@ def _columns(task: Task, fields: Iterable[Column]) -> list[Column]:
     return [*task.places, *task.addresses, *fields, Column("extra", "binary")]
 
 
-def _type_of_place(place: Place) -> str:
-    return _STRINGS.get(place.kind) or integer_type(place.kind is Kind.SIGNED, place.size)
+def _type_of_place(place: columns.Place) -> str:
+    return _STRINGS.get(place.kind.name.lower()) or integer_type(
+        place.kind.name == "SIGNED", place.size
+    )
 
 
 def _type_of_field(field: Json) -> str:
-    return _KINDS.get(field["kind"]) or integer_type(field["signed"], field["size"])
+    return _STRINGS.get(field["kind"]) or integer_type(field["signed"], field["size"])
 
 
 def integer_type(signed: bool, size: int) -> str:
@@ -233,9 +236,22 @@ class Task(abc.ABC):
         """Yield what may be behind the refusal of bytes, as far as it shows."""
         yield from ()
 
+    def _in_others(self, raw: bytes) -> Iterator[str]:
+        """Yield what bytes that were refused are in other protocols, and how they are read so."""
+        for codec in self._known:
+            try:
+                message = message_of(codec.decoded(raw, {})).layout.message
+            except StagewireError:  # what cannot be read so is no hint
+                continue
+            name = codec.protocol.name
+            if isinstance(codec.protocol, CommandProtocol):
+                yield f"as a command of {name} this is {message}: say --direction command"
+            else:
+                yield f"in {name} this is {message}: say --protocol {name}"
+
     @cached_property
     def _known(self) -> list[Codec]:
-        return codecs()
+        return _codecs()
 
     @abc.abstractmethod
     def typed_rows(self) -> TypedRows:
@@ -245,96 +261,15 @@ class Task(abc.ABC):
         """
 
 
-class FramedTask(Task):
-    """Frames with a header.
+def _codecs() -> list[Codec]:
+    """Return the codecs of all protocols that are installed and can be used.
 
-    :param context: what decides between layouts that bytes cannot tell apart.
+    To look for them takes milliseconds: who explains many refusals asks once.
     """
-
-    protocol: FramedProtocol
-    addresses = (Column("dest", "uint8"), Column("source", "uint8"))
-
-    def __init__(
-        self,
-        protocol: FramedProtocol,
-        context: Mapping[str, str] | None = None,
-        only: type[Message] | None = None,
-    ) -> None:
-        super().__init__(protocol, {"context": context} if context else {}, only)
-
-    def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
-        """Yield what may be behind the refusal of a frame."""
-        return hints_for_frame(self.protocol, raw, error, self._known)
-
-    def typed_rows(self) -> FrameRows:
-        """Return rows through the columns of the library."""
-        assert self.only is not None
-        return FrameRows(self)
-
-
-class CommandTask(Task):
-    """Commands, or the replies to one of them.
-
-    :param command: name of the command whose replies are read; None for commands.
-    :param form: the one form of a command that is wanted; None for all of them.
-    """
-
-    protocol: CommandProtocol
-    addresses = (Column("axis", "uint8"),)
-
-    def __init__(
-        self,
-        protocol: CommandProtocol,
-        command: str | None = None,
-        only: type[Message] | None = None,
-        form: str | None = None,
-    ) -> None:
-        replies = {} if command is None else {"direction": "reply", "command": command}
-        super().__init__(protocol, replies, only)
-        self.form = form
-
-    def reader(self, end: End | None) -> Reader:
-        """Return a framer of commands; replies have no frame to cut a stream by."""
-        if "command" in self.request or end is End.HOST:
-            raise CalledWronglyError(
-                "replies have no frame, so that a stream of them cannot be cut; give them one by one, in "
-                "hex or as JSON captures, with --direction reply and --command"
-            )
-        return super().reader(end)
-
-    def readers(self) -> Mapping[Direction, Reader]:
-        """Return what cuts commands and text, and what knows by them which replies come."""
-        replies = Replies()
-        return {
-            Direction.TO_CONTROLLER: Asking(self.protocol, replies),
-            Direction.TO_HOST: replies,
-        }
-
-    def wants(self, decoded: Decoded) -> bool:
-        """Whether a message is to be shown: with and without the size slot it has the same class."""
-        if isinstance(decoded, CommandFrame) and self.form not in (None, decoded.form):
-            return False
-        return super().wants(decoded)
-
-    def typed_rows(self) -> MessageRows:
-        """Return rows with the columns that the registry gives."""
-        return MessageRows(self)
-
-
-class PacketTask(Task):
-    """Packets, which may have an address."""
-
-    protocol: PacketProtocol
-
-    def __init__(self, protocol: PacketProtocol, only: type[Message] | None = None) -> None:
-        super().__init__(protocol, {}, only)
-        size = protocol.shape.address
-        self.addresses = (Column("address", integer_type(False, size)),) if size else ()
-
-    def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
-        """Yield what may be behind the refusal of a packet."""
-        return hints_for_packet(self.protocol, raw, error, self._known)
-
-    def typed_rows(self) -> MessageRows:
-        """Return rows with the columns that the registry gives."""
-        return MessageRows(self)
+    found = []
+    for name in available_protocols():
+        try:
+            found.append(codec_of(load_protocol(name)))
+        except StagewireError:  # what cannot be loaded is no hint
+            continue
+    return found

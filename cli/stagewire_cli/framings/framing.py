@@ -1,0 +1,97 @@
+"""What ``stagewire decode`` and ``stagewire encode`` ask of a framing, and the options of the former."""
+
+from __future__ import annotations
+
+import abc
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stagewire.capture import Heading
+from stagewire.errors import BadValueError, CodecError
+from stagewire.protocols import Protocol
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.formats.task import Task
+from stagewire_conformance.codec import codec_of
+
+Json = dict[str, Any]
+
+SEVERAL = "several {} in one text are read from a file, from standard input, or with --end"
+"""A hint for bytes that go on after the first message."""
+
+
+class DirectionOption(enum.Enum):
+    """What ``--direction`` takes."""
+
+    COMMAND = "command"
+    REPLY = "reply"
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options that say what is to be decoded, as they were given.
+
+    :param recorded: the heading of the capture that is decoded, if it is one; it says more than options do.
+    """
+
+    protocol: str | None = None
+    status: str | None = None
+    direction: DirectionOption | None = None
+    command: str | None = None
+    message: str | None = None
+    recorded: Heading | None = None
+
+    def refuse_commands(self, why: str) -> None:
+        """Raise for the options that only protocols of commands have."""
+        for option, value in (("--direction", self.direction), ("--command", self.command)):
+            if value is not None:
+                raise CalledWronglyError(
+                    f"{option} is for protocols of commands and replies; {why}"
+                )
+
+    def check_context(self, protocol: Protocol, context: Mapping[str, str] | None) -> None:
+        """Raise for a context that the codec of a protocol does not know."""
+        try:
+            codec_of(protocol).check_context(context)
+        except BadValueError as error:
+            raise CalledWronglyError(f"--status: {error}") from None
+
+
+class Framing(abc.ABC):
+    """The framing of a protocol, as the command sees it.
+
+    :param protocol: whose messages they are.
+    """
+
+    def __init__(self, protocol: Any) -> None:
+        self.protocol = protocol
+
+    @abc.abstractmethod
+    def task(self, options: Options) -> Task:
+        """Return what is to be decoded. Raises :class:`CalledWronglyError`."""
+
+    @abc.abstractmethod
+    def envelope(self, name: str, given: Json) -> Json:
+        """Return what a message has besides its fields, such as its addresses.
+
+        :param name: of the message.
+        :param given: the options of ``stagewire encode`` that were given.
+        """
+
+    def _refuse_others(self, given: Json, *allowed: str) -> None:
+        for key in given:
+            if key not in allowed:
+                option = f"--{key.replace('_', '-')}"
+                raise CalledWronglyError(
+                    f"{option} says nothing for messages of {self.protocol.name}"
+                )
+
+
+def message_class(protocol: Protocol, option: str, name: str, form: str | None) -> Any:
+    """Return the class of a message by a name in any case."""
+    spelled = {cls.layout.message.lower(): cls.layout.message for cls in protocol.messages}
+    try:
+        return protocol.message_class(spelled.get(name.lower(), name), form)
+    except CodecError as error:
+        raise CalledWronglyError(f"{option}: {error}") from None
