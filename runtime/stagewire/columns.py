@@ -29,17 +29,17 @@ if TYPE_CHECKING:
     from stagewire._columns.reading import Column as Column
     from stagewire._columns.reading import columns as columns
     from stagewire._columns.reading import numpy_columns as numpy_columns
+    from stagewire._columns.shape import Field as Field
     from stagewire._columns.shape import Kind as Kind
-    from stagewire._columns.shape import Place as Place
     from stagewire._columns.shape import Shape as Shape
     from stagewire._columns.shape import shape_of as shape_of
 
 __all__ = [
     "Column",
+    "Field",
     "Frames",
     "Gatherer",
     "Kind",
-    "Place",
     "Shape",
     "Sorter",
     "columns",
@@ -53,7 +53,7 @@ __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._depre
 __getattr__ = lazy(
     __name__,
     {
-        "_columns.shape": "Kind Place Shape shape_of",
+        "_columns.shape": "Field Field=Place Kind Shape shape_of",
         "_columns.reading": "Column columns numpy_columns",
         "_columns.gathering": "Frames Gatherer Sorter gather",
     },

@@ -12,7 +12,7 @@ from types import ModuleType
 import pytest
 
 import stagewire
-from stagewire import _lazy, quantities, support
+from stagewire import _lazy, columns, quantities, support
 from stagewire.errors import SupportVersionError
 
 NAMES: dict[str, list[str]] = json.loads(
@@ -56,6 +56,10 @@ def test_other_names_are_not_there(module: str) -> None:
 @pytest.mark.parametrize("name", ["Scale", "Stage", "UnknownScale"])
 def test_names_of_quantities(name: str) -> None:
     assert getattr(stagewire, name) is getattr(quantities, name)
+
+
+def test_a_class_that_was_renamed_keeps_its_old_name() -> None:
+    assert columns.Place is columns.Field
 
 
 def test_a_name_may_be_published_under_another_one(monkeypatch: pytest.MonkeyPatch) -> None:

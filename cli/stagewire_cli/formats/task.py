@@ -71,7 +71,7 @@ class FrameRows(TypedRows):
         only = task.only
         assert only is not None
         self._task = task
-        fields = [Column(place.name, _type_of_place(place)) for place in shape_of(only).places]
+        fields = [Column(field.name, _type_of_column(field)) for field in shape_of(only).fields]
         self.columns = _columns(task, fields)
         self._sorter = Sorter(protocol, task.request.get("context"), only=[only])
         self._frames = self._sorter.frames.setdefault(only, Frames(only))
@@ -148,9 +148,9 @@ def _columns(task: Task, fields: Iterable[Column]) -> list[Column]:
     return [*task.places, *task.addresses, *fields, Column("extra", "binary")]
 
 
-def _type_of_place(place: columns.Place) -> str:
-    return _STRINGS.get(place.kind.name.lower()) or integer_type(
-        place.kind.name == "SIGNED", place.size
+def _type_of_column(field: columns.Field) -> str:
+    return _STRINGS.get(field.kind.name.lower()) or integer_type(
+        field.kind.name == "SIGNED", field.size
     )
 
 

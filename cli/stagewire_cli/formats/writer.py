@@ -161,10 +161,10 @@ class FieldsText:
             return None
         if issubclass(cls, (UndecidedMessage, UndocumentedMessage)):
             return None
-        places = shape_of(cls).places
-        if any(place.kind in (Kind.TEXT, Kind.BYTES) for place in places):
+        fields = shape_of(cls).fields
+        if any(field.kind in (Kind.TEXT, Kind.BYTES) for field in fields):
             return None
-        names = [place.name for place in places]
+        names = [field.name for field in fields]
         template = self._joint.join(self._item % name for name in names)
         return template, attrgetter(*names) if names else lambda _: ()
 

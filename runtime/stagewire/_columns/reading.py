@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeAlias
 
 from stagewire._codec.message import Message
-from stagewire._columns.shape import Kind, Place, Shape, shape_of
+from stagewire._columns.shape import Field, Kind, Shape, shape_of
 from stagewire._framings.header.message import DATA_FLAG
 from stagewire.errors import (
     BadLengthError,
@@ -47,7 +47,7 @@ def _read_standard(shape: Shape, view: memoryview) -> tuple[dict[str, Column], i
     """Return the columns, and the offset of the first wrong frame (then they end before its block)."""
     dest, source = array("B"), array("B")
     columns: dict[str, Column] = {"dest": dest, "source": source}
-    columns |= {place.name: _empty(place) for place in shape.places}
+    columns |= {place.name: _empty(place) for place in shape.fields}
     size = shape.size
     whole = len(view) - len(view) % size
     for start in range(0, whole, _BLOCK * size):
@@ -56,7 +56,7 @@ def _read_standard(shape: Shape, view: memoryview) -> tuple[dict[str, Column], i
             return columns, start + _wrong_frame(shape, block)
         dest.frombytes(block[4::size].translate(_ADDRESSES))
         source.frombytes(block[5::size])
-        for place in shape.places:
+        for place in shape.fields:
             _extend(columns[place.name], block, place, size)
     if sys.byteorder == "big":
         for column in columns.values():
@@ -86,12 +86,12 @@ def _right(shape: Shape, block: bytes) -> bool:
     )
 
 
-def _empty(place: Place) -> Column:
+def _empty(place: Field) -> Column:
     codes = _CODES.get(place.kind)
     return [] if codes is None else array(codes[place.width])
 
 
-def _extend(column: Any, block: bytes, place: Place, step: int) -> None:
+def _extend(column: Any, block: bytes, place: Field, step: int) -> None:
     """Add the values of one field in a block of frames."""
     if isinstance(column, array):
         column.frombytes(_integers(block, place, step))
@@ -104,7 +104,7 @@ def _extend(column: Any, block: bytes, place: Place, step: int) -> None:
         column += values
 
 
-def _integers(block: bytes, place: Place, step: int) -> bytes | bytearray:
+def _integers(block: bytes, place: Field, step: int) -> bytes | bytearray:
     """Return one field of all frames as machine integers, low byte first."""
     offset, size, width = place.offset, place.size, place.width
     if width == 1:

@@ -29,7 +29,7 @@ class Kind(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Field:
     """One field in a frame.
 
     :param name: name of the field.
@@ -57,14 +57,19 @@ class Shape:
     :param head: the bytes that every frame begins with: the id and, of a data form, the length.
     :param has_packet: whether the destination carries the bit that announces a packet.
     :param size: bytes of a frame, header included.
-    :param places: the fields in wire order.
+    :param fields: the fields in wire order.
     """
 
     name: str
     head: bytes
     has_packet: bool
     size: int
-    places: tuple[Place, ...]
+    fields: tuple[Field, ...]
+
+    @property
+    def places(self) -> tuple[Field, ...]:
+        """The fields, by the name that 0.1 gave them."""
+        return self.fields
 
 
 def shape_of(message: type[Message]) -> Shape:
@@ -90,20 +95,20 @@ def shape_of(message: type[Message]) -> Shape:
         head=head + layout.length.to_bytes(2, "little") if has_packet else head,
         has_packet=has_packet,
         size=HEADER_SIZE + layout.length,
-        places=_places(message),
+        fields=_fields(message),
     )
 
 
-def _places(message: type[Message]) -> tuple[Place, ...]:
+def _fields(message: type[Message]) -> tuple[Field, ...]:
     layout = message.layout
     if issubclass(message, UndecidedMessage):
-        return (Place("data", HEADER_SIZE, layout.length, Kind.BYTES),)
+        return (Field("data", HEADER_SIZE, layout.length, Kind.BYTES),)
     # A generated class states its fields as the format of the Struct that unpacks whole frames.
     unpacker = getattr(getattr(message, "_unpack", None), "__self__", None)
     if not isinstance(unpacker, struct.Struct):
         raise UnsupportedError(f"{message.__name__} does not say where its fields stand")
     names = iter(layout.fields)
-    places = []
+    fields = []
     offset = 0
     for digits, code in _CODES.findall(unpacker.format):
         count = int(digits or 1)
@@ -111,15 +116,15 @@ def _places(message: type[Message]) -> tuple[Place, ...]:
             offset += count
         elif code == "s":
             name = next(names)
-            places.append(Place(name, offset, count, _kind_of_string(message, name)))
+            fields.append(Field(name, offset, count, _kind_of_string(message, name)))
             offset += count
         else:
             size = struct.calcsize(f"<{code}")
             kind = Kind.SIGNED if code.islower() else Kind.UNSIGNED
             for _ in range(count):
-                places.append(Place(next(names), offset, size, kind))
+                fields.append(Field(next(names), offset, size, kind))
                 offset += size
-    return tuple(places)
+    return tuple(fields)
 
 
 def _kind_of_string(message: type[Message], name: str) -> Kind:

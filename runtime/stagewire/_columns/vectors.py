@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy
 from numpy.typing import NDArray
 
-from stagewire._columns.shape import Kind, Place, Shape
+from stagewire._columns.shape import Field, Kind, Shape
 from stagewire._framings.header.message import DATA_FLAG
 
 Column = NDArray[Any]
@@ -38,19 +38,19 @@ def read(shape: Shape, view: memoryview) -> tuple[dict[str, Column], int | None]
         return {}, int(wrong.argmax()) * shape.size
     dest &= DATA_FLAG - 1
     columns = {"dest": dest, "source": field(5, "u1").copy()}
-    for place in shape.places:
+    for place in shape.fields:
         columns[place.name] = _copy(field(place.offset, _format(place)), place)
     return columns, end if rest else None
 
 
-def _format(place: Place) -> str:
+def _format(place: Field) -> str:
     """Return how one field is seen in a frame; what NumPy has no type for, as single bytes."""
     if place.kind in _INTEGERS and place.size == place.width:
         return f"<{_INTEGERS[place.kind]}{place.size}"
     return f"V{place.size}" if place.kind is Kind.BYTES else f"({place.size},)u1"
 
 
-def _copy(seen: Column, place: Place) -> Column:
+def _copy(seen: Column, place: Field) -> Column:
     """Return the values of one field in an array of their own, in the machine's byte order."""
     if place.kind is Kind.BYTES:
         return seen.copy()

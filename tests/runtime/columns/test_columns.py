@@ -19,9 +19,9 @@ from hypothesis import strategies as st
 from stagewire import End
 from stagewire._columns.reading import read, read_numpy
 from stagewire.columns import (
+    Field,
     Frames,
     Kind,
-    Place,
     Shape,
     columns,
     gather,
@@ -280,7 +280,7 @@ def test_integers_of_any_size(data: st.DataObject) -> None:
     places, offset = [], 6
     for number, size in enumerate(sizes):
         kind = data.draw(st.sampled_from([Kind.SIGNED, Kind.UNSIGNED]))
-        places.append(Place(f"field{number}", offset, size, kind))
+        places.append(Field(f"field{number}", offset, size, kind))
         offset += size
     head = b"\x34\x12" + (offset - 6).to_bytes(2, "little")
     shape = Shape("ANY (data)", head, True, offset, tuple(places))
@@ -301,7 +301,7 @@ def test_the_shape_is_that_of_the_registry(cls: type[Message]) -> None:
     layouts = {layout["form"]: layout for layout in registry[cls.layout.message]["layouts"]}
     shape = shape_of(cls)
     if cls.layout.form == "data:undecided":
-        assert shape.places == (Place("data", 6, cls.layout.length, Kind.BYTES),)
+        assert shape.fields == (Field("data", 6, cls.layout.length, Kind.BYTES),)
         return
     layout = layouts[cls.layout.form]
     fields = [layout[key] for key in ("param1", "param2") if layout[key]] + layout["fields"]
@@ -311,10 +311,10 @@ def test_the_shape_is_that_of_the_registry(cls: type[Message]) -> None:
         kind = {"text": Kind.TEXT, "bytes": Kind.BYTES}.get(field["kind"])
         kind = kind or (Kind.SIGNED if field["signed"] else Kind.UNSIGNED)
         expected[field["offset"] + packet] = (field["size"], kind)
-    found = {place.offset: (place.size, place.kind) for place in shape.places}
-    unnamed = {place.offset: (1, Kind.UNSIGNED) for place in shape.places if place.offset < 4}
+    found = {place.offset: (place.size, place.kind) for place in shape.fields}
+    unnamed = {place.offset: (1, Kind.UNSIGNED) for place in shape.fields if place.offset < 4}
     assert found == unnamed | expected
-    assert [place.name for place in shape.places] == list(cls.layout.fields)
+    assert [place.name for place in shape.fields] == list(cls.layout.fields)
 
 
 # Streams
