@@ -85,7 +85,9 @@ MOVED = {
     "discovery.diagnosis": "stagewire.discovery",
     "discovery.finding": "stagewire.discovery stagewire._discovery.search",
     "discovery.found": "stagewire.discovery",
-    "discovery.known": "stagewire.discovery stagewire._discovery.products",
+    "discovery.known": (
+        "stagewire.discovery stagewire._discovery.products stagewire._codec.protocol"
+    ),
     "discovery.line_diagnosis": "stagewire.discovery",
     "discovery.linux": "stagewire.discovery stagewire._discovery.ports",
     "discovery.opening": "stagewire.discovery stagewire._discovery.opening",
@@ -167,6 +169,9 @@ MOVED = {
 }
 """Path of 0.1 below ``stagewire`` -> the public module to use, and private modules with other names."""
 
+RENAMED = {"discovery.known.protocols": "usable_protocols"}
+"""Name in a path of 0.1 -> its name now."""
+
 
 class _Finder:
     """Finds and loads the old paths. It is asked after all others, so that it never hides a module."""
@@ -194,7 +199,8 @@ class _Finder:
         import warnings
 
         name = module.__name__
-        public, *private = MOVED[name.partition(".")[2]].split()
+        old = name.partition(".")[2]
+        public, *private = MOVED[old].split()
         warnings.warn(
             f"{name} has moved and will be removed in the next minor release: use {public}; "
             "a package that was generated with it is to be generated again",
@@ -203,9 +209,10 @@ class _Finder:
         )
 
         def moved(attribute: str) -> Any:
+            now = RENAMED.get(f"{old}.{attribute}", attribute)
             for place in (*private, public):
                 try:
-                    return getattr(__import__(place, fromlist=[attribute]), attribute)
+                    return getattr(__import__(place, fromlist=[now]), now)
                 except AttributeError:
                     pass
             raise AttributeError(f"module {name!r} has no attribute {attribute!r}")
