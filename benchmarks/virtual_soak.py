@@ -33,7 +33,7 @@ from measure import holds, memory
 from stagewire.framing import End, Received
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
-from stagewire_virtual.blueprint import make_instrument
+from stagewire_virtual.factory import make_instrument
 from stagewire_virtual.instrument import Unit, units_of
 from stagewire_virtual.options import Options
 from stagewire_virtual.serving.endpoints import TcpEndpoint

@@ -12,7 +12,7 @@ from stagewire.errors import CodecError
 from stagewire.framing import End
 from stagewire_cli.decoding import Counts, Decoding, opened
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.formats import Format, check_format, writing
+from stagewire_cli.formats.format import Format, check_format, writing
 from stagewire_cli.framings.framing import DirectionOption
 from stagewire_cli.output import check_output, output, progress
 from stagewire_cli.protocols import PROTOCOL_HELP

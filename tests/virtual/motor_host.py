@@ -7,8 +7,8 @@ from typing import Any
 from stagewire import Frame, FramedMessage, Stage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
-from stagewire_virtual.blueprint import make_instrument
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.factory import make_instrument
 from stagewire_virtual.instrument import Row, find_unit
 from stagewire_virtual.options import Options, Settings
 from stagewire_virtual.thorlabs_apt.motor.motor import Motor

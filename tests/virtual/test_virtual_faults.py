@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stagewire_apt import messages as m
-from stagewire_virtual.blueprint import make_instrument
 from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.errors import FaultError
+from stagewire_virtual.factory import make_instrument
 from stagewire_virtual.faults.chain import MOST_HELD
 from stagewire_virtual.faults.fault import Fault
 from stagewire_virtual.faults.link import FaultEvent, FaultyLink

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from stagewire.capture import Capture, CaptureReader, CaptureWriter, Heading
 from stagewire.errors import CaptureError
 from stagewire.protocols import Direction
-from stagewire_virtual.blueprint import make_instrument
 from stagewire_virtual.clock import SECOND, SteppedClock
 from stagewire_virtual.errors import FaultError, ReplayError
+from stagewire_virtual.factory import make_instrument
 from stagewire_virtual.faults.link import FaultyLink
 from stagewire_virtual.instrument import find_unit
 from stagewire_virtual.options import Options

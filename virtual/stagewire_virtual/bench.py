@@ -17,9 +17,9 @@ from typing import Any, Final
 
 from stagewire import Stage
 from stagewire.errors import StagewireError
-from stagewire_virtual.blueprint import Blueprint
 from stagewire_virtual.clock import Clock, SteppedClock
 from stagewire_virtual.errors import BadOptionError, BenchError, UnknownUnitError
+from stagewire_virtual.factory import Blueprint
 from stagewire_virtual.faults.fault import Fault, parse_fault
 from stagewire_virtual.instrument import Unit, find_unit
 from stagewire_virtual.options import LinkKind, Options, Settings, check_stage, parse_link_kind

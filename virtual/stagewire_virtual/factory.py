@@ -1,24 +1,83 @@
-"""What ``stagewire_virtual.TDC001`` is: a unit by name, to be called with what is to be told of it."""
+"""Factories: ``stagewire_virtual.TDC001`` is a unit by name, to be called with its options.
+
+A :class:`Blueprint` is everything that makes a virtual controller, but its clock. Each protocol that has
+virtual controllers has a row in the table of instruments.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from stagewire_virtual.blueprint import Blueprint
+from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
+from stagewire_virtual.clock import Clock
 from stagewire_virtual.controller import VirtualController
-from stagewire_virtual.errors import BadOptionError, UnknownUnitError
+from stagewire_virtual.errors import BadOptionError, UnknownUnitError, VirtualError
 from stagewire_virtual.faults.fault import Fault, parse_faults
-from stagewire_virtual.instrument import Unit, all_units, find_unit
+from stagewire_virtual.faults.link import FaultyLink
+from stagewire_virtual.instrument import Instrument, Unit, all_units, find_unit
 from stagewire_virtual.options import LinkKind, Options, Settings, parse_link_kind, several
 from stagewire_virtual.replay import load_replay
+from stagewire_virtual.thorlabs_apt.instrument import AptInstrument, rack_of
 from stagewire_virtual.thorlabs_apt.rack import RACK
 
 if TYPE_CHECKING:
     from stagewire import Stage
     from stagewire_virtual.clock import SteppedClock
+
+_KINDS: Final[dict[str, Callable[[Unit, Clock, Options], Instrument]]] = {
+    "asi_ms2000": Ms2000Instrument,
+    "thorlabs_apt": AptInstrument,
+}
+
+_DEFAULT: Final = Options()
+
+
+def make_instrument(unit: Unit, clock: Clock, options: Options = _DEFAULT) -> Instrument:
+    """Make the virtual controller of a unit.
+
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that the unit cannot have, and
+    :class:`~stagewire_virtual.errors.VirtualError` for a unit of a protocol without virtual controllers.
+    """
+    kind = _KINDS.get(unit.protocol.name)
+    if kind is None:
+        raise VirtualError(
+            f"{unit.name} speaks {unit.protocol.name}, for which there are no virtual controllers "
+            f"(there are for {', '.join(_KINDS)})"
+        )
+    return kind(unit, clock, options)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blueprint:
+    """A unit, or a rack of modules, and all that was told of it.
+
+    :param unit: what to make; None for a rack of modules.
+    :param bays: of a rack of modules, the module in each bay; None is an empty one.
+    :param options: of the unit.
+    :param faults: what goes wrong on its line.
+    """
+
+    unit: Unit | None
+    bays: tuple[Unit | None, ...] = ()
+    options: Options = field(default_factory=Options)
+    faults: tuple[Fault, ...] = ()
+
+    def make(self, clock: Clock) -> Instrument | FaultyLink:
+        """Make a controller, behind its faults if there are some.
+
+        Raises :class:`~stagewire_virtual.errors.VirtualError` for what the unit cannot have.
+        """
+        instrument: Instrument
+        if self.unit is None:
+            instrument = rack_of(self.bays, clock, self.options)
+        else:
+            instrument = make_instrument(self.unit, clock, self.options)
+        if not self.faults:
+            return instrument
+        return FaultyLink(instrument, self.faults, self.options.seed)
 
 
 @dataclass(frozen=True, slots=True)

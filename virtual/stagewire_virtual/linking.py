@@ -28,8 +28,8 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 from stagewire.errors import LinkOpenError
 from stagewire.links import LineSettings
 from stagewire_virtual.bench import BenchUnit, load_bench, make_bench
-from stagewire_virtual.blueprint import Blueprint
 from stagewire_virtual.errors import BenchError, VirtualError
+from stagewire_virtual.factory import Blueprint
 from stagewire_virtual.links import AsyncVirtualLink, SteppedLink, VirtualLink
 
 __all__ = ["AsyncVirtualLink", "SteppedLink", "VirtualLink", "open_async_link", "open_link"]

@@ -11,8 +11,8 @@ import pytest
 from checkout import ROOT
 from stagewire_apt import PROTOCOL
 from stagewire_cli.main import main
-from stagewire_virtual.blueprint import make_instrument
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.factory import make_instrument
 from stagewire_virtual.instrument import Instrument, units_of
 from stagewire_virtual.options import Options, Settings
 
