@@ -19,9 +19,9 @@ MOVED = {
     "candidates": "stagewire.devices stagewire._devices.candidates",
     "closing": "stagewire.links",
     "columns.gathering": "stagewire.columns",
-    "columns.reading": "stagewire.columns stagewire._columns.reading",
+    "columns.reading": "stagewire.columns stagewire._columns.arrays",
     "columns.shape": "stagewire.columns",
-    "columns.standard": "stagewire.columns stagewire._columns.reading",
+    "columns.standard": "stagewire.columns stagewire._columns.arrays",
     "columns.vectors": "stagewire.columns stagewire._columns.vectors",
     "commands": (
         "stagewire.protocols "
@@ -80,7 +80,7 @@ MOVED = {
     "devices.unit": "stagewire.devices stagewire._devices.unit",
     "devices.values": "stagewire.devices stagewire._devices.values",
     "direction": "stagewire.protocols",
-    "discovery.asking": "stagewire.discovery stagewire._discovery.questions",
+    "discovery.asking": "stagewire.discovery stagewire._discovery.identification",
     "discovery.computer_diagnosis": "stagewire.discovery",
     "discovery.diagnosis": "stagewire.discovery",
     "discovery.finding": "stagewire.discovery stagewire._discovery.search",

@@ -22,17 +22,17 @@ from stagewire._lazy import lazy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from stagewire._columns.gathering import Frames as Frames
-    from stagewire._columns.gathering import Gatherer as Gatherer
-    from stagewire._columns.gathering import Sorter as Sorter
-    from stagewire._columns.gathering import gather as gather
-    from stagewire._columns.reading import Column as Column
-    from stagewire._columns.reading import columns as columns
-    from stagewire._columns.reading import numpy_columns as numpy_columns
+    from stagewire._columns.arrays import Column as Column
+    from stagewire._columns.arrays import columns as columns
+    from stagewire._columns.arrays import numpy_columns as numpy_columns
     from stagewire._columns.shape import Field as Field
     from stagewire._columns.shape import Kind as Kind
     from stagewire._columns.shape import Shape as Shape
     from stagewire._columns.shape import shape_of as shape_of
+    from stagewire._columns.streams import Frames as Frames
+    from stagewire._columns.streams import Gatherer as Gatherer
+    from stagewire._columns.streams import Sorter as Sorter
+    from stagewire._columns.streams import gather as gather
 
 __all__ = [
     "Column",
@@ -54,7 +54,7 @@ __getattr__ = lazy(
     __name__,
     {
         "_columns.shape": "Field Field=Place Kind Shape shape_of",
-        "_columns.reading": "Column columns numpy_columns",
-        "_columns.gathering": "Frames Gatherer Sorter gather",
+        "_columns.arrays": "Column columns numpy_columns",
+        "_columns.streams": "Frames Gatherer Sorter gather",
     },
 )

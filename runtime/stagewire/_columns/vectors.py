@@ -1,6 +1,6 @@
 """Columns with NumPy: a structured view of the frames, and one copy of every field.
 
-Importing this module needs NumPy; :mod:`stagewire._columns.reading` does so on use.
+Importing this module needs NumPy; :mod:`stagewire._columns.arrays` does so on use.
 """
 
 from __future__ import annotations

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 from stagewire._codec.protocol import usable_protocols
 from stagewire._discovery import ports as system
+from stagewire._discovery.identification import can_identify
 from stagewire._discovery.opening import device_class, known_by_name
 from stagewire._discovery.ports import Port, port_of
 from stagewire._discovery.products import Known
-from stagewire._discovery.questions import can_identify
 from stagewire._discovery.search import ASK_TIMEOUT, NO_FRAME, Found, discover, look_at, recognise
 from stagewire._links.serial_port import permission_advice
 from stagewire.errors import StagewireError, TransportError

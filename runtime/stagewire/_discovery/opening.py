@@ -7,9 +7,9 @@ import re
 from importlib import import_module
 
 from stagewire._codec.protocol import usable_protocols
+from stagewire._discovery.identification import can_identify, identify
 from stagewire._discovery.ports import Port, port_of
 from stagewire._discovery.products import Known, by_identity, by_name, every_unit
-from stagewire._discovery.questions import can_identify, identify
 from stagewire._discovery.search import ASK_TIMEOUT, Found, look_at, recognise
 from stagewire.errors import BadValueError, TransportLostError, UnsupportedError, WrongUnitError
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from stagewire._codec.protocol import load_protocol
+from stagewire._discovery.identification import Identity, can_identify, identify, used_bays
 from stagewire._discovery.ports import Port, serial_ports
 from stagewire._discovery.products import Known, by_identity, by_serial_number
-from stagewire._discovery.questions import Identity, can_identify, identify, used_bays
 from stagewire.errors import StagewireError, TransportError
 
 TYPE_CHECKING = False

@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stagewire import End
-from stagewire._columns.reading import read, read_numpy
+from stagewire._columns.arrays import read, read_numpy
 from stagewire.columns import (
     Field,
     Frames,

@@ -9,7 +9,7 @@ import pytest
 import stagewire
 import stagewire_virtual as virtual
 from serial_ports import linux, port, show
-from stagewire._discovery.questions import used_bays
+from stagewire._discovery.identification import used_bays
 from stagewire._links import opening, serial_link
 from stagewire.discovery import Diagnosis, Verdict, diagnose_computer, diagnose_line, unit_at
 from stagewire.errors import BadValueError, LinkOpenError, TransportLostError, WrongUnitError

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stagewire._codec.events import Event, Garbage
 from stagewire._codec.message import Message
-from stagewire._columns.reading import Buffer, Column, bytes_of, columns, numpy_columns
+from stagewire._columns.arrays import Buffer, Column, bytes_of, columns, numpy_columns
 from stagewire._columns.shape import shape_of
 from stagewire._framings.header.frame import Received
 from stagewire._framings.header.message import DATA_FLAG
