@@ -150,7 +150,7 @@ def faults(rows: dict[str, set[str]], real: dict[str, set[str]]) -> list[str]:
 def picture() -> Picture:
     found = [block.text for block in blocks(PAGE, "text") if block.first.startswith(FIRST)]
     if not found:
-        pytest.skip("the page has no picture")
+        pytest.fail(f"{PAGE.name} lacks the picture: a text block that begins with {FIRST!r}")
     return read("".join(found))
 
 
@@ -166,6 +166,23 @@ def test_the_picture_has_every_package(picture: Picture) -> None:
 def test_the_picture_is_true(picture: Picture) -> None:
     found = {package: faults(rows, arrows(package)) for package, rows in picture.items()}
     assert {package: wrong for package, wrong in found.items() if wrong} == {}
+
+
+def test_the_page_names_files_and_folders_that_exist() -> None:
+    named = set(
+        re.findall(r"`((?:[\w<>-]+/)*(?:[\w-]+\.py|[\w-]+/))`", PAGE.read_text(encoding="utf-8"))
+    )
+    tops = ("spec", "generator", "runtime", "generated", "virtual", "conformance", "cli", "tests")
+    paths = ["/hatch_build.py"] + [
+        f"/{path.relative_to(ROOT).as_posix()}{'/' * path.is_dir()}"
+        for top in tops
+        for path in (ROOT / top, *(ROOT / top).rglob("*"))
+        if "__pycache__" not in path.parts
+    ]
+    pattern = {name: re.sub(r"<\w+>", "[^/]+", re.escape(name)) for name in named}
+    missing = [n for n in named if not any(re.search(f"/{pattern[n]}$", path) for path in paths)]
+    assert len(named) > 60
+    assert missing == []
 
 
 REAL = {"a": {"b", "e"}, "b": {"c", "e"}, "c": {"e"}, "d": {"e"}, "e": set()}
