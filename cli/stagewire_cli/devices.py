@@ -17,7 +17,7 @@ from stagewire.errors import (
 )
 from stagewire_cli.errors import CalledWronglyError
 
-Line = Annotated[
+LinkUrl = Annotated[
     str,
     typer.Argument(
         metavar="URL", help="A port, socket://HOST:PORT, virtual://NAME or another line."

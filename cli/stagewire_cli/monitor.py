@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Bay, Line, Stage, Unit, seconds_above_0
+from stagewire_cli.devices import Bay, LinkUrl, Stage, Unit, seconds_above_0
 from stagewire_cli.errors import CalledWronglyError
 
 EXAMPLE = """\b
@@ -19,7 +19,7 @@ Examples:
 
 
 def monitor(
-    url: Line,
+    url: LinkUrl,
     unit: Unit = None,
     stage: Stage = None,
     bay: Bay = None,

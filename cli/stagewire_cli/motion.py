@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Bay, Line, Stage, Unit, seconds_above_0, travel_in_mm
+from stagewire_cli.devices import Bay, LinkUrl, Stage, Unit, seconds_above_0, travel_in_mm
 from stagewire_cli.errors import CalledWronglyError
 
 MOVE_EXAMPLE = """\b
@@ -31,10 +31,10 @@ Examples:
   stagewire stop COM3 --unit BBD102 --bay 2
 """
 
-Channel = Annotated[
+ChannelOption = Annotated[
     int | None, typer.Option("--channel", min=1, help="Channel of the controller; the first is 1.")
 ]
-Axis = Annotated[
+AxisOption = Annotated[
     str | None, typer.Option("--axis", metavar="NAME", help="Axis of an MS-2000, such as X.")
 ]
 MoveTravel = Annotated[
@@ -57,7 +57,7 @@ Timeout = Annotated[
 
 
 def move(
-    url: Line,
+    url: LinkUrl,
     to: Annotated[
         str | None, typer.Option("--to", metavar="MM", help="Position to go to, in mm.")
     ] = None,
@@ -71,8 +71,8 @@ def move(
     stage: Stage = None,
     travel: MoveTravel = None,
     bay: Bay = None,
-    channel: Channel = None,
-    axis: Axis = None,
+    channel: ChannelOption = None,
+    axis: AxisOption = None,
     timeout: Timeout = 60.0,
     yes: Yes = False,
 ) -> None:
@@ -92,11 +92,11 @@ def move(
 
 
 def home(
-    url: Line,
+    url: LinkUrl,
     unit: Unit = None,
     bay: Bay = None,
-    channel: Channel = None,
-    axis: Axis = None,
+    channel: ChannelOption = None,
+    axis: AxisOption = None,
     timeout: Timeout = 60.0,
     yes: Yes = False,
 ) -> None:
@@ -111,7 +111,7 @@ def home(
 
 
 def jog(
-    url: Line,
+    url: LinkUrl,
     direction: Annotated[
         str,
         typer.Argument(metavar="DIRECTION", help="As the controller names it: forward or reverse."),
@@ -120,8 +120,8 @@ def jog(
     stage: Stage = None,
     travel: MoveTravel = None,
     bay: Bay = None,
-    channel: Channel = None,
-    axis: Axis = None,
+    channel: ChannelOption = None,
+    axis: AxisOption = None,
     timeout: Timeout = 60.0,
     yes: Yes = False,
 ) -> None:
@@ -138,11 +138,11 @@ def jog(
 
 
 def stop(
-    url: Line,
+    url: LinkUrl,
     unit: Unit = None,
     bay: Bay = None,
-    channel: Channel = None,
-    axis: Axis = None,
+    channel: ChannelOption = None,
+    axis: AxisOption = None,
     to: Annotated[str | None, typer.Option("--to", hidden=True)] = None,
     by: Annotated[str | None, typer.Option("--by", hidden=True)] = None,
     stage: Annotated[str | None, typer.Option("--stage", hidden=True)] = None,

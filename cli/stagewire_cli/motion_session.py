@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -141,6 +142,17 @@ class Target:
         raise CalledWronglyError(f"{unit} takes no mm here; use --counts")
 
 
+@contextmanager
+def _opened_part(
+    where: PartAddress, yes: bool, timeout: float, **options: Any
+) -> Iterator[tuple[Any, str, Any]]:
+    """Open a controller for a motion; give it, and the part that is meant with its name."""
+    refuse_unattended(yes)
+    with opened(where.url, where.unit, bay=where.bay, motion_timeout=timeout, **options) as device:
+        name, part = where.part(device)
+        yield device, name, part
+
+
 def run_move(
     where: PartAddress,
     target: Target,
@@ -151,10 +163,7 @@ def run_move(
     yes: bool,
 ) -> None:
     """Move one part, after having asked."""
-    refuse_unattended(yes)
-    options = {"stage": stage, "travel_mm": travel, "motion_timeout": timeout}
-    with opened(where.url, where.unit, bay=where.bay, **options) as device:
-        name, part = where.part(device)
+    with _opened_part(where, yes, timeout, stage=stage, travel_mm=travel) as (device, name, part):
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
         given = target.given(start, device.unit.name)
         saying = f"moves from {_position(part)} {target}"
@@ -167,9 +176,7 @@ def run_move(
 
 def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
     """Home one part, after having asked."""
-    refuse_unattended(yes)
-    with opened(where.url, where.unit, bay=where.bay, motion_timeout=timeout) as device:
-        name, part = where.part(device)
+    with _opened_part(where, yes, timeout) as (device, name, part):
         start = _call(device, part, "start_home")
         saying = f"goes home from {_position(part)}, as its controller is set"
         _act(device, name, part, saying, start, timeout, yes)
@@ -185,10 +192,7 @@ def run_jog(
     yes: bool,
 ) -> None:
     """Jog one part, after having asked."""
-    refuse_unattended(yes)
-    options = {"stage": stage, "travel_mm": travel, "motion_timeout": timeout}
-    with opened(where.url, where.unit, bay=where.bay, **options) as device:
-        name, part = where.part(device)
+    with _opened_part(where, yes, timeout, stage=stage, travel_mm=travel) as (device, name, part):
         start = _call(device, part, "start_jog")
         stored = _call(device, part, "get_jog_params")()
         step = numbers_of(stored).get("jog_step_size", "an unknown step")
