@@ -49,8 +49,9 @@ __all__ = [
 
 __version__ = "0.1.0"
 
-__getattr__ = lazy(
-    __name__, {"quantities": "Scale Stage UnknownScale", "discovery": "discover open"}
-)
+if not TYPE_CHECKING:  # else any name would be taken for one of these
+    __getattr__ = lazy(
+        __name__, {"quantities": "Scale Stage UnknownScale", "discovery": "discover open"}
+    )
 
 _deprecated.install()

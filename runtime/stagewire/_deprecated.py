@@ -169,7 +169,14 @@ MOVED = {
 }
 """Path of 0.1 below ``stagewire`` -> the public module to use, and private modules with other names."""
 
-RENAMED = {"discovery.known.protocols": "usable_protocols"}
+RENAMED = {
+    "commands.overheard.Asking": "HostListener",
+    "commands.overheard.Replies": "ReplyListener",
+    "discovery.asking.Heard": "Answers",
+    "discovery.finding.asked": "identified",
+    "discovery.known.protocols": "usable_protocols",
+    "links.settings.LineSettings": "LinkSettings",
+}
 """Name in a path of 0.1 -> its name now."""
 
 

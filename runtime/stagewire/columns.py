@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from stagewire._columns.streams import Sorter as Sorter
     from stagewire._columns.streams import gather as gather
 
+    Place = Field  # the name of 0.1
+
 __all__ = [
     "Column",
     "Field",
@@ -50,11 +52,12 @@ __all__ = [
 
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
-__getattr__ = lazy(
-    __name__,
-    {
-        "_columns.shape": "Field Field=Place Kind Shape shape_of",
-        "_columns.arrays": "Column columns numpy_columns",
-        "_columns.streams": "Frames Gatherer Sorter gather",
-    },
-)
+if not TYPE_CHECKING:  # else any name would be taken for one of these
+    __getattr__ = lazy(
+        __name__,
+        {
+            "_columns.shape": "Field Field=Place Kind Shape shape_of",
+            "_columns.arrays": "Column columns numpy_columns",
+            "_columns.streams": "Frames Gatherer Sorter gather",
+        },
+    )

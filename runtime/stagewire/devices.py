@@ -51,15 +51,16 @@ __all__ = [
 
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
-__getattr__ = lazy(
-    __name__,
-    {
-        "_devices.synchronous": "Device Motion Part",
-        "_devices.asynchronous": "Device=AsyncDevice Motion=AsyncMotion Part=AsyncPart",
-        "_devices.options": "OpenOptions",
-        "_devices.unit": "Facts Unit",
-        "_devices.values": "Bits BitsByUnit InUnits Raw Values",
-        "_devices.scales": "Scales ToldValue",
-        "_devices.candidates": "candidates clean_model",
-    },
-)
+if not TYPE_CHECKING:  # else any name would be taken for one of these
+    __getattr__ = lazy(
+        __name__,
+        {
+            "_devices.synchronous": "Device Motion Part",
+            "_devices.asynchronous": "Device=AsyncDevice Motion=AsyncMotion Part=AsyncPart",
+            "_devices.options": "OpenOptions",
+            "_devices.unit": "Facts Unit",
+            "_devices.values": "Bits BitsByUnit InUnits Raw Values",
+            "_devices.scales": "Scales ToldValue",
+            "_devices.candidates": "candidates clean_model",
+        },
+    )

@@ -48,13 +48,14 @@ __all__ = [
 
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
-__getattr__ = lazy(
-    __name__,
-    {
-        "_discovery.ports": "Port",
-        "_discovery.products": "Known by_name by_serial_number",
-        "_discovery.search": "Found discover",
-        "_discovery.opening": "device_class model_option open unit_at",
-        "_discovery.diagnosis": "Diagnosis Verdict diagnose_computer diagnose_line",
-    },
-)
+if not TYPE_CHECKING:  # else any name would be taken for one of these
+    __getattr__ = lazy(
+        __name__,
+        {
+            "_discovery.ports": "Port",
+            "_discovery.products": "Known by_name by_serial_number",
+            "_discovery.search": "Found discover",
+            "_discovery.opening": "device_class model_option open unit_at",
+            "_discovery.diagnosis": "Diagnosis Verdict diagnose_computer diagnose_line",
+        },
+    )

@@ -36,12 +36,11 @@ if TYPE_CHECKING:
     from stagewire._framings.slots.framer import CommandFramer as CommandFramer
     from stagewire._framings.slots.replies import ReplyDecoder as ReplyDecoder
     from stagewire._framings.slots.replies import ReplyReceived as ReplyReceived
-    from stagewire._framings.slots.streams import Asking as Asking
-    from stagewire._framings.slots.streams import Replies as Replies
+    from stagewire._framings.slots.streams import HostListener as HostListener
+    from stagewire._framings.slots.streams import ReplyListener as ReplyListener
     from stagewire._framings.slots.streams import host_framer as host_framer
 
 __all__ = [
-    "Asking",
     "BadCommandLength",
     "BadLength",
     "BadPacketLength",
@@ -55,11 +54,12 @@ __all__ = [
     "Framer",
     "FramingTable",
     "Garbage",
+    "HostListener",
     "PacketFramer",
     "PacketReceived",
     "Received",
-    "Replies",
     "ReplyDecoder",
+    "ReplyListener",
     "ReplyReceived",
     "TextReceived",
     "Undocumented",
@@ -72,20 +72,23 @@ __all__ = [
 
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
-__getattr__ = lazy(
-    __name__,
-    {
-        "_codec.events": "Event Garbage join_garbage",
-        "_framings.header.table": "End Forms FramingTable",
-        "_framings.header.frame": (
-            "BadLength DecodableEvent FrameEvent Received Undocumented Unknown"
-        ),
-        "_framings.header.framer": "Framer",
-        "_framings.slots.frame": ("BadCommandLength CommandReceived TextReceived UnknownCommand"),
-        "_framings.slots.framer": "CommandFramer",
-        "_framings.slots.replies": "ReplyDecoder ReplyReceived",
-        "_framings.slots.streams": "Asking Replies host_framer",
-        "_framings.packet.packet": "BadPacketLength PacketReceived UnknownPacket",
-        "_framings.packet.framer": "PacketFramer",
-    },
-)
+if not TYPE_CHECKING:  # else any name would be taken for one of these
+    __getattr__ = lazy(
+        __name__,
+        {
+            "_codec.events": "Event Garbage join_garbage",
+            "_framings.header.table": "End Forms FramingTable",
+            "_framings.header.frame": (
+                "BadLength DecodableEvent FrameEvent Received Undocumented Unknown"
+            ),
+            "_framings.header.framer": "Framer",
+            "_framings.slots.frame": (
+                "BadCommandLength CommandReceived TextReceived UnknownCommand"
+            ),
+            "_framings.slots.framer": "CommandFramer",
+            "_framings.slots.replies": "ReplyDecoder ReplyReceived",
+            "_framings.slots.streams": "HostListener ReplyListener host_framer",
+            "_framings.packet.packet": "BadPacketLength PacketReceived UnknownPacket",
+            "_framings.packet.framer": "PacketFramer",
+        },
+    )

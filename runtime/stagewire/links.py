@@ -12,27 +12,30 @@ if TYPE_CHECKING:
     from stagewire._links.link import AsyncClosing as AsyncClosing
     from stagewire._links.link import AsyncLink as AsyncLink
     from stagewire._links.link import Closing as Closing
-    from stagewire._links.link import LineSettings as LineSettings
     from stagewire._links.link import Link as Link
+    from stagewire._links.link import LinkSettings as LinkSettings
     from stagewire._links.opening import open_async_link as open_async_link
     from stagewire._links.opening import open_link as open_link
+
+    LineSettings = LinkSettings  # the name of 0.1
 
 __all__ = [
     "AsyncClosing",
     "AsyncLink",
     "Closing",
-    "LineSettings",
     "Link",
+    "LinkSettings",
     "open_async_link",
     "open_link",
 ]
 
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
-__getattr__ = lazy(
-    __name__,
-    {
-        "_links.link": "AsyncClosing AsyncLink Closing LineSettings Link",
-        "_links.opening": "open_async_link open_link",
-    },
-)
+if not TYPE_CHECKING:  # else any name would be taken for one of these
+    __getattr__ = lazy(
+        __name__,
+        {
+            "_links.link": "AsyncClosing AsyncLink Closing Link LinkSettings LinkSettings=LineSettings",
+            "_links.opening": "open_async_link open_link",
+        },
+    )

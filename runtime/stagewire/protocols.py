@@ -82,23 +82,24 @@ __all__ = [
     "usable_protocols",
 ]
 
-__getattr__ = lazy(
-    __name__,
-    {
-        "_codec.protocol": "Protocol available_protocols load_protocol usable_protocols",
-        "_codec.message": "Direction Layout Message",
-        "_codec.flags": "Bit Enumeration Flags",
-        "_framings.header.message": (
-            "DATA_FLAG HEADER_SIZE MAXIMUM_PACKET FramedMessage UndecidedMessage "
-            "UndocumentedMessage"
-        ),
-        "_framings.header.frame": "Frame",
-        "_framings.header.protocol": "FramedProtocol",
-        "_framings.slots.command": "SLOTS Command Reply SetupCommand",
-        "_framings.slots.frame": "FORMS CommandFrame",
-        "_framings.slots.protocol": "CommandProtocol",
-        "_framings.packet.shape": "PARTS Check Crc Shape Sum Xor",
-        "_framings.packet.packet": "Packet PacketMessage",
-        "_framings.packet.protocol": "PacketProtocol",
-    },
-)
+if not TYPE_CHECKING:  # else any name would be taken for one of these
+    __getattr__ = lazy(
+        __name__,
+        {
+            "_codec.protocol": "Protocol available_protocols load_protocol usable_protocols",
+            "_codec.message": "Direction Layout Message",
+            "_codec.flags": "Bit Enumeration Flags",
+            "_framings.header.message": (
+                "DATA_FLAG HEADER_SIZE MAXIMUM_PACKET FramedMessage UndecidedMessage "
+                "UndocumentedMessage"
+            ),
+            "_framings.header.frame": "Frame",
+            "_framings.header.protocol": "FramedProtocol",
+            "_framings.slots.command": "SLOTS Command Reply SetupCommand",
+            "_framings.slots.frame": "FORMS CommandFrame",
+            "_framings.slots.protocol": "CommandProtocol",
+            "_framings.packet.shape": "PARTS Check Crc Shape Sum Xor",
+            "_framings.packet.packet": "Packet PacketMessage",
+            "_framings.packet.protocol": "PacketProtocol",
+        },
+    )

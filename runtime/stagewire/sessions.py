@@ -40,17 +40,18 @@ __all__ = [
     "Statistics",
 ]
 
-__getattr__ = lazy(
-    __name__,
-    {
-        "_sessions.options": "Ends SessionOptions",
-        "_sessions.statistics": "Statistics",
-        "_sessions.framed": "FramedCore",
-        "_sessions.commands": "CommandCore",
-        "_sessions.synchronous": "CommandSession FramedSession",
-        "_sessions.asynchronous": "AsyncCommandSession AsyncFramedSession",
-        "_sessions.subscribing": "AsyncSubscription BlockingSubscription",
-        "_sessions.recording": "Recording",
-        "_sessions.matching": "Matching",
-    },
-)
+if not TYPE_CHECKING:  # else any name would be taken for one of these
+    __getattr__ = lazy(
+        __name__,
+        {
+            "_sessions.options": "Ends SessionOptions",
+            "_sessions.statistics": "Statistics",
+            "_sessions.framed": "FramedCore",
+            "_sessions.commands": "CommandCore",
+            "_sessions.synchronous": "CommandSession FramedSession",
+            "_sessions.asynchronous": "AsyncCommandSession AsyncFramedSession",
+            "_sessions.subscribing": "AsyncSubscription BlockingSubscription",
+            "_sessions.recording": "Recording",
+            "_sessions.matching": "Matching",
+        },
+    )

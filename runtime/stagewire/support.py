@@ -184,42 +184,43 @@ __all__ = [
 VERSION: Final = 1
 """The version of this module."""
 
-__getattr__ = lazy(
-    __name__,
-    {
-        "_codec.message": "Direction Layout Message check_bytes check_integer check_text",
-        "_codec.flags": "Bit Enumeration Flags",
-        "_framings.header.message": (
-            "FramedMessage UndecidedMessage UndocumentedMessage check_addresses"
-        ),
-        "_framings.header.table": "FaultPlaces",
-        "_framings.header.protocol": "FramedProtocol",
-        "_framings.slots.command": "Command Reply SetupCommand",
-        "_framings.slots.protocol": "CommandProtocol",
-        "_framings.packet.shape": "Crc Shape Sum Xor",
-        "_framings.packet.packet": "PacketMessage",
-        "_framings.packet.protocol": "PacketProtocol",
-        "_devices.values": "Bits BitsByUnit InUnits Named Raw RawBytes RawText Values",
-        "_devices.tables": (
-            "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Stored"
-        ),
-        "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
-        "_devices.unit": "Alias Facts Hindrance Setting Told Unit",
-        "_sessions.options": "Ends",
-        "_devices.synchronous": (
-            "AxesDevice Axis Bay Channel ChannelsBay ChannelsDevice Device ModuleDevice "
-            "Motion Part RackDevice SingleChannelDevice SingleChannelModule"
-        ),
-        "_devices.asynchronous": (
-            "AxesDevice=AsyncAxesDevice Axis=AsyncAxis Bay=AsyncBay Channel=AsyncChannel "
-            "ChannelsBay=AsyncChannelsBay ChannelsDevice=AsyncChannelsDevice "
-            "Device=AsyncDevice ModuleDevice=AsyncModuleDevice Motion=AsyncMotion "
-            "Part=AsyncPart RackDevice=AsyncRackDevice "
-            "SingleChannelDevice=AsyncSingleChannelDevice "
-            "SingleChannelModule=AsyncSingleChannelModule"
-        ),
-    },
-)
+if not TYPE_CHECKING:  # else any name would be taken for one of these
+    __getattr__ = lazy(
+        __name__,
+        {
+            "_codec.message": "Direction Layout Message check_bytes check_integer check_text",
+            "_codec.flags": "Bit Enumeration Flags",
+            "_framings.header.message": (
+                "FramedMessage UndecidedMessage UndocumentedMessage check_addresses"
+            ),
+            "_framings.header.table": "FaultPlaces",
+            "_framings.header.protocol": "FramedProtocol",
+            "_framings.slots.command": "Command Reply SetupCommand",
+            "_framings.slots.protocol": "CommandProtocol",
+            "_framings.packet.shape": "Crc Shape Sum Xor",
+            "_framings.packet.packet": "PacketMessage",
+            "_framings.packet.protocol": "PacketProtocol",
+            "_devices.values": "Bits BitsByUnit InUnits Named Raw RawBytes RawText Values",
+            "_devices.tables": (
+                "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Stored"
+            ),
+            "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
+            "_devices.unit": "Alias Facts Hindrance Setting Told Unit",
+            "_sessions.options": "Ends",
+            "_devices.synchronous": (
+                "AxesDevice Axis Bay Channel ChannelsBay ChannelsDevice Device ModuleDevice "
+                "Motion Part RackDevice SingleChannelDevice SingleChannelModule"
+            ),
+            "_devices.asynchronous": (
+                "AxesDevice=AsyncAxesDevice Axis=AsyncAxis Bay=AsyncBay Channel=AsyncChannel "
+                "ChannelsBay=AsyncChannelsBay ChannelsDevice=AsyncChannelsDevice "
+                "Device=AsyncDevice ModuleDevice=AsyncModuleDevice Motion=AsyncMotion "
+                "Part=AsyncPart RackDevice=AsyncRackDevice "
+                "SingleChannelDevice=AsyncSingleChannelDevice "
+                "SingleChannelModule=AsyncSingleChannelModule"
+            ),
+        },
+    )
 
 
 def require(version: int) -> None:

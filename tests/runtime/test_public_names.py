@@ -12,7 +12,7 @@ from types import ModuleType
 import pytest
 
 import stagewire
-from stagewire import _lazy, columns, quantities, support
+from stagewire import _lazy, columns, links, quantities, support
 from stagewire.errors import SupportVersionError
 
 NAMES: dict[str, list[str]] = json.loads(
@@ -58,8 +58,9 @@ def test_names_of_quantities(name: str) -> None:
     assert getattr(stagewire, name) is getattr(quantities, name)
 
 
-def test_a_class_that_was_renamed_keeps_its_old_name() -> None:
+def test_classes_that_were_renamed_keep_their_old_names() -> None:
     assert columns.Place is columns.Field
+    assert links.LineSettings is links.LinkSettings
 
 
 def test_a_name_may_be_published_under_another_one(monkeypatch: pytest.MonkeyPatch) -> None:

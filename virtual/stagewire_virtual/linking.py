@@ -26,7 +26,7 @@ from typing import Any, Final
 from urllib.parse import parse_qsl, unquote, urlsplit
 
 from stagewire.errors import LinkOpenError
-from stagewire.links import LineSettings
+from stagewire.links import LinkSettings
 from stagewire_virtual.bench import BenchUnit, load_bench, make_bench
 from stagewire_virtual.errors import BenchError, VirtualError
 from stagewire_virtual.factory import Blueprint
@@ -159,7 +159,7 @@ def _option_name(key: str) -> str:
     return "the name" if key == "name" else f"option {key}"
 
 
-def open_link(url: str, settings: LineSettings) -> VirtualLink:
+def open_link(url: str, settings: LinkSettings) -> VirtualLink:
     """Make the controller of a URL, and a line to it; ``settings`` are those of wires, and not looked at.
 
     Raises :class:`~stagewire.errors.LinkOpenError` with all that is wrong with the URL.
@@ -167,6 +167,6 @@ def open_link(url: str, settings: LineSettings) -> VirtualLink:
     return VirtualLink(url, blueprint_of(url).make)
 
 
-async def open_async_link(url: str, settings: LineSettings) -> AsyncVirtualLink:
+async def open_async_link(url: str, settings: LinkSettings) -> AsyncVirtualLink:
     """Do as :func:`open_link` does, for the event loop that is running."""
     return await AsyncVirtualLink.open(url, blueprint_of(url).make)

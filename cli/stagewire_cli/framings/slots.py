@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stagewire.framing import Asking, End, Replies
+from stagewire.framing import End, HostListener, ReplyListener
 from stagewire.protocols import CommandFrame, CommandProtocol, Direction, Message
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.sinks import Column
@@ -48,9 +48,9 @@ class CommandTask(Task):
 
     def readers(self) -> Mapping[Direction, Reader]:
         """Return what cuts commands and text, and what knows by them which replies come."""
-        replies = Replies()
+        replies = ReplyListener()
         return {
-            Direction.TO_CONTROLLER: Asking(self.protocol, replies),
+            Direction.TO_CONTROLLER: HostListener(self.protocol, replies),
             Direction.TO_HOST: replies,
         }
 

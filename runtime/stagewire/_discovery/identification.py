@@ -30,7 +30,7 @@ _OCCUPIED = 1
 
 
 @dataclass(slots=True)
-class Heard:
+class Answers:
     """What came while an answer was awaited.
 
     :param reply: the answer; None where none came.
@@ -71,7 +71,7 @@ def ask(
     dest: int,
     timeout: float,
     **fields: int,
-) -> Heard:
+) -> Answers:
     """Send one request and wait for its reply; what else comes is counted.
 
     :param names: the messages that ask and answer.
@@ -84,7 +84,7 @@ def ask(
     request, reply = (protocol.message_class(name) for name in names)
     link.write(request(**fields).pack(dest=dest, source=protocol.host))
     framer = protocol.framer(End.HOST)
-    heard = Heard()
+    heard = Answers()
     clock = link.clock or time.monotonic
     end = clock() + timeout
     while heard.reply is None and (left := end - clock()) > 0:
@@ -110,12 +110,12 @@ def can_identify(protocol: Protocol) -> TypeGuard[FramedProtocol]:
 
 def identify(
     link: Link, protocol: FramedProtocol, addresses: tuple[int, ...], timeout: float
-) -> tuple[Identity | None, Heard]:
+) -> tuple[Identity | None, Answers]:
     """Ask the addresses one after the other who is there; the first that answers is taken.
 
     Returns what it said, and all that came. Raises as :func:`ask` does.
     """
-    everything = Heard()
+    everything = Answers()
     for address in addresses:
         heard = ask(link, protocol, INFO, address, timeout)
         everything.frames += heard.frames

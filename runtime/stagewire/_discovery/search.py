@@ -99,7 +99,7 @@ def discover(ask: bool = False, timeout: float = ASK_TIMEOUT) -> list[Found]:
     """
     found = [look_at(port) for port in serial_ports()]
     if ask:
-        found = [asked(one, timeout) for one in found]
+        found = [identified(one, timeout) for one in found]
     return sorted(found, key=lambda one: not one.is_controller)
 
 
@@ -115,7 +115,7 @@ def look_at(port: Port) -> Found:
     return Found(port, tuple(by_serial_number(protocol, port.serial_number)))
 
 
-def asked(found: Found, timeout: float = ASK_TIMEOUT) -> Found:
+def identified(found: Found, timeout: float = ASK_TIMEOUT) -> Found:
     """Open the port of what was found by its plug, ask it, and return what is known now.
 
     What is no controller by its plug is returned as it is.

@@ -12,7 +12,7 @@ from collections.abc import Awaitable, Callable
 from typing import cast
 
 from stagewire._links.descriptor import CHUNK, has_input
-from stagewire._links.link import CLOSED, FLUSH, AsyncLink, LineSettings, because, lost, stalled
+from stagewire._links.link import CLOSED, FLUSH, AsyncLink, LinkSettings, because, lost, stalled
 from stagewire._links.tcp import (
     HUNG_UP,
     Beginning,
@@ -177,7 +177,7 @@ class AsyncDescriptorLink(AsyncLink):
             say(lost(self.url, self._why))
 
 
-async def open_async_tcp(url: str, settings: LineSettings) -> AsyncTcpLink:
+async def open_async_tcp(url: str, settings: LinkSettings) -> AsyncTcpLink:
     """Connect to ``socket://HOST:PORT``.
 
     Raises :class:`~stagewire.errors.LinkOpenError`.

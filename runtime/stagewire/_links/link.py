@@ -86,7 +86,7 @@ def stalled(seconds: float) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LineSettings:
+class LinkSettings:
     """How a line is opened. What a kind of line does not have is not looked at, such as a baud rate of TCP.
 
     Every line has 8 data bits, no parity, 1 stop bit, and no XON/XOFF: the bytes 0x11 and 0x13 are data.
@@ -135,7 +135,7 @@ class LineSettings:
                 raise OutOfRangeError(f"{name} {value} has to be over 0 and at most 3600 seconds")
 
     @classmethod
-    def of(cls, options: dict[str, object]) -> LineSettings:
+    def of(cls, options: dict[str, object]) -> LinkSettings:
         """Return the settings that options say.
 
         Raises :class:`~stagewire.errors.BadValueError` for one that there is not, too.

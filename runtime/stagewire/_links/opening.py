@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from types import ModuleType
 
-from stagewire._links.link import AsyncLink, LineSettings, Link
+from stagewire._links.link import AsyncLink, Link, LinkSettings
 from stagewire.errors import BadValueError, LinkOpenError
 
 _ENTRY_POINTS = "stagewire.links"
@@ -25,12 +25,12 @@ def open_link(url: str | Link, **options: object) -> Link:
 
     :param url: a port such as ``/dev/ttyUSB0`` or ``COM3``, or a URL such as ``socket://127.0.0.1:4001``. A
         line that was made already is returned as it is.
-    :param options: those of :class:`.LineSettings`.
+    :param options: those of :class:`.LinkSettings`.
 
     Raises :class:`~stagewire.errors.LinkOpenError`, which says why and what to do, and what
-    :class:`.LineSettings` raises.
+    :class:`.LinkSettings` raises.
     """
-    settings = LineSettings.of(options)
+    settings = LinkSettings.of(options)
     if isinstance(url, Link):
         return url
     scheme = _scheme_of(url, AsyncLink)
@@ -48,7 +48,7 @@ def open_link(url: str | Link, **options: object) -> Link:
 
 async def open_async_link(url: str | AsyncLink, **options: object) -> AsyncLink:
     """Open a line for the event loop that is running; see :func:`open_link`."""
-    settings = LineSettings.of(options)
+    settings = LinkSettings.of(options)
     if isinstance(url, AsyncLink):
         return url
     scheme = _scheme_of(url, Link)

@@ -8,7 +8,7 @@ from functools import partial
 
 from stagewire._links.async_descriptor import AsyncDescriptorLink
 from stagewire._links.descriptor import DescriptorLink
-from stagewire._links.link import HUNG_UP, AsyncLink, LineSettings, Link
+from stagewire._links.link import HUNG_UP, AsyncLink, Link, LinkSettings
 from stagewire._links.serial_port import (
     Port,
     at_once,
@@ -19,7 +19,7 @@ from stagewire._links.serial_port import (
 )
 
 
-def open_serial(url: str, settings: LineSettings) -> Link:
+def open_serial(url: str, settings: LinkSettings) -> Link:
     """Open a port, or a URL of pyserial, for threads.
 
     Raises :class:`~stagewire.errors.LinkOpenError`.
@@ -41,7 +41,7 @@ def open_serial(url: str, settings: LineSettings) -> Link:
     )
 
 
-async def open_async_serial(url: str, settings: LineSettings) -> AsyncLink:
+async def open_async_serial(url: str, settings: LinkSettings) -> AsyncLink:
     """Open a port, or a URL of pyserial, for the event loop that is running.
 
     Raises :class:`~stagewire.errors.LinkOpenError`.
@@ -67,7 +67,7 @@ async def open_async_serial(url: str, settings: LineSettings) -> AsyncLink:
     )
 
 
-async def _opened_in_thread(url: str, settings: LineSettings) -> Port:
+async def _opened_in_thread(url: str, settings: LinkSettings) -> Port:
     thread = asyncio.get_running_loop().run_in_executor(None, at_once, opening(url, settings))
     try:
         return await asyncio.shield(thread)

@@ -18,7 +18,7 @@ from collections.abc import Generator, Iterator
 from glob import iglob
 from typing import Any, TypeAlias, TypeVar
 
-from stagewire._links.link import LineSettings
+from stagewire._links.link import LinkSettings
 from stagewire._links.tcp import connect_refusal, unknown_host
 from stagewire.errors import LinkOpenError
 
@@ -48,7 +48,7 @@ _BUSY = (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK)
 _NO_PORT = (errno.ENOTTY, errno.EISDIR)
 
 
-def refusal(url: str, error: Exception, settings: LineSettings) -> LinkOpenError:
+def refusal(url: str, error: Exception, settings: LinkSettings) -> LinkOpenError:
     """Return what is said when pyserial cannot open a port."""
     if "://" in url:
         return _refusal_of_url(url, error, settings)
@@ -88,7 +88,7 @@ def udev_line(name: str, group: str = "dialout") -> str:
     return f'SUBSYSTEM=="tty", {which}, GROUP="{group}", MODE="0660", TAG+="uaccess"'
 
 
-def _refusal_of_url(url: str, error: Exception, settings: LineSettings) -> LinkOpenError:
+def _refusal_of_url(url: str, error: Exception, settings: LinkSettings) -> LinkOpenError:
     """Return what is said of a line over a network; the cause is under what pyserial made of it."""
     for cause in _causes(error):
         if isinstance(cause, socket.gaierror):
@@ -172,7 +172,7 @@ _LOOKS = 100  # at what is still to be sent, 10 ms apart
 _log = logging.getLogger("stagewire")
 
 
-def opening(url: str, settings: LineSettings) -> Steps[Port]:
+def opening(url: str, settings: LinkSettings) -> Steps[Port]:
     """Open a port as pages 9 to 11 do, and return it.
 
     Baud rate, 8 data bits, no parity, 1 stop bit; a pause, purge, a pause; then RTS/CTS, and RTS set. A port
@@ -261,7 +261,7 @@ def has_descriptor(port: Port) -> bool:
     return os.name == "posix" and is_native(port)
 
 
-def _made(url: str, settings: LineSettings) -> Port:
+def _made(url: str, settings: LinkSettings) -> Port:
     import serial
 
     try:

@@ -9,7 +9,7 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from stagewire._links.descriptor import DescriptorLink
-from stagewire._links.link import CLOSED, LineSettings, lost
+from stagewire._links.link import CLOSED, LinkSettings, lost
 from stagewire.errors import LinkOpenError, TransportLostError, TurnedAwayError
 
 HUNG_UP = "the other end closed the connection"
@@ -145,7 +145,7 @@ def unknown_host(url: str, host: str, error: socket.gaierror) -> LinkOpenError:
     )
 
 
-def open_tcp(url: str, settings: LineSettings) -> DescriptorLink:
+def open_tcp(url: str, settings: LinkSettings) -> DescriptorLink:
     """Connect to ``socket://HOST:PORT``.
 
     Raises :class:`~stagewire.errors.LinkOpenError`.

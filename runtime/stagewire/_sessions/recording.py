@@ -14,7 +14,7 @@ from stagewire._framings.header.table import End
 from stagewire._framings.slots.frame import TextReceived
 from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._framings.slots.replies import ReplyReceived
-from stagewire._framings.slots.streams import Asking, Replies
+from stagewire._framings.slots.streams import HostListener, ReplyListener
 from stagewire.capture import CaptureWriter, Heading
 from stagewire.errors import CodecError, TransportError
 
@@ -108,8 +108,8 @@ def _cutters(
 ) -> dict[Direction, Callable[[bytes], list[Event]]]:
     """Return what cuts each direction into events."""
     if isinstance(protocol, CommandProtocol):
-        replies = Replies()
-        asking = Asking(protocol, replies)
+        replies = ReplyListener()
+        asking = HostListener(protocol, replies)
         return {Direction.TO_CONTROLLER: asking.feed, Direction.TO_HOST: replies.feed}
     return {
         Direction.TO_CONTROLLER: protocol.framer(End.DEVICE).feed,

@@ -12,12 +12,12 @@ from invented_commands import layout
 
 from stagewire._framings.slots.streams import LONGEST_LINE, FormatFramer
 from stagewire.framing import (
-    Asking,
     CommandFramer,
     CommandReceived,
     Event,
     Garbage,
-    Replies,
+    HostListener,
+    ReplyListener,
     ReplyReceived,
     TextReceived,
     host_framer,
@@ -179,8 +179,8 @@ def test_what_switches_says_the_layout_whatever_its_name(sent: list[bytes], foun
 
 def heard(*turns: tuple[bytes, bytes]) -> list[list[bytes | str]]:
     """Return the replies of each turn: what was asked, text as its bytes, garbage in hex."""
-    replies = Replies()
-    asking = Asking(PROTOCOL, replies)
+    replies = ReplyListener()
+    asking = HostListener(PROTOCOL, replies)
     found: list[list[bytes | str]] = []
     for sent, said in turns:
         asking.feed(sent)
@@ -215,8 +215,8 @@ def test_text_is_answered_by_lines(
 
 
 def test_what_goes_on_gives_nothing_up() -> None:
-    replies = Replies()
-    asking = Asking(PROTOCOL, replies)
+    replies = ReplyListener()
+    asking = HostListener(PROTOCOL, replies)
     asking.feed(LOW + ASK)
     asking.feed(STATUS, goes_on=True)
     assert [_words(event) for event in replies.feed(b"\x01\x02\x03b")] == [

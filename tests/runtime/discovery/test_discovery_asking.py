@@ -13,7 +13,7 @@ from stagewire._discovery.identification import used_bays
 from stagewire._links import opening, serial_link
 from stagewire.discovery import Diagnosis, Verdict, diagnose_computer, diagnose_line, unit_at
 from stagewire.errors import BadValueError, LinkOpenError, TransportLostError, WrongUnitError
-from stagewire.links import LineSettings, Link
+from stagewire.links import Link, LinkSettings
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual.linking import SteppedLink
@@ -297,7 +297,7 @@ def test_a_controller_of_commands_is_asked_at_every_rate_of_its_switches(
 
     with virtual.MS2000() as ms2000:
 
-        def open_serial(url: str, settings: LineSettings) -> Link:
+        def open_serial(url: str, settings: LinkSettings) -> Link:
             tried.append(settings.baudrate)
             return SteppedLink(ms2000) if settings.baudrate == 28800 else Silent()
 

@@ -21,7 +21,7 @@ from hosts import HOSTS, Loop, Threads
 
 from stagewire._links import serial_port
 from stagewire.errors import BadValueError
-from stagewire.links import AsyncLink, LineSettings, Link, open_async_link, open_link
+from stagewire.links import AsyncLink, Link, LinkSettings, open_async_link, open_link
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated")
 posix = pytest.mark.skipif(os.name != "posix", reason="ports that are files are those of POSIX")
@@ -236,7 +236,7 @@ class TestOtherSchemes:
         asked = []
         module.open_link = lambda *args: asked.append(args)  # type: ignore[attr-defined]
         open_link("acme://1?x=2", baudrate=9600)
-        assert asked == [("acme://1?x=2", LineSettings(baudrate=9600))]
+        assert asked == [("acme://1?x=2", LinkSettings(baudrate=9600))]
         opened.close()
 
     def test_asyncio(self, module: types.ModuleType) -> None:
@@ -247,7 +247,7 @@ class TestOtherSchemes:
 
         module.open_async_link = open_one  # type: ignore[attr-defined]
         asyncio.run(open_async_link("acme://1"))
-        assert asked == [("acme://1", LineSettings())]
+        assert asked == [("acme://1", LinkSettings())]
 
 
 class TestMadeAlready:

@@ -8,11 +8,11 @@ import dataclasses
 import pytest
 
 from stagewire.errors import BadValueError, OutOfRangeError, StagewireError
-from stagewire.links import LineSettings, open_async_link, open_link
+from stagewire.links import LinkSettings, open_async_link, open_link
 
 
 def test_the_document_s_line_is_the_default() -> None:
-    settings = LineSettings()
+    settings = LinkSettings()
     assert (settings.baudrate, settings.purge_dwell) == (115200, 0.05)
     assert settings.rtscts is None
     with pytest.raises(dataclasses.FrozenInstanceError):

@@ -11,7 +11,7 @@ from scripted_links import BAYS, HOST, TestLink, answer, jog, velocity
 
 from stagewire._sessions.waiting import Waiter
 from stagewire.errors import ReplyTimeoutError, StagewireError
-from stagewire.links import LineSettings
+from stagewire.links import LinkSettings
 from stagewire.sessions import FramedSession, SessionOptions
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
@@ -109,7 +109,7 @@ def test_a_virtual_controller_serves_eight_threads(background: bool) -> None:
             right.append(isinstance(got, m.MotGetVelParams if number % 2 else m.MotGetJogParams))
 
     right: list[bool] = []
-    link = open_link("virtual://TDC001", LineSettings())
+    link = open_link("virtual://TDC001", LinkSettings())
     with FramedSession(PROTOCOL, link, background=background) as session:
         run_all([threading.Thread(target=call, args=(n,)) for n in range(THREADS)])
     assert right == [True] * (20 * THREADS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from stagewire.framing import Asking, Event, Replies, host_framer
+from stagewire.framing import Event, HostListener, ReplyListener, host_framer
 from stagewire.protocols import CommandProtocol, Direction
 from stagewire_virtual.framings.framing import (
     Abandon,
@@ -81,8 +81,8 @@ class _CommandReplyReader(ReplyReader):
     """
 
     def __init__(self, protocol: CommandProtocol) -> None:
-        self._replies = Replies()
-        self._asking = Asking(protocol, self._replies)
+        self._replies = ReplyListener()
+        self._asking = HostListener(protocol, self._replies)
         self._has_asked = False
 
     def wrote(self, data: bytes) -> None:

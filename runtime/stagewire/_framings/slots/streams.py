@@ -159,7 +159,7 @@ def _switches(protocol: CommandProtocol) -> dict[bytes, CommandFormat]:
 _OUTSTANDING: Final = 64  # requests whose replies are awaited at once; older ones are forgotten
 
 
-class Replies:
+class ReplyListener:
     """Cuts what a controller sends into the replies to what is outstanding, in their order.
 
     For whoever listens and has no say in what is asked when, such as a log; a host has a
@@ -218,7 +218,7 @@ class Replies:
         return events
 
 
-class Asking:
+class HostListener:
     """Cuts what a host sends, in whichever format, and tells which replies it asks for.
 
     The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
@@ -227,7 +227,7 @@ class Asking:
     :param replies: are told.
     """
 
-    def __init__(self, protocol: CommandProtocol, replies: Replies) -> None:
+    def __init__(self, protocol: CommandProtocol, replies: ReplyListener) -> None:
         self._framer = host_framer(protocol)
         self._replies = replies
 
