@@ -94,4 +94,4 @@ def test_another_version(version: int, advice: str) -> None:
 @pytest.mark.parametrize("package", ["stagewire_apt", "stagewire_ms2000"])
 def test_packages_state_the_version_they_need(package: str) -> None:
     messages = importlib.import_module(f"{package}.messages")
-    assert f"\nrequire({support.VERSION})\n" in Path(str(messages.__file__)).read_text("utf-8")
+    assert f"\n_require({support.VERSION})\n" in Path(str(messages.__file__)).read_text("utf-8")

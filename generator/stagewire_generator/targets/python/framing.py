@@ -75,7 +75,7 @@ def _faults(protocol: Protocol) -> list[str]:
 
 def _framed_imports(protocol: Protocol) -> tuple[str, ...]:
     faults = ["FaultPlaces"] if _faults(protocol) else []
-    return (imported(SUPPORT, [*faults, "FramedMessage", "FramedProtocol", "require"]),)
+    return (imported(SUPPORT, [*faults, "FramedMessage", "FramedProtocol", "require as _require"]),)
 
 
 def _command_protocol(protocol: Protocol) -> str:
@@ -109,7 +109,7 @@ def _nameless(protocol: Protocol) -> str:
 
 def _packet_imports(protocol: Protocol) -> tuple[str, ...]:
     names = ["PacketMessage", "PacketProtocol", "Shape", *check_class(protocol.framing)]
-    return (imported(SUPPORT, [*names, "require"]),)
+    return (imported(SUPPORT, [*names, "require as _require"]),)
 
 
 def _frozenset(name: str, items: list[str]) -> str:
@@ -129,7 +129,9 @@ _FRAMINGS = {
     "slots": Framing(
         class_views=command_views,
         message_base="Message",
-        imports=lambda _: (imported(SUPPORT, ["CommandProtocol", "Message", "require"]),),
+        imports=lambda _: (
+            imported(SUPPORT, ["CommandProtocol", "Message", "require as _require"]),
+        ),
         protocol=_command_protocol,
     ),
     "packet": Framing(
