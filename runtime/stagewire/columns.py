@@ -22,17 +22,9 @@ from stagewire._lazy import lazy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from stagewire._columns.arrays import Column as Column
-    from stagewire._columns.arrays import columns as columns
-    from stagewire._columns.arrays import numpy_columns as numpy_columns
-    from stagewire._columns.shape import Field as Field
-    from stagewire._columns.shape import Kind as Kind
-    from stagewire._columns.shape import Shape as Shape
-    from stagewire._columns.shape import shape_of as shape_of
-    from stagewire._columns.streams import Frames as Frames
-    from stagewire._columns.streams import Gatherer as Gatherer
-    from stagewire._columns.streams import Sorter as Sorter
-    from stagewire._columns.streams import gather as gather
+    from stagewire._columns.arrays import Column, columns, numpy_columns
+    from stagewire._columns.shape import Field, Kind, Shape, shape_of
+    from stagewire._columns.streams import Frames, Gatherer, Sorter, gather
 
     Place = Field  # the name of 0.1
 

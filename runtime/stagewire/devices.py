@@ -12,21 +12,12 @@ if TYPE_CHECKING:
     from stagewire._devices.asynchronous import Device as AsyncDevice
     from stagewire._devices.asynchronous import Motion as AsyncMotion
     from stagewire._devices.asynchronous import Part as AsyncPart
-    from stagewire._devices.candidates import candidates as candidates
-    from stagewire._devices.candidates import clean_model as clean_model
-    from stagewire._devices.options import OpenOptions as OpenOptions
-    from stagewire._devices.scales import Scales as Scales
-    from stagewire._devices.scales import ToldValue as ToldValue
-    from stagewire._devices.synchronous import Device as Device
-    from stagewire._devices.synchronous import Motion as Motion
-    from stagewire._devices.synchronous import Part as Part
-    from stagewire._devices.unit import Facts as Facts
-    from stagewire._devices.unit import Unit as Unit
-    from stagewire._devices.values import Bits as Bits
-    from stagewire._devices.values import BitsByUnit as BitsByUnit
-    from stagewire._devices.values import InUnits as InUnits
-    from stagewire._devices.values import Raw as Raw
-    from stagewire._devices.values import Values as Values
+    from stagewire._devices.candidates import candidates, clean_model
+    from stagewire._devices.options import OpenOptions
+    from stagewire._devices.scales import Scales, ToldValue
+    from stagewire._devices.synchronous import Device, Motion, Part
+    from stagewire._devices.unit import Facts, Unit
+    from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Values
 
 __all__ = [
     "AsyncDevice",

@@ -14,20 +14,11 @@ from stagewire._lazy import lazy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from stagewire._discovery.diagnosis import Diagnosis as Diagnosis
-    from stagewire._discovery.diagnosis import Verdict as Verdict
-    from stagewire._discovery.diagnosis import diagnose_computer as diagnose_computer
-    from stagewire._discovery.diagnosis import diagnose_line as diagnose_line
-    from stagewire._discovery.opening import device_class as device_class
-    from stagewire._discovery.opening import model_option as model_option
-    from stagewire._discovery.opening import open as open
-    from stagewire._discovery.opening import unit_at as unit_at
-    from stagewire._discovery.ports import Port as Port
-    from stagewire._discovery.products import Known as Known
-    from stagewire._discovery.products import by_name as by_name
-    from stagewire._discovery.products import by_serial_number as by_serial_number
-    from stagewire._discovery.search import Found as Found
-    from stagewire._discovery.search import discover as discover
+    from stagewire._discovery.diagnosis import Diagnosis, Verdict, diagnose_computer, diagnose_line
+    from stagewire._discovery.opening import device_class, model_option, open, unit_at
+    from stagewire._discovery.ports import Port
+    from stagewire._discovery.products import Known, by_name, by_serial_number
+    from stagewire._discovery.search import Found, discover
 
 __all__ = [
     "Diagnosis",

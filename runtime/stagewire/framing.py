@@ -12,33 +12,28 @@ from stagewire._lazy import lazy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from stagewire._codec.events import Event as Event
-    from stagewire._codec.events import Garbage as Garbage
-    from stagewire._codec.events import join_garbage as join_garbage
-    from stagewire._framings.header.frame import BadLength as BadLength
-    from stagewire._framings.header.frame import DecodableEvent as DecodableEvent
-    from stagewire._framings.header.frame import FrameEvent as FrameEvent
-    from stagewire._framings.header.frame import Received as Received
-    from stagewire._framings.header.frame import Undocumented as Undocumented
-    from stagewire._framings.header.frame import Unknown as Unknown
-    from stagewire._framings.header.framer import Framer as Framer
-    from stagewire._framings.header.table import End as End
-    from stagewire._framings.header.table import Forms as Forms
-    from stagewire._framings.header.table import FramingTable as FramingTable
-    from stagewire._framings.packet.framer import PacketFramer as PacketFramer
-    from stagewire._framings.packet.packet import BadPacketLength as BadPacketLength
-    from stagewire._framings.packet.packet import PacketReceived as PacketReceived
-    from stagewire._framings.packet.packet import UnknownPacket as UnknownPacket
-    from stagewire._framings.slots.frame import BadCommandLength as BadCommandLength
-    from stagewire._framings.slots.frame import CommandReceived as CommandReceived
-    from stagewire._framings.slots.frame import TextReceived as TextReceived
-    from stagewire._framings.slots.frame import UnknownCommand as UnknownCommand
-    from stagewire._framings.slots.framer import CommandFramer as CommandFramer
-    from stagewire._framings.slots.replies import ReplyDecoder as ReplyDecoder
-    from stagewire._framings.slots.replies import ReplyReceived as ReplyReceived
-    from stagewire._framings.slots.streams import HostListener as HostListener
-    from stagewire._framings.slots.streams import ReplyListener as ReplyListener
-    from stagewire._framings.slots.streams import host_framer as host_framer
+    from stagewire._codec.events import Event, Garbage, join_garbage
+    from stagewire._framings.header.frame import (
+        BadLength,
+        DecodableEvent,
+        FrameEvent,
+        Received,
+        Undocumented,
+        Unknown,
+    )
+    from stagewire._framings.header.framer import Framer
+    from stagewire._framings.header.table import End, Forms, FramingTable
+    from stagewire._framings.packet.framer import PacketFramer
+    from stagewire._framings.packet.packet import BadPacketLength, PacketReceived, UnknownPacket
+    from stagewire._framings.slots.frame import (
+        BadCommandLength,
+        CommandReceived,
+        TextReceived,
+        UnknownCommand,
+    )
+    from stagewire._framings.slots.framer import CommandFramer
+    from stagewire._framings.slots.replies import ReplyDecoder, ReplyReceived
+    from stagewire._framings.slots.streams import HostListener, ReplyListener, host_framer
 
 __all__ = [
     "BadCommandLength",

@@ -9,13 +9,8 @@ from stagewire._lazy import lazy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from stagewire._links.link import AsyncClosing as AsyncClosing
-    from stagewire._links.link import AsyncLink as AsyncLink
-    from stagewire._links.link import Closing as Closing
-    from stagewire._links.link import Link as Link
-    from stagewire._links.link import LinkSettings as LinkSettings
-    from stagewire._links.opening import open_async_link as open_async_link
-    from stagewire._links.opening import open_link as open_link
+    from stagewire._links.link import AsyncClosing, AsyncLink, Closing, Link, LinkSettings
+    from stagewire._links.opening import open_async_link, open_link
 
     LineSettings = LinkSettings  # the name of 0.1
 

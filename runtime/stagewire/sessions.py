@@ -10,19 +10,15 @@ from stagewire._lazy import lazy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from stagewire._sessions.asynchronous import AsyncCommandSession as AsyncCommandSession
-    from stagewire._sessions.asynchronous import AsyncFramedSession as AsyncFramedSession
-    from stagewire._sessions.commands import CommandCore as CommandCore
-    from stagewire._sessions.framed import FramedCore as FramedCore
-    from stagewire._sessions.matching import Matching as Matching
-    from stagewire._sessions.options import Ends as Ends
-    from stagewire._sessions.options import SessionOptions as SessionOptions
-    from stagewire._sessions.recording import Recording as Recording
-    from stagewire._sessions.statistics import Statistics as Statistics
-    from stagewire._sessions.subscribing import AsyncSubscription as AsyncSubscription
-    from stagewire._sessions.subscribing import BlockingSubscription as BlockingSubscription
-    from stagewire._sessions.synchronous import CommandSession as CommandSession
-    from stagewire._sessions.synchronous import FramedSession as FramedSession
+    from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
+    from stagewire._sessions.commands import CommandCore
+    from stagewire._sessions.framed import FramedCore
+    from stagewire._sessions.matching import Matching
+    from stagewire._sessions.options import Ends, SessionOptions
+    from stagewire._sessions.recording import Recording
+    from stagewire._sessions.statistics import Statistics
+    from stagewire._sessions.subscribing import AsyncSubscription, BlockingSubscription
+    from stagewire._sessions.synchronous import CommandSession, FramedSession
 
 __all__ = [
     "AsyncCommandSession",

@@ -17,15 +17,15 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Final
 
-    from stagewire._codec.flags import Bit as Bit
-    from stagewire._codec.flags import Enumeration as Enumeration
-    from stagewire._codec.flags import Flags as Flags
-    from stagewire._codec.message import Direction as Direction
-    from stagewire._codec.message import Layout as Layout
-    from stagewire._codec.message import Message as Message
-    from stagewire._codec.message import check_bytes as check_bytes
-    from stagewire._codec.message import check_integer as check_integer
-    from stagewire._codec.message import check_text as check_text
+    from stagewire._codec.flags import Bit, Enumeration, Flags
+    from stagewire._codec.message import (
+        Direction,
+        Layout,
+        Message,
+        check_bytes,
+        check_integer,
+        check_text,
+    )
     from stagewire._devices.asynchronous import AxesDevice as AsyncAxesDevice
     from stagewire._devices.asynchronous import Axis as AsyncAxis
     from stagewire._devices.asynchronous import Bay as AsyncBay
@@ -39,63 +39,57 @@ if TYPE_CHECKING:
     from stagewire._devices.asynchronous import RackDevice as AsyncRackDevice
     from stagewire._devices.asynchronous import SingleChannelDevice as AsyncSingleChannelDevice
     from stagewire._devices.asynchronous import SingleChannelModule as AsyncSingleChannelModule
-    from stagewire._devices.scales import ByCase as ByCase
-    from stagewire._devices.scales import BySetting as BySetting
-    from stagewire._devices.scales import ByStage as ByStage
-    from stagewire._devices.scales import ByUnit as ByUnit
-    from stagewire._devices.scales import Rule as Rule
-    from stagewire._devices.synchronous import AxesDevice as AxesDevice
-    from stagewire._devices.synchronous import Axis as Axis
-    from stagewire._devices.synchronous import Bay as Bay
-    from stagewire._devices.synchronous import Channel as Channel
-    from stagewire._devices.synchronous import ChannelsBay as ChannelsBay
-    from stagewire._devices.synchronous import ChannelsDevice as ChannelsDevice
-    from stagewire._devices.synchronous import Device as Device
-    from stagewire._devices.synchronous import ModuleDevice as ModuleDevice
-    from stagewire._devices.synchronous import Motion as Motion
-    from stagewire._devices.synchronous import Part as Part
-    from stagewire._devices.synchronous import RackDevice as RackDevice
-    from stagewire._devices.synchronous import SingleChannelDevice as SingleChannelDevice
-    from stagewire._devices.synchronous import SingleChannelModule as SingleChannelModule
-    from stagewire._devices.tables import Action as Action
+    from stagewire._devices.scales import ByCase, BySetting, ByStage, ByUnit, Rule
+    from stagewire._devices.synchronous import (
+        AxesDevice,
+        Axis,
+        Bay,
+        Channel,
+        ChannelsBay,
+        ChannelsDevice,
+        Device,
+        ModuleDevice,
+        Motion,
+        Part,
+        RackDevice,
+        SingleChannelDevice,
+        SingleChannelModule,
+    )
+    from stagewire._devices.tables import (
+        Action,
+        Given,
+        MotionEnd,
+        ParameterSet,
+        Poll,
+        Query,
+        Stored,
+    )
     from stagewire._devices.tables import Command as DeviceCommand
-    from stagewire._devices.tables import Given as Given
-    from stagewire._devices.tables import MotionEnd as MotionEnd
-    from stagewire._devices.tables import ParameterSet as ParameterSet
-    from stagewire._devices.tables import Poll as Poll
-    from stagewire._devices.tables import Query as Query
-    from stagewire._devices.tables import Stored as Stored
-    from stagewire._devices.unit import Alias as Alias
-    from stagewire._devices.unit import Facts as Facts
-    from stagewire._devices.unit import Hindrance as Hindrance
-    from stagewire._devices.unit import Setting as Setting
-    from stagewire._devices.unit import Told as Told
-    from stagewire._devices.unit import Unit as Unit
-    from stagewire._devices.values import Bits as Bits
-    from stagewire._devices.values import BitsByUnit as BitsByUnit
-    from stagewire._devices.values import InUnits as InUnits
-    from stagewire._devices.values import Named as Named
-    from stagewire._devices.values import Raw as Raw
-    from stagewire._devices.values import RawBytes as RawBytes
-    from stagewire._devices.values import RawText as RawText
-    from stagewire._devices.values import Values as Values
-    from stagewire._framings.header.message import FramedMessage as FramedMessage
-    from stagewire._framings.header.message import UndecidedMessage as UndecidedMessage
-    from stagewire._framings.header.message import UndocumentedMessage as UndocumentedMessage
-    from stagewire._framings.header.message import check_addresses as check_addresses
-    from stagewire._framings.header.protocol import FramedProtocol as FramedProtocol
-    from stagewire._framings.header.table import FaultPlaces as FaultPlaces
-    from stagewire._framings.packet.packet import PacketMessage as PacketMessage
-    from stagewire._framings.packet.protocol import PacketProtocol as PacketProtocol
-    from stagewire._framings.packet.shape import Crc as Crc
-    from stagewire._framings.packet.shape import Shape as Shape
-    from stagewire._framings.packet.shape import Sum as Sum
-    from stagewire._framings.packet.shape import Xor as Xor
-    from stagewire._framings.slots.command import Command as Command
-    from stagewire._framings.slots.command import Reply as Reply
-    from stagewire._framings.slots.command import SetupCommand as SetupCommand
-    from stagewire._framings.slots.protocol import CommandProtocol as CommandProtocol
-    from stagewire._sessions.options import Ends as Ends
+    from stagewire._devices.unit import Alias, Facts, Hindrance, Setting, Told, Unit
+    from stagewire._devices.values import (
+        Bits,
+        BitsByUnit,
+        InUnits,
+        Named,
+        Raw,
+        RawBytes,
+        RawText,
+        Values,
+    )
+    from stagewire._framings.header.message import (
+        FramedMessage,
+        UndecidedMessage,
+        UndocumentedMessage,
+        check_addresses,
+    )
+    from stagewire._framings.header.protocol import FramedProtocol
+    from stagewire._framings.header.table import FaultPlaces
+    from stagewire._framings.packet.packet import PacketMessage
+    from stagewire._framings.packet.protocol import PacketProtocol
+    from stagewire._framings.packet.shape import Crc, Shape, Sum, Xor
+    from stagewire._framings.slots.command import Command, Reply, SetupCommand
+    from stagewire._framings.slots.protocol import CommandProtocol
+    from stagewire._sessions.options import Ends
 
 __all__ = [
     "VERSION",
