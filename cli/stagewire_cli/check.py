@@ -123,7 +123,7 @@ def _compared(
 ) -> Report:
     """Return the report with what changed, and with what changed on the wire without evidence."""
     from stagewire_generator.change import Spec, compare_specs, unvouched
-    from stagewire_generator.change.report import counts
+    from stagewire_generator.change.changes import counts
 
     quiet = format is not ReportFormat.TEXT
     new = Spec.of(checked)

@@ -72,7 +72,8 @@ def diff(
     if not spec.strip():
         raise CalledWronglyError("the name of the folder after --spec is empty")
     with generator_extra():
-        from stagewire_generator.change import ChangeClass, compare_specs, report, worst
+        from stagewire_generator.change import ChangeClass, compare_specs, worst
+        from stagewire_generator.change.changes import report
     with compared_spec("OLD", old, spec) as before, compared_spec("NEW", new, spec) as after:
         changes = compare_specs(before, after)
     if as_json:
@@ -86,7 +87,7 @@ def diff(
 
 def _show(changes: Sequence[Change]) -> None:
     """Print the changes by class, then by what they are about; one line each."""
-    from stagewire_generator.change.report import counts
+    from stagewire_generator.change.changes import counts
 
     several = len({change.title for change in changes} | {c.protocol for c in changes}) > 1
     for level, alike in groupby(changes, key=lambda change: change.level):

@@ -115,8 +115,8 @@ def generate(
     with generator_extra():
         import stagewire_generator
         from stagewire_generator import TARGETS
-        from stagewire_generator.manifest import MANIFEST
         from stagewire_generator.naming import why_no_project
+        from stagewire_generator.output import MANIFEST
         from stagewire_generator.targets.templates import our_templates
     folders = spec or [Path("spec")]
     for name in target or []:
@@ -198,7 +198,7 @@ def _render(
 
 def _list_inputs(folders: Sequence[Path], templates: Path | None) -> None:
     """List what decides on the output; a spec that is wrong has files, too."""
-    from stagewire_generator.inputs import inputs
+    from stagewire_generator.pipeline import inputs
     from stagewire_generator.reader import protocol_folders
 
     check_folders(folders)

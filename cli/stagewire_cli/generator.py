@@ -32,7 +32,7 @@ def located(diagnostics: Iterable[Diagnostic], spec: Path) -> list[Diagnostic]:
 
     :param spec: the folder, as the user named it.
     """
-    from stagewire_generator.location import locate
+    from stagewire_generator.reader import locate
 
     path = cache(
         lambda name: relative_path(locate(spec, name))

@@ -4,7 +4,8 @@
 ``render`` gives the text of every output file; :mod:`stagewire_generator.output` compares or writes them.
 """
 
-from stagewire_generator.diagnostics import CODES, Diagnostic, SpecError
+from stagewire_generator.codes import CODES
+from stagewire_generator.diagnostics import Diagnostic, SpecError
 from stagewire_generator.pipeline import DEFAULT_TARGETS, TARGETS, check, render
 
 __all__ = ["CODES", "DEFAULT_TARGETS", "TARGETS", "Diagnostic", "SpecError", "check", "render"]

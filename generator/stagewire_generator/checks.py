@@ -8,22 +8,16 @@ from pathlib import Path
 from typing import TypeAlias
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.lint import (
-    check_devices,
-    check_effects,
-    check_errata,
-    check_framing,
-    check_layouts,
-    check_names,
-    check_pages,
-)
+from stagewire_generator.lint.devices import check_devices, check_effects
+from stagewire_generator.lint.errata import check_errata
+from stagewire_generator.lint.framing import check_framing
+from stagewire_generator.lint.layouts import check_layouts, check_pages
+from stagewire_generator.lint.names import check_names
 from stagewire_generator.lint.witness import Comparison
 from stagewire_generator.model import Protocol
-from stagewire_generator.overlays import compose
+from stagewire_generator.overlays.composition import compose
 from stagewire_generator.reader import Files, overlay_folders, read_overlay
-from stagewire_generator.resolver import resolve
-
-__all__ = ["Checked", "check_overlays", "check_protocol"]
+from stagewire_generator.resolver.protocol import resolve
 
 Say: TypeAlias = Callable[[str], None]
 

@@ -11,8 +11,6 @@ from pathlib import Path
 
 from stagewire_generator.codes import GROUPS, Code
 
-__all__ = ["anchor", "page"]
-
 _WIDTH = 110
 
 _HEAD = """\

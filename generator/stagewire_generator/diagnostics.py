@@ -10,9 +10,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from stagewire_generator.codes import CODES, Code
-
-__all__ = ["CODES", "MOST_OF_A_FILE", "Code", "Diagnostic", "Diagnostics", "Place", "SpecError"]
+from stagewire_generator.codes import CODES
 
 MOST_OF_A_FILE = 1000
 """Diagnostics that are kept of one file; a reader mends these first."""

@@ -12,29 +12,6 @@ from typing import Any
 
 from stagewire_generator.diagnostics import Place
 
-__all__ = [
-    "Chapter",
-    "Controller",
-    "EnumValue",
-    "Enumeration",
-    "Erratum",
-    "Factor",
-    "Field",
-    "Firmware",
-    "FlagBit",
-    "FlagTable",
-    "Format",
-    "Json",
-    "Layout",
-    "Message",
-    "Overlay",
-    "ParameterSet",
-    "Protocol",
-    "Quantity",
-    "Rule",
-    "Stage",
-]
-
 Json = dict[str, Any]
 
 _ID_SIZES = {"header": 2, "slots": 1}  # kind of framing -> bytes of an id, where they are fixed

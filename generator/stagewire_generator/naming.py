@@ -9,11 +9,6 @@ import sys
 
 from stagewire_generator.model import Enumeration, FlagTable, Message
 
-__all__ = [
-    "C_OURS", "c_layouts", "c_prefix", "c_table", "camel", "can_name_chapter", "can_name_file",
-    "can_name_package", "message_classes", "why_no_project",
-]  # fmt: skip
-
 # What Windows takes for a device, whatever the ending of the file is.
 _DEVICES = frozenset({
     "aux", "con", "nul", "prn", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))

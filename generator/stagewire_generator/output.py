@@ -1,6 +1,6 @@
-"""Compare what was rendered with an output folder, or write it there.
+"""Compare rendered files with an output folder, or write them there.
 
-``manifest.json`` in the folder lists every file that the generator made and its digest; whatever is not in
+``manifest.json`` in the folder lists every generated file and its digest; a file that is not in
 it was made by somebody else and is neither overwritten nor deleted. The folder may come from anybody:
 its manifest cannot point out of it, and no link in it is followed.
 """
@@ -18,9 +18,20 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from stagewire_generator.files import replace
-from stagewire_generator.manifest import MANIFEST, digest, render
+from stagewire_generator.targets.canonical import canonical
 
-__all__ = ["Change", "OutputError", "compare", "write"]
+MANIFEST = "manifest.json"
+
+
+def digest(text: str) -> str:
+    """Return the SHA-256 of a text as it is written."""
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+
+def manifest(digests: Mapping[str, str]) -> str:
+    """Return the manifest of files by path -> digest; it does not list itself."""
+    return canonical({"schema_version": 2, "files": dict(digests)})
+
 
 _DIFF_LINES = 40
 _MODE = 0o644  # of what is generated, whoever generates it
@@ -74,7 +85,7 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
     known = _listed(out)
     if partial:
         made = {path: digest(text) for path, text in files.items()}
-        files = {**files, MANIFEST: render({**known, **made})}
+        files = {**files, MANIFEST: manifest({**known, **made})}
     targets = {path: _inside(out, path) for path in files}
     foreign = [f"{path} ({what})" for path in files if (what := _obstacle(out, path))]
     needed = {parent.as_posix() for path in files for parent in PurePosixPath(path).parents}

@@ -1,4 +1,7 @@
-"""The pipeline: strict load, schema, resolve, lint, frozen model; one view and one rendering a target."""
+"""The pipeline: strict load, schema, resolve, lint, frozen model; one view and one rendering for each target.
+
+It also lists the input files, which make a build system run the generator again.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +10,37 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-from stagewire_generator import manifest
 from stagewire_generator.checks import Checked, check_overlays, check_protocol
 from stagewire_generator.diagnostics import Diagnostics, Place, SpecError
 from stagewire_generator.model import Protocol
 from stagewire_generator.naming import c_prefix
-from stagewire_generator.reader import protocol_folders, read
+from stagewire_generator.output import MANIFEST, digest, manifest
+from stagewire_generator.reader import files_of, protocol_folders, read
+from stagewire_generator.schemas import schema_folder
 from stagewire_generator.targets import c, project, python, registry, vectors
-from stagewire_generator.targets.templates import Templates
+from stagewire_generator.targets.environment import COMPILED
+from stagewire_generator.targets.templates import Templates, templates_in
 
-__all__ = ["DEFAULT_TARGETS", "TARGETS", "Counts", "check", "render"]
+_OF_THE_GENERATOR = ("*.py", "*.j2", "*.[ch]")
+
+
+def inputs(specs: Sequence[Path], templates: Path | None = None) -> list[Path]:
+    """Return all files that decide on the output, sorted, whether they are right or wrong.
+
+    These are the spec, its worked examples and captures, the templates of the user, and the generator
+    itself, so that a later one runs, too. What could be added later cannot be among them.
+    """
+    found = {
+        path for spec in specs for folder in protocol_folders(spec) for path in files_of(folder)
+    }
+    if templates is not None:
+        found.update(templates_in(templates))
+    here = Path(__file__).parent
+    for pattern in _OF_THE_GENERATOR:
+        found.update(path for path in here.rglob(pattern) if COMPILED not in path.parents)
+    found.update(schema_folder().glob("*.schema.json"))
+    return sorted(path for path in found if path.is_file())
+
 
 TARGETS: dict[str, Callable[[Protocol, Templates], dict[str, str]]] = {
     "c": c.render,
@@ -138,8 +162,8 @@ def render(
         for target in targets or DEFAULT_TARGETS:
             files.update(TARGETS[target](protocol, templates))
     if not targets:
-        digests = {path: manifest.digest(text) for path, text in files.items()}
-        files[manifest.MANIFEST] = manifest.render(digests)
+        digests = {path: digest(text) for path, text in files.items()}
+        files[MANIFEST] = manifest(digests)
     return dict(sorted(files.items()))
 
 

@@ -10,23 +10,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from stagewire_generator import strict_yaml
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.files import leads_out
-from stagewire_generator.strays import strays
+from stagewire_generator.files import leads_out, strays
+from stagewire_generator.schemas import fits_schema
 from stagewire_generator.strict_yaml import Document
-from stagewire_generator.validation import fits_schema
-
-__all__ = [
-    "Files",
-    "files_of",
-    "overlay_folders",
-    "protocol_folders",
-    "read",
-    "read_overlay",
-]
 
 Files = dict[str, list[Document]]
 
@@ -156,3 +146,16 @@ def _find_overlay(folder: Path) -> Iterator[tuple[str, Path, Path]]:
     for kind, pattern in _KINDS_OF_OVERLAYS.items():
         for path in sorted(folder.glob(pattern)):
             yield kind, path, root
+
+
+def locate(spec: Path, name: str) -> Path:
+    """Return the path of the file that diagnostics of ``spec`` call ``name``.
+
+    A file that is not read, such as one that is gone, is taken to be below ``spec``.
+    """
+    parts = PurePosixPath(name).parts
+    folders = protocol_folders(spec)
+    for path in (path for folder in folders for path in files_of(folder)):
+        if path.parts[-len(parts) :] == parts:
+            return path
+    return Path(name) if Path(name) == spec else (folders[0].parent if folders else spec) / name

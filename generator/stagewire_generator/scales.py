@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.model import Factor, Json, Protocol, Quantity
 
-__all__ = ["ScaleEntry", "scales_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class ScaleEntry:

@@ -19,8 +19,6 @@ import yaml
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.files import NotReadError, content
 
-__all__ = ["Document", "KeyPath", "is_plain_text", "load", "parse", "text_of"]
-
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 _DECIMAL = re.compile(r"-?(0|[1-9][0-9]*)\Z")

@@ -18,7 +18,8 @@ import pytest
 from checkout import ROOT, SMALL_SPECS
 from stagewire_cli.main import main
 from stagewire_cli.reports import Report, ReportFormat, written
-from stagewire_generator.diagnostics import CODES, Diagnostic, Place
+from stagewire_generator.codes import CODES
+from stagewire_generator.diagnostics import Diagnostic, Place
 
 if TYPE_CHECKING:
     from conftest import Stagewire

@@ -16,7 +16,8 @@ from pathlib import Path
 import pytest
 
 from stagewire_cli.main import main
-from stagewire_generator.diagnostics import CODES, SpecError
+from stagewire_generator.codes import CODES
+from stagewire_generator.diagnostics import SpecError
 from stagewire_generator.pipeline import check
 
 HERE = Path(__file__).parent

@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from stagewire_generator.manifest import MANIFEST, digest
-from stagewire_generator.output import Change, OutputError, compare, write
+from stagewire_generator.output import MANIFEST, Change, OutputError, compare, digest, write
 
 
 def tree(texts: dict[str, str]) -> dict[str, str]:

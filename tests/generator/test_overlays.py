@@ -19,10 +19,9 @@ from files import write_files
 from stagewire_generator import check, render
 from stagewire_generator.change import compare
 from stagewire_generator.diagnostics import SpecError
-from stagewire_generator.inputs import inputs
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.overlays.composition import SECTIONS
-from stagewire_generator.pipeline import Counts
+from stagewire_generator.pipeline import Counts, inputs
 
 HERE = Path(__file__).parent
 SCHEMAS = HERE.parents[1] / "spec" / "schema"

@@ -11,7 +11,8 @@ import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from stagewire_generator.diagnostics import CODES, Diagnostics
+from stagewire_generator.codes import CODES
+from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.strict_yaml import Document, load
 
 FAST = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])

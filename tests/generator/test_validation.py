@@ -19,9 +19,8 @@ from hypothesis import strategies as st
 
 from stagewire_generator import check
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.schemas import KINDS, schema_folder
+from stagewire_generator.schemas import KINDS, fits_schema, schema_folder
 from stagewire_generator.strict_yaml import Document, load
-from stagewire_generator.validation import fits_schema
 
 HERE = Path(__file__).parent
 GOOD = [HERE / name for name in ("good_spec", "good_commands", "good_packets", "good_overlays")]

@@ -22,7 +22,7 @@ from text_places import Files, write
 
 from stagewire_generator import TARGETS, check, checks, render
 from stagewire_generator.diagnostics import Diagnostic, SpecError
-from stagewire_generator.lint import check_errata
+from stagewire_generator.lint.errata import check_errata
 from stagewire_generator.model import Protocol
 
 PAGE = 8

@@ -16,7 +16,8 @@ from payloads import EVERYWHERE
 from text_places import Files, Place, changed, write
 
 from stagewire_generator import TARGETS, check, render
-from stagewire_generator.diagnostics import CODES, SpecError
+from stagewire_generator.codes import CODES
+from stagewire_generator.diagnostics import SpecError
 
 STEP = 31  # has no divisor in common with the number of payloads
 PARTS = 9

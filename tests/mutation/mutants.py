@@ -26,7 +26,7 @@ from stagewire_generator.lint.witness.chapters import compare_section
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.model import Field, Format, Layout, Message, Protocol
 from stagewire_generator.reader import read
-from stagewire_generator.resolver import resolve
+from stagewire_generator.resolver.protocol import resolve
 from stagewire_generator.strict_yaml import Document
 
 ROOT = Path(__file__).parents[2]

@@ -1,17 +1,14 @@
-"""What changed between two specs: typed changes, each WIRE, SOURCE or DOC.
+"""Changes between two specs, each WIRE, SOURCE or DOC.
 
-``compare`` takes the checked models of both sides and gives the changes, ``compare_specs`` those of their
-overlays, too; ``revision`` brings a side out of a git repository; ``unvouched`` finds what changed on the
-wire without evidence. ``docs/changes.md`` says what each kind of change means, and what evidence is.
+``compare`` returns the changes between two checked models, ``compare_specs`` also those of their
+overlays; ``revision`` reads a side from a git repository; ``unvouched`` finds changes on the
+wire without evidence. ``docs/changes.md`` describes each kind of change, and what counts as evidence.
 """
 
-from stagewire_generator.change.change import Change, ChangeClass, worst
-from stagewire_generator.change.compare import compare, compare_specs
+from stagewire_generator.change.changes import KINDS, Change, ChangeClass, Kind, report, worst
+from stagewire_generator.change.compare import Spec, compare, compare_specs
 from stagewire_generator.change.evidence import unvouched
-from stagewire_generator.change.kinds import KINDS, Kind
-from stagewire_generator.change.report import report
 from stagewire_generator.change.revision import Revision, RevisionError, revision
-from stagewire_generator.change.spec import Spec
 
 __all__ = [
     "KINDS",

@@ -13,10 +13,6 @@ from typing import TypeAlias
 
 from stagewire_generator import model
 
-__all__ = [
-    "ATTRIBUTES", "SCALE", "Attribute", "Data", "Elsewhere", "Entries", "Ignored", "Names", "Sequence",
-]  # fmt: skip
-
 
 @dataclass(frozen=True, slots=True)
 class Names:

@@ -1,29 +1,62 @@
-"""Two registries against each other: every difference, typed."""
+"""Compare two checked specs, and list every difference with its kind.
+
+A side of the comparison is a spec with its protocols, and each protocol under each of its overlays.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from stagewire_generator.change.change import Change
+from stagewire_generator.change.changes import Change
 from stagewire_generator.change.comparison import NOWHERE, Comparison, change
-from stagewire_generator.change.documents import compare_overlays
-from stagewire_generator.change.matching import match
+from stagewire_generator.change.matching import match, pair
 from stagewire_generator.change.messages import (
     compare_chapters,
     compare_firmware,
     compare_messages,
     compare_sets,
 )
-from stagewire_generator.change.pairing import pair
-from stagewire_generator.change.places import find_place
-from stagewire_generator.change.proofs import compare_proofs
-from stagewire_generator.change.scales import compare_scales
-from stagewire_generator.change.spec import Spec
-from stagewire_generator.change.tables import compare_tables
+from stagewire_generator.change.proofs import compare_overlays, compare_proofs
+from stagewire_generator.change.quantities import compare_scales, compare_tables
+from stagewire_generator.change.subjects import find_place
+from stagewire_generator.checks import Checked
 from stagewire_generator.model import Protocol
+from stagewire_generator.reader import Files
 
-__all__ = ["compare", "compare_specs"]
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """What ``check`` makes of a spec. A title is ``PROTOCOL``, or ``PROTOCOL/OVERLAY``.
+
+    :param protocols: without overlays.
+    :param files: title -> the files of a protocol, or those that an overlay has of its own.
+    :param overlays: title -> the protocol under this overlay alone.
+    """
+
+    protocols: Sequence[Protocol]
+    files: Mapping[str, Files] = field(default_factory=dict)
+    overlays: Mapping[str, Protocol] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, checked: Mapping[str, Checked]) -> Spec:
+        """Return the side that was checked, by titles."""
+        models = {title: one.protocol for title, one in checked.items()}
+        return cls(
+            protocols=[model for title, model in models.items() if "/" not in title],
+            files={title: one.files for title, one in checked.items()},
+            overlays={title: model for title, model in models.items() if "/" in title},
+        )
+
+    def model(self, title: str) -> Protocol:
+        """Return the model of a title."""
+        found = self.overlays.get(title)
+        return found or next(p for p in self.protocols if p.name == title)
+
+    def overlays_of(self, protocol: str) -> list[str]:
+        """Return the names of the overlays of a protocol, sorted."""
+        titles = (title.split("/") for title in sorted(self.overlays))
+        return [overlay for name, overlay in titles if name == protocol]
 
 
 def compare(old: Sequence[Protocol], new: Sequence[Protocol]) -> list[Change]:

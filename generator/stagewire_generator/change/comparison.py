@@ -13,13 +13,9 @@ from stagewire_generator.change.attributes import (
     Names,
     Sequence,
 )
-from stagewire_generator.change.change import Change
-from stagewire_generator.change.kinds import KINDS
-from stagewire_generator.change.matching import Matches
-from stagewire_generator.change.pairing import Pairs
+from stagewire_generator.change.changes import KINDS, Change
+from stagewire_generator.change.matching import Matches, Pairs
 from stagewire_generator.model import Json
-
-__all__ = ["NOWHERE", "Comparison", "Where", "change"]
 
 Where = Mapping[str, str]
 NOWHERE: Where = {}

@@ -11,15 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stagewire_generator.change.change import Change, ChangeClass
+from stagewire_generator.change.changes import Change, ChangeClass
+from stagewire_generator.change.compare import Spec
 from stagewire_generator.change.matching import Matches, match
-from stagewire_generator.change.places import place_of
 from stagewire_generator.change.references import Side
-from stagewire_generator.change.spec import Spec
-from stagewire_generator.change.subjects import Subject, old_name, subjects_of
+from stagewire_generator.change.subjects import Subject, old_name, place_of, subjects_of
 from stagewire_generator.diagnostics import Diagnostic, Diagnostics, Place
-
-__all__ = ["unvouched"]
 
 _KEEP = "keep the protocol, or compare with a revision that does not have it"
 

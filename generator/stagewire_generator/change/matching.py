@@ -1,17 +1,107 @@
-"""What each thing of the old registry is called in the new one."""
+"""Pair the entries of the old registry with those of the new one, also under other names.
+
+Entries are paired by name, or by content where the name changed. Scales are compared by their exact
+effect on counts, however they are written.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 from typing import Protocol as Structural
 
 from stagewire_generator import model
-from stagewire_generator.change.exact import exact
-from stagewire_generator.change.pairing import Pairs, pair
+from stagewire_generator.model import Factor, Json, Quantity
 
-__all__ = ["Matches", "match", "match_fields", "match_layouts"]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs(Generic[T]):
+    """Things that are on both sides, and on one only; each in the order of its side."""
+
+    kept: tuple[tuple[T, T], ...]
+    renamed: Mapping[str, str]  # old name -> new name
+    added: tuple[T, ...]
+    removed: tuple[T, ...]
+    reordered: bool  # whether those that are kept follow one another otherwise
+
+
+def pair(
+    old: Mapping[str, T], new: Mapping[str, T], signature: Callable[[T], Hashable | None]
+) -> Pairs[T]:
+    """Pair the things of both sides.
+
+    A thing whose name is gone is the one with the same ``signature`` whose name is new, when there is exactly
+    one of each; a signature of None is like no other.
+    """
+    gone = _by_signature({name: t for name, t in old.items() if name not in new}, signature)
+    come = _by_signature({name: t for name, t in new.items() if name not in old}, signature)
+    renamed = {
+        names[0]: come[key][0]
+        for key, names in gone.items()
+        if len(names) == 1 and len(come.get(key, ())) == 1
+    }
+    names = [renamed.get(name, name) for name in old if name in new or name in renamed]
+    found = set(names)
+    return Pairs(
+        kept=tuple(
+            (t, new[renamed.get(n, n)]) for n, t in old.items() if renamed.get(n, n) in found
+        ),
+        renamed=renamed,
+        added=tuple(thing for name, thing in new.items() if name not in found),
+        removed=tuple(t for name, t in old.items() if name not in new and name not in renamed),
+        reordered=names != [name for name in new if name in found],
+    )
+
+
+def _by_signature(
+    things: Mapping[str, T], signature: Callable[[T], Hashable | None]
+) -> dict[Hashable, list[str]]:
+    found: dict[Hashable, list[str]] = {}
+    for name, thing in things.items():
+        key = signature(thing)
+        if key is not None:
+            found.setdefault(key, []).append(name)
+    return found
+
+
+Scale = Factor | Json | str | None
+"""A factor; a rule (``{"by": …}``, ``{"unknown": why}``); why there is none; nothing at all."""
+
+_NOTES = ("printed", "source", "page")
+
+
+def known(scale: Scale) -> bool:
+    """Whether counts can be converted by the scale, given what it depends on."""
+    return isinstance(scale, Factor) or (isinstance(scale, dict) and "by" in scale)
+
+
+def exact(scale: Scale) -> Hashable:
+    """Return what decides a conversion: two scales that convert alike give the same."""
+    if isinstance(scale, Factor):
+        return scale.counts_per_unit
+    if not isinstance(scale, dict) or not known(scale):
+        return None
+    facts: dict[str, Hashable] = {key: v for key, v in scale.items() if key not in _NOTES}
+    if "units" in scale:
+        facts["units"] = frozenset((unit, exact(factor)) for unit, factor in scale["units"].items())
+    if "cases" in scale:
+        cases = scale["cases"].items()
+        facts["cases"] = frozenset((name, c["unit"], exact(c["scale"])) for name, c in cases)
+    return frozenset(facts.items())
+
+
+def same_scale(old: Quantity, new: Quantity) -> bool:
+    """Whether fields of the one quantity convert as fields of the other.
+
+    Two quantities by stage do not: each has factors of its own in the stages.
+    """
+    one, other = (quantity.factor or quantity.rule for quantity in (old, new))
+    if isinstance(one, dict) and one.get("by") == "stage":
+        return False
+    return old.unit == new.unit and exact(one) == exact(other)
 
 
 class _Named(Structural):

@@ -1,14 +1,26 @@
-"""Errata, rules, worked examples and captures: what the document says, and what bears the registry out."""
+"""Compare documents, errata, rules, worked examples and captures: the evidence for the registry."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from stagewire_generator.change.comparison import Comparison
-from stagewire_generator.change.pairing import Pairs, pair
+from stagewire_generator.change.comparison import NOWHERE, Comparison
+from stagewire_generator.change.matching import Pairs, pair
 from stagewire_generator.model import Erratum, Json, Protocol, Rule
 
-__all__ = ["compare_proofs"]
+
+def compare_overlays(comparison: Comparison, old: Protocol, new: Protocol) -> None:
+    """Compare which overlays there are, and what each says of its document.
+
+    What an overlay adds or replaces is reported where it shows.
+    """
+    names = ([overlay.name for overlay in protocol.overlays] for protocol in (old, new))
+    comparison.attribute(NOWHERE, "overlays", "document", *names)
+    before = {overlay.name: overlay for overlay in old.overlays}
+    for overlay in new.overlays:
+        if overlay.name in before:
+            where = {"overlay": overlay.name}
+            comparison.attributes(where, before[overlay.name], overlay)
 
 
 def compare_proofs(comparison: Comparison, old: Protocol, new: Protocol) -> None:

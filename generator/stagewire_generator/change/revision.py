@@ -17,9 +17,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from stagewire_generator.diagnostics import Diagnostic, Place
-from stagewire_generator.location import locate
-
-__all__ = ["Revision", "RevisionError", "revision"]
+from stagewire_generator.reader import locate
 
 _REVISION = re.compile(r"((?:[^:{}]|\{[^{}]*\})+)(?::(.*))?", re.DOTALL)  # HEAD@{12:30}:path
 _LINKS = {"120000": "a symbolic link", "160000": "a submodule"}  # by the mode of a file in git

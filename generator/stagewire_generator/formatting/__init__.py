@@ -1,12 +1,16 @@
 """The canonical form of the YAML of a spec, which keeps every comment (``docs/formatting.md``).
 
-``find`` gives the files of a folder, ``format_file`` formats one of them. A file is read to a tree
-(``reading``, ``comments``), its keys, quotes and numbers are made canonical (``rules``, ``spelling``) by what
-its schema says (``place``, ``shape``), and the tree is laid out (``layout``). ``form`` does all of this for
-one text, and proves that what it made says the same.
+``find`` lists the files of a folder, ``format_file`` formats one of them. ``tree`` parses a file, ``rules``
+makes its keys, quotes and numbers canonical by its schema, and ``layout`` prints the tree. ``canonical`` does
+all of this for one text, and proves that the result has the same meaning.
 """
 
-from stagewire_generator.formatting.files import Outcome, find, format_file
-from stagewire_generator.formatting.form import NotFormattedError, canonical
+from stagewire_generator.formatting.files import (
+    NotFormattedError,
+    Outcome,
+    canonical,
+    find,
+    format_file,
+)
 
 __all__ = ["NotFormattedError", "Outcome", "canonical", "find", "format_file"]

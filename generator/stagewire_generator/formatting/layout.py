@@ -9,8 +9,6 @@ from itertools import groupby
 
 from stagewire_generator.formatting.tree import BLANK, Collection, Entry, Node, Scalar
 
-__all__ = ["lay_out"]
-
 _LONGEST = 140
 """Characters of a line; a comment at its end is not counted."""
 _FILLED = 120

@@ -1,7 +1,8 @@
-"""Names in C: what the package of a protocol defines, each once, and nothing that C keeps for itself.
+"""Names in C: each name of a package is defined once, and none is reserved.
 
-C has one room for the names of types, functions and values, and another, without walls, for macros; a
-compiler need not look further than 63 characters.
+C has one namespace for types, functions and values, and another, without scopes, for macros; a
+compiler need not look further than 63 characters. Reserved words, and names that standard headers
+define, cannot be names of members.
 """
 
 from __future__ import annotations
@@ -11,12 +12,34 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.lint.keywords import C_KEYWORDS, CPP_KEYWORDS
 from stagewire_generator.model import Factor, Message, Protocol
 from stagewire_generator.naming import C_OURS, c_layouts, c_prefix, c_table
 from stagewire_generator.scales import scales_of
 
-__all__ = ["OUR_MACROS", "check_c_names", "defined", "why_no_prefix"]
+C_KEYWORDS = frozenset({  # C99 to C23
+    "alignas", "alignof", "auto", "bool", "break", "case", "char", "const", "constexpr", "continue",
+    "default", "do", "double", "else", "enum", "extern", "false", "float", "for", "goto", "if",
+    "inline", "int", "long", "nullptr", "register", "restrict", "return", "short", "signed",
+    "sizeof", "static", "static_assert", "struct", "switch", "thread_local", "true", "typedef",
+    "typeof", "typeof_unqual", "union", "unsigned", "void", "volatile", "while"
+})  # fmt: skip
+CPP_KEYWORDS = frozenset({  # C++20, beyond those of C
+    "and", "and_eq", "asm", "bitand", "bitor", "catch", "char16_t", "char32_t", "char8_t", "class",
+    "co_await", "co_return", "co_yield", "compl", "concept", "const_cast", "consteval", "constinit",
+    "decltype", "delete", "dynamic_cast", "explicit", "export", "friend", "mutable", "namespace",
+    "new", "noexcept", "not", "not_eq", "operator", "or", "or_eq", "private", "protected", "public",
+    "reinterpret_cast", "requires", "static_cast", "template", "this", "throw", "try", "typeid",
+    "typename", "using", "virtual", "wchar_t", "xor", "xor_eq"
+})  # fmt: skip
+C_NAMES = frozenset({  # macros in small letters, some of them of compilers; types of stddef.h and stdint.h
+    "complex", "errno", "i386", "imaginary", "intmax_t", "intptr_t", "linux", "max_align_t", "noreturn",
+    "nullptr_t", "ptrdiff_t", "size_t", "stderr", "stdin", "stdout", "uintmax_t", "uintptr_t", "unix",
+    *(
+        f"{sign}int{speed}{bits}_t"
+        for sign in ("", "u") for speed in ("", "_fast", "_least") for bits in (8, 16, 32, 64)
+    ),
+})  # fmt: skip
+
 
 _SIGNIFICANT = 63  # characters of a name that is not linked: C99 5.2.4.1
 _OF_A_LAYOUT = (

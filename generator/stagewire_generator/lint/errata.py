@@ -14,8 +14,6 @@ from stagewire_generator.lint.witness import Comparison, compare_witness
 from stagewire_generator.model import Erratum, Protocol
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["check_errata"]
-
 
 def check_errata(
     protocol: Protocol,

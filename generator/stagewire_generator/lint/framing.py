@@ -9,8 +9,6 @@ from stagewire_generator.lint.packets import check_packets
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["check_framing"]
-
 _KINDS = {"header": ("message",), "slots": ("command", "setup"), "packet": ("message",)}
 _SHOWN = {"message": "a message", "command": "a command", "setup": "a setup command"}
 

@@ -6,13 +6,10 @@ import keyword
 from collections.abc import Iterable, Iterator
 
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.lint.c_names import check_c_names
-from stagewire_generator.lint.keywords import C_KEYWORDS, C_NAMES, CPP_KEYWORDS
+from stagewire_generator.lint.c_names import C_KEYWORDS, C_NAMES, CPP_KEYWORDS, check_c_names
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.strict_yaml import Document
-
-__all__ = ["check_names"]
 
 # What generated classes keep for themselves.
 _MEMBERS = frozenset({

@@ -6,8 +6,6 @@ from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["check_packets"]
-
 _ALWAYS = ("start", "length", "id", "payload")
 _NUMBERS = ("length", "address", "id", "check")
 _NOT_COVERED = ("check", "end")

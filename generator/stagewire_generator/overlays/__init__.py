@@ -1,5 +1,1 @@
 """Overlays: later issues of a document, which add to a protocol and override parts of it by name."""
-
-from stagewire_generator.overlays.composition import compose
-
-__all__ = ["compose"]

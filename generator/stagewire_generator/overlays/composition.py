@@ -13,10 +13,8 @@ from typing import Any, TypeAlias
 
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.reader import Files
+from stagewire_generator.schemas import fits_schema
 from stagewire_generator.strict_yaml import Document
-from stagewire_generator.validation import fits_schema
-
-__all__ = ["SECTIONS", "compose"]
 
 SECTIONS: dict[str, tuple[str, ...]] = {
     "overlay": ("formats", "contexts"),

@@ -3,7 +3,3 @@
 Whatever cannot be resolved becomes a diagnostic and is left out of the model, so that one error does
 not hide the next.
 """
-
-from stagewire_generator.resolver.protocol import resolve
-
-__all__ = ["resolve"]

@@ -1,15 +1,84 @@
-"""Messages with a header that stand for themselves; and the table of all messages."""
+"""Resolve messages, commands and errata.
+
+A parameter set opens into the messages SET, REQ and GET, which share one content. A command is a byte, a
+request and a reply, whose sizes are compared with the data. An erratum is attached to the messages and
+fields that it names.
+"""
 
 from __future__ import annotations
 
-from stagewire_generator.model import Json, Layout, Message
-from stagewire_generator.resolver.errata import with_errata
-from stagewire_generator.resolver.layouts import resolve_layouts
-from stagewire_generator.resolver.spelling import spelled_words, spelling_of, split_group
-from stagewire_generator.resolver.tables import Tables
-from stagewire_generator.strict_yaml import Document
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
-__all__ = ["add_message", "define_messages"]
+from stagewire_generator.diagnostics import Place
+from stagewire_generator.model import Erratum, Field, Json, Layout, Message, ParameterSet
+from stagewire_generator.resolver.layouts import header_layout, resolve_fields, resolve_layouts
+from stagewire_generator.resolver.tables import (
+    Tables,
+    firmware,
+    joined,
+    spelled_words,
+    spelling_of,
+    split_group,
+)
+from stagewire_generator.strict_yaml import Document, KeyPath
+
+
+def define_errata(tables: Tables) -> None:
+    """Fill the table of errata, and that of the messages and fields that they name."""
+    for document, id, entry, place in tables.entries("errata", "errata", tables.errata):
+        erratum = _erratum(id, entry, place, document.overlay)
+        tables.errata[id] = erratum
+        for name in (*erratum.messages, *erratum.fields):
+            tables.errata_of.setdefault(name, set()).add(id)
+
+
+def with_errata(tables: Tables, message: Message) -> Message:
+    """Return the message with its errata and those of its fields, which name it or its set.
+
+    What the document of the protocol says wrongly of a message that an overlay replaces is not said
+    of the message that takes its place.
+    """
+    owners = {message.name} | ({message.set[0]} if message.set else set())
+
+    def of(*names: str) -> tuple[str, ...]:
+        found = {id for name in names for id in tables.errata_of.get(name, ())}
+        own = {id for id in found if message.overlay in ("", tables.errata[id].overlay)}
+        return tuple(sorted(own))
+
+    def marked(field: Field) -> Field:
+        found = of(*(f"{owner}.{field.name}" for owner in owners))
+        return replace(field, errata=found) if found else field
+
+    layouts = tuple(_with_fields(layout, marked) for layout in message.layouts)
+    return replace(message, layouts=layouts, errata=of(message.name))
+
+
+def _with_fields(layout: Layout, marked: Callable[[Field], Field]) -> Layout:
+    return replace(
+        layout,
+        param1=layout.param1 and marked(layout.param1),
+        param2=layout.param2 and marked(layout.param2),
+        fields=tuple(marked(field) for field in layout.fields),
+    )
+
+
+def _erratum(id: str, entry: Json, place: Place, overlay: str) -> Erratum:
+    return Erratum(
+        id=id,
+        pages=tuple(entry["pages"]),
+        subject=entry["subject"],
+        messages=tuple(entry.get("messages", ())),
+        fields=tuple(entry.get("fields", ())),
+        printed=str(entry["printed"]),
+        encoded=str(entry["encoded"]),
+        evidence=entry["evidence"],
+        kind=entry["class"],
+        origin=entry["origin"],
+        places=tuple(entry.get("places", ())),
+        place=place,
+        overlay=overlay,
+    )
 
 
 def define_messages(tables: Tables, document: Document) -> None:
@@ -54,3 +123,151 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         overlay=document.overlay,
     )
     add_message(tables, message)
+
+
+_ROLES = ("set", "req", "get")
+_EFFECTS = {"set": "settings", "req": "none", "get": ""}  # where a set does not say otherwise
+
+
+def define_parameter_sets(tables: Tables, document: Document) -> None:
+    """Fill the table of parameter sets from a file, and add the messages of each."""
+    for name, entry in document.data.get("parameter_sets", {}).items():
+        place = document.place("parameter_sets", name)
+        if name in tables.sets:
+            tables.diagnostics.add(place, "SW020", f"{name} is defined twice")
+            continue
+        group, rest = split_group(tables, name)
+        words = spelled_words(tables, group, spelling_of(entry, rest), name, place)
+        members = {
+            role: "_".join(part for part in (group, role.upper(), rest) if part)
+            for role in _ROLES
+            if role in entry["ids"]
+        }
+        found = ParameterSet(name, words, members, place)
+        tables.sets[name] = found
+        if "effect" in entry and "set" not in members:
+            what = f"{name} has an effect, which is that of a SET, and no SET"
+            tables.diagnostics.add(place, "SW070", what, "remove it")
+        for role in members:
+            _define_member(tables, document, entry, found, group, role)
+
+
+def _define_member(
+    tables: Tables, document: Document, entry: Json, owner: ParameterSet, group: str, role: str
+) -> None:
+    """Add the message of one role; REQ has no content, and is answered by GET."""
+    path = ("parameter_sets", owner.name)
+    name, page = owner.members[role], entry["page"]
+    spelling = spelling_of(entry, split_group(tables, owner.name)[1])
+    exchange = dict(entry.get("exchange", {}).get(role, {}))
+    layouts: tuple[Layout, ...]
+    if role == "req":
+        at = (*path, "req")
+        layouts = (header_layout(tables, document, at, entry.get("req", {}), page),)
+        if "get" in owner.members:
+            exchange.setdefault("answered_by", [owner.members["get"]])
+    else:
+        layouts = resolve_layouts(tables, document, path, entry)
+    message = Message(
+        name=name,
+        id=entry["ids"][role],
+        chapter=document.data["chapter"],
+        words=joined(group, role, spelling),
+        pages=tuple(sorted({page, entry.get("pages", {}).get(role, page)})),
+        direction="to_host" if role == "get" else "to_controller",
+        effect=entry.get("effect", _EFFECTS["set"]) if role == "set" else _EFFECTS[role],
+        summary=entry["summary"],
+        note=entry.get("note", ""),
+        set=(owner.name, role),
+        exchange=exchange,
+        layouts=layouts,
+        errata=(),
+        place=owner.place,
+        group=group.lower(),
+        addressee=entry.get("addressee", ""),
+        tells=entry.get("tells", ""),
+        overlay=document.overlay,
+    )
+    add_message(tables, message)
+
+
+_KINDS = {"commands": "command", "setup_commands": "setup"}  # section -> kind
+
+
+def define_commands(tables: Tables, document: Document) -> None:
+    """Add the commands of a file, then its set-up commands."""
+    for section in _KINDS:
+        for name, entry in document.data.get(section, {}).items():
+            _define_command(tables, document, section, name, entry)
+
+
+def _define_command(
+    tables: Tables, document: Document, section: str, name: str, entry: Json
+) -> None:
+    path = (section, name)
+    place = document.place(*path)
+    layouts: list[Layout] = []
+    whole = True
+    for form in ("request", "reply"):
+        if form in entry or form == "request":
+            at = (*path, form) if form in entry else path
+            layout, all_made = _request_or_reply(tables, document, at, entry, form)
+            layouts.append(layout)
+            whole = whole and all_made
+    size = None if entry.get("size", "none") == "none" else entry["size"]
+    if whole:
+        _check_size(tables, name, size, {x.form: x.length for x in layouts}, place)
+    message = Message(
+        name=name,
+        id=entry["byte"],
+        chapter=document.data["chapter"],
+        words=tuple(name.lower().split("_")),
+        pages=(entry["page"],),
+        direction="to_controller",
+        effect=entry.get("effect", ""),
+        summary=entry["summary"],
+        note=entry.get("note", ""),
+        set=None,
+        exchange=dict(entry.get("exchange", {})),
+        layouts=tuple(layouts),
+        errata=(),
+        place=place,
+        kind=_KINDS[section],
+        title=entry["title"],
+        keyboard=entry.get("keyboard", ""),
+        size=size,
+        dummy=entry.get("dummy", False),
+        switches_to=entry.get("switches_to"),
+        firmware=firmware(entry),
+        call=entry.get("call", {}),
+        overlay=document.overlay,
+    )
+    add_message(tables, message)
+
+
+def _request_or_reply(
+    tables: Tables, document: Document, path: KeyPath, command: Json, form: str
+) -> tuple[Layout, bool]:
+    """Return the request or the reply of a command, and whether all its fields could be made.
+
+    Its length is the sum of its fields.
+    """
+    entry, page, at = command.get(form, {}), command["page"], (*path, "fields")
+    fields, all_made = resolve_fields(tables, document, at, entry.get("fields", {}), page)
+    length = sum(field.format.size for field in fields)
+    note, place = entry.get("note", ""), document.place(*path)
+    return Layout(form, {}, None, None, length, fields, note, place), all_made
+
+
+def _check_size(
+    tables: Tables, name: str, size: int | None, lengths: Mapping[str, int], place: Place
+) -> None:
+    """Check that a size is that of the data of the request, or else of the reply."""
+    request, data = lengths["request"], lengths["request"] or lengths.get("reply", 0)
+    if size is None and request:
+        what = f"{name} has no size slot, and {request} bytes of data"
+        hint = "only a command without data may lack it"
+        tables.diagnostics.add(place, "SW031", what, hint)
+    elif size not in (None, data):
+        what = f"{name}: the size is {size}, the fields take {data} bytes"
+        tables.diagnostics.add(place, "SW031", what, "correct the size or the fields")

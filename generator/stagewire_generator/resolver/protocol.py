@@ -1,31 +1,100 @@
-"""The whole protocol: what is defined first, and the model that comes of it."""
+"""Resolve a whole protocol: framing, units, rules, and the model that contains everything."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.model import Json, Overlay, Protocol
+from stagewire_generator.model import Json, Overlay, Protocol, Rule
 from stagewire_generator.naming import can_name_file, can_name_package
-from stagewire_generator.resolver.commands import define_commands
-from stagewire_generator.resolver.definitions import (
+from stagewire_generator.resolver.messages import (
+    define_commands,
+    define_errata,
+    define_messages,
+    define_parameter_sets,
+)
+from stagewire_generator.resolver.scales import define_quantities, resolve_settings, resolve_stages
+from stagewire_generator.resolver.tables import (
+    Tables,
     define_blocks,
     define_chapters,
     define_enumerations,
     define_flags,
     firmware,
 )
-from stagewire_generator.resolver.errata import define_errata
-from stagewire_generator.resolver.framing import resolve_framing
-from stagewire_generator.resolver.messages import define_messages
-from stagewire_generator.resolver.parameter_sets import define_parameter_sets
-from stagewire_generator.resolver.rules import define_rules
-from stagewire_generator.resolver.scales import define_quantities, resolve_settings, resolve_stages
-from stagewire_generator.resolver.tables import Tables
-from stagewire_generator.resolver.units import resolve_units
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["resolve"]
+_NUMBERS = ("length", "address", "id", "check")  # parts of a packet that have a format
+
+
+def resolve_framing(tables: Tables) -> Json:
+    """Return the framing, with the ``size`` in bytes beside every name of a format, and no default.
+
+    Only packets name formats. Where one is unknown, a diagnostic says so and the size is left out.
+    """
+    framing: Json = dict(tables.head.data["framing"])
+    if framing["kind"] != "packet":
+        return framing
+    for part in _NUMBERS:
+        if part in framing:
+            place = tables.head.place("framing", part)
+            format = tables.format(framing[part]["format"], place)
+            size = {} if format is None else {"size": format.size}
+            framing[part] = {**framing[part], **size}
+    if framing.get("check", {}).get("method") == "sum":
+        framing["check"] = {"complement": "none", **framing["check"]}
+    return framing
+
+
+def define_rules(tables: Tables) -> None:
+    """Fill the table of rules; the messages and errata that they name are looked up."""
+    for document, id, entry, place in tables.entries("rules", "rules", tables.rules):
+        at = ("rules", id)
+        for index, name in enumerate(entry.get("messages", ())):
+            tables.look_up(tables.messages, name, "message", document.place(*at, "messages", index))
+        for index, slug in enumerate(entry.get("errata", ())):
+            tables.look_up(tables.errata, slug, "erratum", document.place(*at, "errata", index))
+        tables.rules[id] = Rule(
+            id=id,
+            page=entry["page"],
+            also=tuple(entry.get("also", ())),
+            strength=entry["strength"],
+            subject=entry["subject"],
+            says=entry["says"],
+            means=entry.get("means", ""),
+            messages=tuple(entry.get("messages", ())),
+            errata=tuple(entry.get("errata", ())),
+            waiver=entry.get("waiver", ""),
+            place=place,
+            overlay=document.overlay,
+        )
+
+
+_OF_ALIASES = {"like": "like", "note": "title", "overlay": "overlay"}
+"""Key of a prefix -> key of the alias that it makes in short."""
+
+
+def resolve_units(files: Mapping[str, list[Document]]) -> Json:
+    """Return the data about units, in which every name that a prefix leads to is a unit or an alias.
+
+    A prefix may make an alias in short, by ``like``, or name a unit of which no more is known. A unit takes
+    the place of an alias of its name: what an overlay describes is no longer newer than the document.
+    """
+    units: Json = files["units"][0].data if files.get("units") else {}
+    if not units.keys() & {"aliases", "known_prefixes"}:
+        return units
+    described = units["units"]
+    aliases = {n: entry for n, entry in units.get("aliases", {}).items() if n not in described}
+    for entry in units.get("known_prefixes", {}).values():
+        for name in (entry["unit"], *entry.get("shared_with", ())):
+            if name not in described and name not in aliases:
+                keys = _OF_ALIASES if name == entry["unit"] else {}
+                aliases[name] = {keys[key]: entry[key] for key in keys if key in entry}
+    prefixes = {
+        prefix: {key: value for key, value in entry.items() if key != "like"}
+        for prefix, entry in units.get("known_prefixes", {}).items()
+    }
+    return {**units, "aliases": aliases, "known_prefixes": prefixes}
 
 
 def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Protocol:

@@ -11,8 +11,6 @@ from stagewire_generator.model import Controller, Factor, Json, Limit, Quantity,
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document
 
-__all__ = ["define_quantities", "resolve_settings", "resolve_stages"]
-
 _FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
 _LIMIT_UNITS = {"mm": "mm", "mm_per_s": "mm/s", "mm_per_s2": "mm/s^2"}
 _WITHOUT_SOURCE = (

@@ -11,7 +11,7 @@ from pathlib import Path
 import jinja2
 
 from stagewire_generator import check, render
-from stagewire_generator.inputs import inputs
+from stagewire_generator.pipeline import inputs
 
 ROOT = Path(__file__).parents[3]
 TARGETS = ("c", "c-tests", "vectors")

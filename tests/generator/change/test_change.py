@@ -24,9 +24,9 @@ from stagewire_generator.change import (
     Spec,
     compare,
     compare_specs,
-    report,
     worst,
 )
+from stagewire_generator.change.changes import report
 from stagewire_generator.checks import Checked
 from stagewire_generator.model import Protocol
 

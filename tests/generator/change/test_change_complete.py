@@ -30,7 +30,9 @@ from stagewire_generator.model import Protocol
 KeyPath = tuple[str, ...]
 
 DATACLASSES = [
-    thing for name in model.__all__ if dataclasses.is_dataclass(thing := getattr(model, name))
+    thing
+    for thing in vars(model).values()
+    if dataclasses.is_dataclass(thing) and thing.__module__ == model.__name__
 ]
 
 

@@ -13,7 +13,8 @@ import pytest
 import plain_yaml
 from checkout import SCHEMAS
 from stagewire_generator import check
-from stagewire_generator.change import Change, Spec, compare_specs, report, unvouched
+from stagewire_generator.change import Change, Spec, compare_specs, unvouched
+from stagewire_generator.change.changes import report
 from stagewire_generator.checks import Checked
 
 HERE = Path(__file__).parent

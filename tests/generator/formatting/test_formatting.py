@@ -10,8 +10,8 @@ import pytest
 from stagewire_generator import strict_yaml
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.formatting import NotFormattedError, canonical
-from stagewire_generator.formatting.place import kind_of, schema_for, schema_named
-from stagewire_generator.formatting.shape import UNKNOWN, Shape, shape
+from stagewire_generator.formatting.files import kind_of, schema_for, schema_named
+from stagewire_generator.formatting.rules import UNKNOWN, Shape, shape
 
 FIRST = "# yaml-language-server: $schema=x.json\n"
 NAMES = [f"MOT_MOVE_NUMBER_{number:02}" for number in range(12)]
@@ -204,7 +204,7 @@ def test_what_has_no_entries_is_left(text: str) -> None:
 def test_other_data_is_never_given(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever goes wrong inside: what it made is read again, and thrown away if it says another thing."""
     text = "a: 1  # x\nb: true\n"
-    module = "stagewire_generator.formatting.form.lay_out"
+    module = "stagewire_generator.formatting.files.lay_out"
     for wrong in (["a: 1  # x"], ["a: 1  # x", "b: 1"], ["a: 1", "b: true"], ["a: 1 # x", "b: ["]):
         monkeypatch.setattr(module, lambda root, header, wrong=wrong: wrong)
         with pytest.raises(NotFormattedError, match="please report"):

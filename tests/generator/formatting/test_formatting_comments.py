@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from stagewire_generator import strict_yaml
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.formatting import canonical
-from stagewire_generator.formatting.shape import UNKNOWN
+from stagewire_generator.formatting.rules import UNKNOWN
 
 SCHEMA_LINE = "# yaml-language-server: $schema=x.json"
 WORDS = st.lists(

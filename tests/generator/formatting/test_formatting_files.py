@@ -16,7 +16,7 @@ from checkout import ROOT
 from stagewire_generator import strict_yaml
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.formatting import find, format_file
-from stagewire_generator.formatting.place import kind_of
+from stagewire_generator.formatting.files import kind_of
 from stagewire_generator.schemas import KINDS, schema_folder, schema_texts
 
 SPECS = [

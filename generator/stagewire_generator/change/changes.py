@@ -1,15 +1,61 @@
-"""The kinds of changes: the class of each, and what it means for whoever uses what is generated.
+"""Changes between two registries: their kinds, classes and plain data.
 
-A kind has one class. Where an attribute may change in ways of different classes, there are as many kinds.
+A kind has one class. An attribute that may change in ways of different classes has as many kinds. The
+plain data follow ``spec/schema/changes.schema.json``.
 """
 
 from __future__ import annotations
 
+import enum
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.change.change import ChangeClass
+from stagewire_generator.model import Json
 
-__all__ = ["KINDS", "Kind"]
+
+class ChangeClass(enum.IntEnum):
+    """How grave a change is; the graver one is the greater."""
+
+    DOC = 1
+    """Texts, pages, errata, examples; no program notices."""
+    SOURCE = 2
+    """Generated names or types change; the bytes do not."""
+    WIRE = 3
+    """Bytes change or become ambiguous, or are refused where they were sent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One difference between two registries.
+
+    :param kind: slug of the kind, a key of ``KINDS``.
+    :param level: the class, which follows from the kind.
+    :param where: what it is about, from the outermost in: ``{"message": …, "form": …, "field": …}``.
+        Where something was renamed, its new name.
+    :param old: as a person reads it; None where there was nothing.
+    :param new: as a person reads it; None where there is nothing any more.
+    :param text: what it means, in a sentence.
+    :param overlay: the overlay of the protocol that changes so; "" for the protocol itself.
+    """
+
+    kind: str
+    level: ChangeClass
+    protocol: str
+    where: Mapping[str, str]
+    old: str | None
+    new: str | None
+    text: str
+    overlay: str = ""
+
+    @property
+    def title(self) -> str:
+        """What changes: ``PROTOCOL``, or ``PROTOCOL/OVERLAY``."""
+        return f"{self.protocol}/{self.overlay}" if self.overlay else self.protocol
+
+
+def worst(changes: Iterable[Change]) -> ChangeClass | None:
+    """Return the gravest class among the changes; None if there are none."""
+    return max((change.level for change in changes), default=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,3 +241,35 @@ KINDS: dict[str, Kind] = {
     for kind, meaning in table.items()
 }
 """Slug -> kind, the gravest first."""
+
+
+SCHEMA_VERSION = 1
+
+
+def counts(changes: Sequence[Change]) -> dict[ChangeClass, int]:
+    """Return how many changes each class has, the gravest first."""
+    levels = [change.level for change in changes]
+    return {level: levels.count(level) for level in sorted(ChangeClass, reverse=True)}
+
+
+def report(old: str, new: str, changes: Sequence[Change]) -> Json:
+    """Return the changes from ``old`` to ``new``, which are named as the user named them."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "old": old,
+        "new": new,
+        "counts": {level.name: number for level, number in counts(changes).items()},
+        "changes": [
+            {
+                "class": change.level.name,
+                "kind": change.kind,
+                "protocol": change.protocol,
+                **({"overlay": change.overlay} if change.overlay else {}),
+                "where": dict(change.where),
+                "old": change.old,
+                "new": change.new,
+                "text": change.text,
+            }
+            for change in changes
+        ],
+    }
