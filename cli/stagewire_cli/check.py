@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -104,22 +105,21 @@ def check(
         )
     if out is not None:
         check_output(out, None)
-    checked: dict[str, Checked] = {}
     try:
-        counts = load([spec], checked, overlay or [])[1]
-        report = Report(spec, counts=counts)
+        loaded = load([spec], overlay or [])
+        report = Report(spec, counts=loaded.counts)
     except SpecError as error:
         report = Report(spec, error.diagnostics)
     else:
         if against is not None:
-            report = _compared(report, checked, against, format)
+            report = _compared(report, loaded.checked, against, format)
     _show(report, format, out)
     if report.diagnostics:
         raise typer.Exit(WRONG)
 
 
 def _compared(
-    report: Report, checked: dict[str, Checked], against: str, format: ReportFormat
+    report: Report, checked: Mapping[str, Checked], against: str, format: ReportFormat
 ) -> Report:
     """Return the report with what changed, and with what changed on the wire without evidence."""
     from stagewire_generator.change import Spec, compare_specs, unvouched

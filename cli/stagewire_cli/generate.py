@@ -175,7 +175,7 @@ def _render(
     from stagewire_generator.targets.templates import Templates, TemplatesError
 
     try:
-        protocols, _ = load(folders, overlays=overlays)
+        protocols = load(folders, overlays=overlays)
         if package and len(protocols) != 1:
             names = ", ".join(sorted(protocol.name for protocol in protocols))
             raise CalledWronglyError(

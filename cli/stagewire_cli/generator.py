@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stagewire_generator.checks import Checked
     from stagewire_generator.diagnostics import Diagnostic, SpecError
     from stagewire_generator.model import Protocol
-    from stagewire_generator.pipeline import Counts
+    from stagewire_generator.pipeline import CheckedSpec
 
 
 def located(diagnostics: Iterable[Diagnostic], spec: Path) -> list[Diagnostic]:
@@ -107,26 +107,22 @@ def _check_overlays(folders: Sequence[Path], overlays: Sequence[str]) -> None:
 
 def load(
     folders: Sequence[Path],
-    looked_at: dict[str, Checked] | None = None,
     overlays: Sequence[str] = (),
     named: Callable[[Diagnostic], Diagnostic] | None = None,
-) -> tuple[list[Protocol], dict[str, Counts]]:
+) -> CheckedSpec:
     """Read and check every spec; raise ``SpecError`` with the diagnostics of all of them.
 
-    :param looked_at: filled with the models and files that were checked, by protocol and by
-        ``PROTOCOL/OVERLAY``.
     :param overlays: ``PROTOCOL/OVERLAY``; their protocols are returned with them laid over, in this order.
     :param named: names the file of a diagnostic; without it that is its path from the current folder.
-    Returns the protocols, and what was looked at by protocol.
     """
     from stagewire_generator.diagnostics import SpecError
     from stagewire_generator.naming import c_prefix
-    from stagewire_generator.pipeline import check
+    from stagewire_generator.pipeline import CheckedSpec, check
 
     check_folders(folders)
     _check_overlays(folders, overlays)
     protocols: list[Protocol] = []
-    counts: dict[str, Counts] = {}
+    checked: dict[str, Checked] = {}
     found: list[Diagnostic] = []
     with (
         generator_extra(),
@@ -134,7 +130,9 @@ def load(
     ):  # what explains an error is imported when there is one
         for folder in folders:
             try:
-                protocols += check(folder, say, counts, looked_at, overlays)
+                spec = check(folder, say, overlays)
+                protocols += spec
+                checked |= spec.checked
             except SpecError as error:
                 found += (
                     map(named, error.diagnostics) if named else located(error.diagnostics, folder)
@@ -151,7 +149,7 @@ def load(
             raise CalledWronglyError(
                 f"the {noun} {', '.join(twice)} comes from more than one of the folders"
             )
-    return protocols, counts
+    return CheckedSpec(tuple(protocols), checked)
 
 
 def show_diagnostics(error: SpecError, folders: Sequence[Path], *, err: bool = False) -> None:
@@ -216,10 +214,9 @@ def _loaded(
     from stagewire_generator.change import Spec
     from stagewire_generator.diagnostics import SpecError
 
-    checked: dict[str, Checked] = {}
     try:
-        load([folder], checked, named=extracted.named if extracted else None)
-        return Spec.of(checked)
+        named = extracted.named if extracted else None
+        return Spec.of(load([folder], named=named).checked)
     except SpecError as error:
         show_diagnostics(error, [Path(name)], err=quiet)
         typer.echo(f"{label} does not pass check, so that nothing was compared", err=True)

@@ -5,10 +5,11 @@ It also lists the input files, which make a build system run the generator again
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from typing import overload
 
 from stagewire_generator.checks import Checked, check_overlays, check_protocol
 from stagewire_generator.diagnostics import Diagnostics, Place, SpecError
@@ -65,20 +66,43 @@ class Counts:
     examples: int
 
 
+@dataclass(frozen=True, slots=True)
+class CheckedSpec(Sequence[Protocol]):
+    """A spec without an error: a sequence of its protocols, with everything that was checked.
+
+    :param protocols: in the order of their folders, each under the overlays that were asked for.
+    :param checked: models and files, by protocol and by ``PROTOCOL/OVERLAY``.
+    """
+
+    protocols: tuple[Protocol, ...]
+    checked: Mapping[str, Checked]
+
+    @overload
+    def __getitem__(self, index: int) -> Protocol: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Protocol, ...]: ...
+    def __getitem__(self, index: int | slice) -> Protocol | tuple[Protocol, ...]:
+        return self.protocols[index]
+
+    def __len__(self) -> int:
+        return len(self.protocols)
+
+    @property
+    def counts(self) -> dict[str, Counts]:
+        """The size of each checked model, by the same names."""
+        return {name: _counts(checked) for name, checked in self.checked.items()}
+
+
 def check(
     spec: Path,
     progress: Callable[[str], None] | None = None,
-    counts: dict[str, Counts] | None = None,
-    looked_at: dict[str, Checked] | None = None,
     overlays: Sequence[str] = (),
-) -> list[Protocol]:
+) -> CheckedSpec:
     """Load and check all protocols in ``spec``, and each of their overlays.
 
-    :param progress: called with the name of what is being read or checked.
-    :param counts: filled with what was looked at, by protocol, and by ``PROTOCOL/OVERLAY``.
-    :param looked_at: filled with the models and files that were checked, by the same names.
-    :param overlays: those under which protocols are returned, named ``PROTOCOL/OVERLAY`` as their folders
-        are; what is no overlay of this spec is passed over.
+    :param progress: called with the name of each file that is read, and of each check.
+    :param overlays: overlays to merge into the returned protocols, named ``PROTOCOL/OVERLAY`` as their
+        folders are; a name that is not in this spec is ignored.
     Raises :class:`SpecError` with every diagnostic of the run.
     """
     say = progress or (lambda _: None)
@@ -89,6 +113,7 @@ def check(
         hint = "give the folder that holds one or more protocols, or one of these"
         diagnostics.add(Place(str(spec)), "SW006", what, hint)
     protocols: list[Protocol] = []
+    all_checked: dict[str, Checked] = {}
     for folder in folders:
         before = len(diagnostics.found)
         files = read(folder, diagnostics, say)
@@ -115,13 +140,10 @@ def check(
                 what = f"{protocol.package} and {other.package} have the same names in C"
                 diagnostics.add(place, "SW022", what)
         protocols.append(protocol)
-        if looked_at is not None:
-            looked_at.update(checked)
-        if counts is not None:
-            counts.update((name, _counts(one)) for name, one in checked.items())
+        all_checked |= checked
     if diagnostics:
         raise SpecError(list(diagnostics))
-    return protocols
+    return CheckedSpec(tuple(protocols), all_checked)
 
 
 def _counts(checked: Checked) -> Counts:

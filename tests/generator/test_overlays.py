@@ -72,9 +72,8 @@ def test_the_protocol_alone_is_as_without_overlays(
 
 
 def test_a_check_looks_at_every_overlay(overlaid_spec: Path) -> None:
-    counts: dict[str, Counts] = {}
     progress: list[str] = []
-    check(overlaid_spec, progress.append, counts)
+    counts = check(overlaid_spec, progress.append).counts
     assert list(counts) == ["tiny", "tiny/second", "tiny/third", "turtle", "turtle/autumn"]
     assert counts["tiny/second"] == Counts(
         messages=16, layouts=19, fields=39, errata=3, places=16, examples=2

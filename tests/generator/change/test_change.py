@@ -27,7 +27,6 @@ from stagewire_generator.change import (
     worst,
 )
 from stagewire_generator.change.changes import report
-from stagewire_generator.checks import Checked
 from stagewire_generator.model import Protocol
 
 HERE = Path(__file__).parent
@@ -110,9 +109,7 @@ def edited(
         shutil.copytree(SMALL_SPECS / edit.over, tmp_path_factory.mktemp("edited") / "spec")
     )
     edit.apply(spec)
-    checked: dict[str, Checked] = {}
-    check(spec, looked_at=checked)
-    old, new = Spec([good[edit.over]]), Spec.of(checked)
+    old, new = Spec([good[edit.over]]), Spec.of(check(spec).checked)
     return Edited(edit, old, new, compare_specs(old, new))
 
 

@@ -15,7 +15,6 @@ import plain_yaml
 from checkout import SMALL_SPECS
 from stagewire_generator import check
 from stagewire_generator.change import ChangeClass, Spec, compare, compare_specs, unvouched
-from stagewire_generator.checks import Checked
 from stagewire_generator.diagnostics import Diagnostic
 
 HERE = Path(__file__).parent
@@ -103,9 +102,7 @@ def add_example(spec: Path, protocol: str, name: str, facts: dict[str, Any]) -> 
 
 
 def load(spec: Path) -> Spec:
-    checked: dict[str, Checked] = {}
-    check(spec, looked_at=checked)
-    return Spec.of(checked)
+    return Spec.of(check(spec).checked)
 
 
 def left(old: Spec, new: Spec) -> list[Diagnostic]:

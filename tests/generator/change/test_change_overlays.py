@@ -15,7 +15,6 @@ from checkout import SCHEMAS
 from stagewire_generator import check
 from stagewire_generator.change import Change, Spec, compare_specs, unvouched
 from stagewire_generator.change.changes import report
-from stagewire_generator.checks import Checked
 
 HERE = Path(__file__).parent
 SCHEMA = json.loads((SCHEMAS / "changes.schema.json").read_text("utf-8"))
@@ -39,9 +38,7 @@ def spec(overlaid_spec: Path, tmp_path: Path) -> Path:
 
 
 def load(spec: Path) -> Spec:
-    checked: dict[str, Checked] = {}
-    check(spec, looked_at=checked)
-    return Spec.of(checked)
+    return Spec.of(check(spec).checked)
 
 
 def edited(spec: Path, *edits: Edit) -> Spec:
