@@ -18,7 +18,7 @@ from stagewire_cli.formats.task import Stamp, Task
 from stagewire_cli.formats.writer import Writer
 from stagewire_cli.inputs import Source, captures, chunks, heading, is_json, opening, session
 from stagewire_cli.output import Progress
-from stagewire_conformance.codec import EVENT_NAMES
+from stagewire_conformance.framings import EVENT_NAMES
 
 # An unknown message is none of these: newer controllers send more than is known.
 _WRONG = ("refused", "garbage", "bad_length")

@@ -15,7 +15,7 @@ from stagewire_cli.formats.task import Task
 from stagewire_cli.framings import framing_of
 from stagewire_cli.framings.framing import Options
 from stagewire_cli.protocols import choose, choose_by_message
-from stagewire_conformance.codec import codec_of
+from stagewire_conformance.framings import codec_of
 
 
 @dataclass(frozen=True)

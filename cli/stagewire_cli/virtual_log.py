@@ -21,7 +21,7 @@ from stagewire_cli.formats.task import Task
 from stagewire_cli.rendering import frame_line
 from stagewire_cli.selection import Selection
 from stagewire_conformance.answers import frame_answer
-from stagewire_conformance.codec import EVENT_NAMES
+from stagewire_conformance.framings import EVENT_NAMES
 from stagewire_virtual.serving.link import Link
 
 Piece = tuple[bytes, str]

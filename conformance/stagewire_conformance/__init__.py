@@ -4,8 +4,7 @@
 have any, :func:`serve` answers the requests of the testee protocol.
 """
 
-from stagewire_conformance.coverage import Coverage, coverage
-from stagewire_conformance.examples import run
+from stagewire_conformance.examples import Coverage, coverage, run
 from stagewire_conformance.testee import serve
 from stagewire_conformance.verdict import Verdict
 

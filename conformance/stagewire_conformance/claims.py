@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from stagewire.protocols import Protocol
-from stagewire_conformance.codec import codec_of
+from stagewire_conformance.framings import codec_of
 from stagewire_conformance.registry import Json, registry_of
 from stagewire_conformance.verdict import Findings
 

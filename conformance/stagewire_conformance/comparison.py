@@ -1,16 +1,18 @@
-"""Whether an answer of a testee is the one that a case has for it, and in which way it is another.
+"""Compare an answer of a testee with the one that a case expects, and name the difference.
 
-What asks cases decides here and nowhere else.
+Cases follow from the registry: the boundaries of every field, every name, every refusal. Requests and
+answers are those of the testee protocol, so that a testee in any language can be asked; here any
+object that answers lines is.
 """
 
 from __future__ import annotations
 
 import enum
 import json
-from collections.abc import Collection, Mapping
+import typing
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
-
-__all__ = ["REFUSALS", "Outcome", "canonical", "compare", "shape"]
 
 Json = Mapping[str, Any]
 
@@ -75,3 +77,46 @@ def canonical(answer: Json) -> str:
 
 def _text(id: object) -> str:
     return json.dumps(id)
+
+
+class Answering(typing.Protocol):
+    """What can be asked: the Python testee, or what stands for a process that is one."""
+
+    def answer(self, line: bytes) -> Json:
+        """Return the answer to one line."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Mismatch:
+    """A case that was answered in another way.
+
+    :param id: of the case.
+    :param request: what was asked.
+    :param wanted: what the case has for an answer.
+    :param came: what came, without ``id``.
+    """
+
+    id: str
+    request: Json
+    wanted: Json
+    came: Json
+
+    def __str__(self) -> str:
+        asked, wanted, came = map(canonical, (self.request, self.wanted, self.came))
+        return f"{self.id}: {asked} is answered with {came}; it should be {wanted}"
+
+
+def mismatches(testee: Answering, protocol: str, cases: Iterable[Json]) -> Iterator[Mismatch]:
+    """Ask every case, and yield those that are answered in another way.
+
+    :param protocol: its name in the registry.
+    :param cases: as the vectors of the protocol have them.
+
+    The ``detail`` of a refusal is for people: it has to be there, and is not compared.
+    """
+    for number, case in enumerate(cases):
+        request = {"id": number, "protocol": protocol, **case["request"]}
+        came = dict(testee.answer(json.dumps(request).encode("utf-8")))
+        if compare(case["answer"], came, (number,)) is not Outcome.PASSED:
+            yield Mismatch(case["id"], request, case["answer"], came)

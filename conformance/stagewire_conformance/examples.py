@@ -1,14 +1,15 @@
-"""Runs the worked examples of a document, and the captures, against a protocol.
+"""Run the worked examples of a document, and the captures, against a protocol.
 
 Examples are read from the document and never made from the registry. Each is tried in both directions: what
 the prose states must encode to the bytes, the bytes must decode to what the prose states. Where the
 document is wrong (verdict ``erratum``) the printed bytes must do exactly what the example says that they do,
-and an erratum that passes after all is a failure, too.
+and an erratum that passes after all is also a failure. The coverage says which messages have examples.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from stagewire.protocols import Protocol
@@ -19,7 +20,46 @@ from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.statements import check_number, check_scaling, check_stated
 from stagewire_conformance.verdict import Findings, Verdict
 
-__all__ = ["run", "run_capture", "run_example"]
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """How a message is covered.
+
+    :param pages: where the document describes it.
+    :param layouts: in how many forms it stands on the wire; 0 when no layout is documented.
+    :param examples: worked examples of the document that are about it.
+    :param example_pages: the pages of those.
+    :param captures: frames of third parties.
+    """
+
+    message: str
+    pages: tuple[int, ...]
+    layouts: int
+    examples: int
+    example_pages: tuple[int, ...]
+    captures: int
+
+
+def coverage(protocol: Protocol) -> list[Coverage]:
+    """Return one row for every message of the protocol, in the order of the registry."""
+    vectors = protocol.vectors()
+    pages: dict[str, list[int]] = {}
+    for entry in vectors["examples"]:
+        if entry.get("message"):
+            pages.setdefault(entry["message"], []).append(entry["page"])
+    captured = [entry.get("message") for entry in vectors["captures"]]
+    return [
+        Coverage(
+            message=name,
+            pages=tuple(message["pages"]),
+            layouts=len(message["layouts"]),
+            examples=len(pages.get(name, ())),
+            example_pages=tuple(sorted(set(pages.get(name, ())))),
+            captures=captured.count(name),
+        )
+        for name, message in registry_of(protocol).messages.items()
+    ]
+
 
 FRAMES = ("tx", "rx", "lost")
 NUMBERS = ("stream", "number_format")

@@ -8,7 +8,7 @@ from typing import Any
 from stagewire.errors import CodecError
 from stagewire.protocols import Protocol
 from stagewire_conformance.answers import ADDRESSES
-from stagewire_conformance.codec import Codec, codec_of
+from stagewire_conformance.framings import Codec, codec_of
 from stagewire_conformance.hexes import octets, spaced
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.verdict import Findings

@@ -13,8 +13,8 @@ from typing import Any
 
 from stagewire.errors import CodecError
 from stagewire.protocols import Protocol
-from stagewire_conformance.codec import codec_of
 from stagewire_conformance.frames import check_reproduced, wanted_of
+from stagewire_conformance.framings import codec_of
 from stagewire_conformance.hexes import octets, spaced
 from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.verdict import Findings

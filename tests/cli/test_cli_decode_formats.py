@@ -27,7 +27,7 @@ from stagewire_apt import messages as m
 from stagewire_cli import decode, inputs
 from stagewire_cli.inputs import Source
 from stagewire_conformance.answers import frame_answer
-from stagewire_conformance.codec import codec_of
+from stagewire_conformance.framings import codec_of
 from stagewire_conformance.hexes import spaced
 
 if TYPE_CHECKING:

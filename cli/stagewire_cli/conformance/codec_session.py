@@ -18,8 +18,8 @@ from stagewire_cli.conformance.typed import as_typed
 from stagewire_cli.errors import INTERRUPTED, CalledWronglyError
 from stagewire_cli.output import bar, console, printable, table
 from stagewire_conformance.reports import Grade
-from stagewire_conformance.reports.of_codec import sheet_of
-from stagewire_conformance.reports.wording import counted
+from stagewire_conformance.reports.codec_sheet import sheet_of
+from stagewire_conformance.reports.text import counted
 from stagewire_conformance.testees import (
     TIMEOUT,
     ExpectedFileError,
@@ -29,12 +29,11 @@ from stagewire_conformance.testees import (
     Report,
     Result,
     chosen,
-    plan,
     read_expected,
     run,
 )
 from stagewire_conformance.testees.expected import not_asked
-from stagewire_conformance.testees.running import Progress
+from stagewire_conformance.testees.runner import Progress, plan
 
 __all__ = ["Asked", "run_session", "show_list"]
 

@@ -11,7 +11,7 @@ from stagewire_cli.errors import CalledWronglyError
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declared import RACK, Declared, declare
 from stagewire_conformance.device.permissions import Permissions, Range
-from stagewire_conformance.device.pics.file import read_pics
+from stagewire_conformance.device.pics.reader import read_pics
 from stagewire_conformance.device.planning import plan
 
 __all__ = ["Planned", "planned"]

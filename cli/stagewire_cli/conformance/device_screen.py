@@ -13,8 +13,8 @@ from stagewire_cli.conformance.device_plan import Planned
 from stagewire_cli.output import bar, console, printable, table
 from stagewire_conformance.device.check import Check, Need
 from stagewire_conformance.device.report import Report
-from stagewire_conformance.reports.of_device import places
-from stagewire_conformance.reports.wording import counted, where
+from stagewire_conformance.reports.device_sheet import places
+from stagewire_conformance.reports.text import counted, where
 
 __all__ = ["progressing", "show_beginning", "show_cut_short", "show_list"]
 

@@ -20,7 +20,7 @@ from stagewire_conformance.device.digests import digests_of
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.run import RunInterrupted, run
-from stagewire_conformance.reports.of_device import sheet_of
+from stagewire_conformance.reports.device_sheet import sheet_of
 
 __all__ = ["run_session"]
 

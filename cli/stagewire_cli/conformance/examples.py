@@ -13,8 +13,7 @@ from stagewire.protocols import Protocol
 from stagewire_cli.errors import WRONG
 from stagewire_cli.output import console, printable, progress, table
 from stagewire_cli.protocols import one_or_all
-from stagewire_conformance.coverage import coverage
-from stagewire_conformance.examples import run
+from stagewire_conformance.examples import coverage, run
 from stagewire_conformance.verdict import FAILED, NOTED, PASSED, Verdict
 
 __all__ = ["EXAMPLE", "examples"]

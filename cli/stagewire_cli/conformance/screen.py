@@ -11,8 +11,7 @@ import typer
 
 from stagewire_cli.output import console, printable, table
 from stagewire_conformance.reports import Case, Grade, Sheet, Verdict
-from stagewire_conformance.reports.texts import case_text
-from stagewire_conformance.reports.wording import GRADES, counted, listed, sentence
+from stagewire_conformance.reports.text import GRADES, case_text, counted, listed, sentence
 
 __all__ = ["listing", "show_end", "show_results"]
 

@@ -24,8 +24,8 @@ from stagewire.protocols import (
 )
 from stagewire_cli.formats.sinks import Column
 from stagewire_conformance.answers import Decoded, message_of
-from stagewire_conformance.codec import codec_of
-from stagewire_conformance.codec.base import Codec, Reader
+from stagewire_conformance.framings import codec_of
+from stagewire_conformance.framings.base import Codec, Reader
 from stagewire_conformance.registry import Json, registry_of
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from stagewire.framing import Event
 from stagewire.protocols import FramedMessage, Message, UndecidedMessage, UndocumentedMessage
 from stagewire_cli.formats.task import Task
 from stagewire_conformance.answers import Decoded
-from stagewire_conformance.codec import EVENT_NAMES
+from stagewire_conformance.framings import EVENT_NAMES
 
 PENDING = "pending"
 """The kind of the bytes that are left at the end of a stream, beside the kinds of events."""

@@ -13,7 +13,7 @@ from stagewire.errors import BadValueError, CodecError
 from stagewire.protocols import Protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.task import Task
-from stagewire_conformance.codec import codec_of
+from stagewire_conformance.framings import codec_of
 
 Json = dict[str, Any]
 

@@ -13,7 +13,7 @@ from stagewire_cli.formats.task import MessageRows, Task
 from stagewire_cli.framings.framing import DirectionOption, Framing, Json, Options, message_class
 from stagewire_cli.values import parse_axis
 from stagewire_conformance.answers import Decoded
-from stagewire_conformance.codec.base import Reader
+from stagewire_conformance.framings.base import Reader
 
 
 class CommandTask(Task):

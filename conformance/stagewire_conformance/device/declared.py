@@ -19,7 +19,7 @@ from stagewire.protocols import (
 )
 from stagewire_conformance.device.permissions import Range, RangeError
 from stagewire_conformance.device.pics import Pics
-from stagewire_conformance.device.places import Connected, Place, Travel
+from stagewire_conformance.device.places import Connected, Target, Travel
 from stagewire_conformance.device.placing import RACK, places_of, rack_of
 from stagewire_conformance.registry import Registry, registry_of
 
@@ -27,7 +27,7 @@ __all__ = [
     "RACK",
     "Connected",
     "Declared",
-    "Place",
+    "Target",
     "Travel",
     "axes_of",
     "declare",
@@ -52,7 +52,7 @@ class Declared:
     facts: Facts
     unit: Unit
     pics: Pics
-    places: tuple[Place, ...]
+    places: tuple[Target, ...]
 
     @functools.cached_property
     def registry(self) -> Registry:
@@ -80,11 +80,11 @@ class Declared:
         """Whether it is to be kept talking: on USB, where it has a message for that (page 80)."""
         return self.pics.line == "usb" and any(place.keep_alive for place in self.places)
 
-    def claims(self, message: str, place: Place | None = None) -> bool:
+    def claims(self, message: str, place: Target | None = None) -> bool:
         """Return whether a message is of a place, or of any."""
         return any(message in each.messages for each in ((place,) if place else self.places))
 
-    def place_at(self, address: int) -> Place | None:
+    def place_at(self, address: int) -> Target | None:
         """Return the place of an address, or of an axis."""
         return next((place for place in self.places if place.address == address), None)
 
@@ -137,7 +137,7 @@ class Declared:
                 ) from None
         return replace(self, places=tuple(places))
 
-    def reach(self, place: Place, channel: int | None, motion: Range) -> Travel:
+    def reach(self, place: Target, channel: int | None, motion: Range) -> Travel:
         """Return the counts that a stage may be moved to: those of a range that lie in its travel.
 
         Raises :class:`.RangeError` where nothing says which they are, or there is none.

@@ -14,7 +14,7 @@ from stagewire.protocols import FramedMessage
 from stagewire.quantities import Scale, Stage
 from stagewire_conformance.device.pics import ChannelPics
 
-__all__ = ["Connected", "Place", "Travel", "connected", "moves_stages"]
+__all__ = ["Connected", "Target", "Travel", "connected", "moves_stages"]
 
 _POSITION = "position"
 """The quantity that a travel and a range of motion are about."""
@@ -93,7 +93,7 @@ def connected(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class Target:
     """Something with an address of its own, or an axis.
 
     :param address: or the identifier of the axis.
@@ -150,7 +150,7 @@ class Place:
             return f"the PICS says that {message} is not supported: {self.unsupported[message]}"
         return f"{message} is not in the list of {self.unit.name}"
 
-    def named(self, names: tuple[str, ...]) -> Place:
+    def named(self, names: tuple[str, ...]) -> Target:
         """Return the place of a controller that is, or may be, one of some units and aliases.
 
         Raises :class:`.RangeError` where the travel of its stage is in a unit that has no scale on them.

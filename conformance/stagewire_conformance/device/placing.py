@@ -13,7 +13,7 @@ from typing import Any, Final
 from stagewire.devices import Facts, Unit
 from stagewire.protocols import CommandProtocol
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
-from stagewire_conformance.device.places import Place, connected
+from stagewire_conformance.device.places import Target, connected
 
 __all__ = ["RACK", "places_of", "rack_of"]
 
@@ -24,7 +24,7 @@ _AXES: Final = ("X", "Y")
 """Axes of a controller that nothing is declared of."""
 
 
-def places_of(facts: Facts, unit: Unit, pics: Pics) -> tuple[Place, ...]:
+def places_of(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
     """Return the places of a unit: the motherboard of a rack first, then its bays; or its axes."""
     if unit.kind == "line":
         return _axes(facts, unit, pics)
@@ -49,11 +49,11 @@ def rack_of(facts: Facts, pics: Pics) -> Unit:
     )
 
 
-def _axes(facts: Facts, unit: Unit, pics: Pics) -> tuple[Place, ...]:
+def _axes(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
     assert isinstance(facts.protocol, CommandProtocol)
     fitted = {channel.axis: channel for channel in pics.channels if channel.axis}
     return tuple(
-        Place(
+        Target(
             address=facts.protocol.axes[name],
             name=name,
             unit=unit,
@@ -66,11 +66,11 @@ def _axes(facts: Facts, unit: Unit, pics: Pics) -> tuple[Place, ...]:
     )
 
 
-def _rack(facts: Facts, unit: Unit, pics: Pics) -> tuple[Place, ...]:
+def _rack(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
     addressees = _Addressees.of(facts.protocol.registry())
     has_modules = unit.kind == "bay" or unit.name == RACK
     bays = unit.bays[:1] if unit.kind == "bay" else unit.bays
-    board = Place(
+    board = Target(
         address=unit.address,
         name=f"{unit.address:#04x}",
         unit=unit,
@@ -138,11 +138,11 @@ def _place(
     address: int,
     listed: frozenset[str],
     card: BayPics | None = None,
-) -> Place:
+) -> Target:
     bay = card.number if card else None
     channels = tuple(range(1, unit.channels + 1))
     stated = {each.number: each for each in pics.channels if each.bay in (bay, None)}
-    return Place(
+    return Target(
         address=address,
         name=f"{address:#04x}",
         unit=unit,

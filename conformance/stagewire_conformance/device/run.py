@@ -20,8 +20,7 @@ from stagewire_conformance.device.digests import digests_of
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
-from stagewire_conformance.device.lines.jitter import jitter_of
-from stagewire_conformance.device.lines.line import Line
+from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
 from stagewire_conformance.device.permissions import Permissions, RangeError
 from stagewire_conformance.device.planning import plan
 from stagewire_conformance.device.report import Entry, Finding, Outcome, Report
@@ -54,7 +53,7 @@ class RunInterrupted(KeyboardInterrupt):
         self.signal = signal
 
 
-def line_to(link: Link, declared: Declared, allowed: Permissions) -> Line:
+def line_to(link: Link, declared: Declared, allowed: Permissions) -> GuardedLink:
     """Return the kind of line that the protocol needs."""
     kind = CommandLine if isinstance(declared.protocol, CommandProtocol) else AptLine
     return kind(link, declared, allowed)

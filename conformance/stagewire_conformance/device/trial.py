@@ -13,7 +13,7 @@ from stagewire_conformance.device.results import Result, worst
 if TYPE_CHECKING:
     from stagewire.protocols import FramedMessage
     from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
 
 __all__ = ["EnoughError", "Trial", "Undo"]

@@ -7,7 +7,7 @@ need the extra ``conformance``, and import it when they are called.
 from __future__ import annotations
 
 from stagewire_conformance.reports.html import as_html
-from stagewire_conformance.reports.jsons import as_json
+from stagewire_conformance.reports.json_report import as_json
 from stagewire_conformance.reports.junit import as_junit
 from stagewire_conformance.reports.model import (
     Case,
@@ -18,7 +18,7 @@ from stagewire_conformance.reports.model import (
     Group,
     Line,
     Message,
-    Place,
+    PageReference,
     Rule,
     Sheet,
     Verdict,
@@ -33,7 +33,7 @@ __all__ = [
     "Group",
     "Line",
     "Message",
-    "Place",
+    "PageReference",
     "Rule",
     "Sheet",
     "Verdict",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from stagewire_conformance.reports.model import Case, Grade, Message, Place, Rule, Sheet
+from stagewire_conformance.reports.model import Case, Grade, Message, PageReference, Rule, Sheet
 
 __all__ = ["MessageRow", "PageRow", "RuleRow", "messages", "pages"]
 
@@ -47,7 +47,7 @@ class PageRow(_Row):
     :param messages: the messages that are described there.
     """
 
-    place: Place
+    place: PageReference
     rules: tuple[RuleRow, ...]
     messages: tuple[str, ...]
 
@@ -72,8 +72,8 @@ def pages(sheet: Sheet) -> list[PageRow]:
             by_rule.setdefault(rule, []).append(case)
         for message in case.messages:
             by_message.setdefault(message, []).append(case)
-    rules: dict[Place, list[Rule]] = {}
-    described: dict[Place, list[str]] = {}
+    rules: dict[PageReference, list[Rule]] = {}
+    described: dict[PageReference, list[str]] = {}
     for one in sheet.rules.values():
         rules.setdefault(one.place, []).append(one)
     for message_facts in sheet.messages:

@@ -9,8 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stagewire_conformance.reports.model import Case, Grade, Sheet
-from stagewire_conformance.reports.texts import case_text
-from stagewire_conformance.reports.wording import safe, sentence
+from stagewire_conformance.reports.text import case_text, safe, sentence
 
 if TYPE_CHECKING:
     from junitparser import TestCase, TestSuite

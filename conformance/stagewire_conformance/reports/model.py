@@ -20,7 +20,7 @@ __all__ = [
     "Group",
     "Line",
     "Message",
-    "Place",
+    "PageReference",
     "Rule",
     "Sheet",
     "Verdict",
@@ -133,7 +133,7 @@ class Group:
 
 
 @dataclass(frozen=True, order=True, slots=True)
-class Place:
+class PageReference:
     """A page or section of a document.
 
     :param protocol: whose document it is.
@@ -158,7 +158,7 @@ class Rule:
     """
 
     id: str
-    place: Place
+    place: PageReference
     strength: str
     says: str
     means: str = ""
@@ -177,7 +177,7 @@ class Erratum:
     """
 
     id: str
-    places: tuple[Place, ...]
+    places: tuple[PageReference, ...]
     subject: str
     printed: str
     encoded: str
@@ -193,7 +193,7 @@ class Message:
     """
 
     name: str
-    places: tuple[Place, ...]
+    places: tuple[PageReference, ...]
     errata: tuple[str, ...] = ()
     unsupported: str = ""
 

@@ -7,18 +7,17 @@
 from __future__ import annotations
 
 from stagewire_conformance.comparison import Outcome
-from stagewire_conformance.testees.case import Case, Step
-from stagewire_conformance.testees.errors import (
+from stagewire_conformance.testees.case import (
+    Case,
     ExpectedFileError,
     NotATesteeError,
     NothingToAskError,
     NotStartedError,
+    Step,
 )
 from stagewire_conformance.testees.expected import Expected, read_expected
-from stagewire_conformance.testees.hello import Hello
-from stagewire_conformance.testees.plan import chosen, plan
-from stagewire_conformance.testees.result import Report, Result
-from stagewire_conformance.testees.running import TIMEOUT, run
+from stagewire_conformance.testees.result import Hello, Report, Result
+from stagewire_conformance.testees.runner import TIMEOUT, chosen, plan, run
 
 __all__ = [
     "TIMEOUT",

@@ -1,4 +1,7 @@
-"""A case for a testee: lines that it is sent, and what it has to answer."""
+"""A case for a testee: the lines that it is sent, and the answers that it has to give.
+
+Errors say why a testee cannot be tested, or not to the end.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,32 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Case", "Step", "ask", "send"]
+from stagewire.errors import StagewireError
+
+
+class NotStartedError(StagewireError):
+    """There is no such program, or it cannot be run."""
+
+
+class NotATesteeError(StagewireError):
+    """The program runs, and does not answer ``hello`` as a testee does."""
+
+
+class NothingToAskError(StagewireError):
+    """No case is left to be asked."""
+
+
+class ExpectedFileError(StagewireError):
+    """The file of expected failures cannot be used: a line for each mistake."""
+
+
+class EndedError(StagewireError):
+    """The testee has ended where an answer was due."""
+
+
+class SilentError(StagewireError):
+    """The testee has not answered in time."""
+
 
 Json = Mapping[str, Any]
 

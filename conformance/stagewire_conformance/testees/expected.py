@@ -23,8 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from stagewire.protocols import Protocol, available_protocols
-from stagewire_conformance.testees.case import Case
-from stagewire_conformance.testees.errors import ExpectedFileError
+from stagewire_conformance.testees.case import Case, ExpectedFileError
 
 __all__ = ["SCHEMA_VERSION", "Expected", "Failure", "not_asked", "read_expected"]
 

@@ -1,7 +1,7 @@
-"""Lines that are no requests, or are strange ones: a testee answers them all, and goes on.
+"""Hostile input: lines that are not requests, strange requests, and many lines at once.
 
-What JSON leaves to its readers (keys that stand twice, numbers of thousands of digits, a mark of byte order)
-may be answered in any way, but it has to be answered.
+A testee answers them all in order, and goes on. Input that JSON readers treat differently (repeated keys,
+numbers of thousands of digits, a byte order mark) may be answered in any way, but it has to be answered.
 """
 
 from __future__ import annotations
@@ -13,7 +13,31 @@ from typing import Any
 
 from stagewire_conformance.testees.case import Case, Step, send
 
-__all__ = ["damaged", "ids", "lines"]
+_ROUNDS = 5
+_LINES = 300
+
+
+def at_once(cases: Sequence[Case], seed: int) -> Iterator[Case]:
+    """Yield rounds of lines that are all sent before the first answer is read.
+
+    :param cases: where they are taken from, by chance.
+    """
+    random = Random(f"order {seed}")
+    short = [step for case in cases for step in case.steps if _is_short(step)]
+    for number in range(_ROUNDS):
+        chosen = tuple(random.choice(short) for _ in range(_LINES))
+        yield Case(
+            id=f"order/at_once.{number}",
+            group="order",
+            steps=chosen,
+            about=f"{_LINES} lines are sent before the first answer is read",
+            at_once=True,
+        )
+
+
+def _is_short(step: Step) -> bool:
+    return len(step.line(0)) < 10_000
+
 
 Json = Mapping[str, Any]
 

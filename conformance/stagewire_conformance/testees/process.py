@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import IO
 
-from stagewire_conformance.testees.errors import EndedError, NotStartedError, SilentError
+from stagewire_conformance.testees.case import EndedError, NotStartedError, SilentError
 
 __all__ = ["LONGEST", "Process"]
 

@@ -8,16 +8,16 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, NoReturn, Protocol
 
 from stagewire_conformance.comparison import Outcome, compare
-from stagewire_conformance.testees.case import Case, Step
-from stagewire_conformance.testees.errors import (
+from stagewire_conformance.testees.case import (
+    Case,
     EndedError,
     NotATesteeError,
     NotStartedError,
     SilentError,
+    Step,
 )
-from stagewire_conformance.testees.explain import explain, shortened
-from stagewire_conformance.testees.hello import REQUEST, Hello, read
-from stagewire_conformance.testees.result import Result
+from stagewire_conformance.testees.explanation import explain, shortened
+from stagewire_conformance.testees.result import REQUEST, Hello, Result, read
 
 __all__ = ["START", "STARTS", "TIME_OUTS", "GivenUpError", "Line", "Session"]
 

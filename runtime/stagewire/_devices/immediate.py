@@ -85,7 +85,7 @@ class FramedLine(_Locks):
         self._heard = session.subscribe(telling, limit=64) if telling else None
 
     async def ask(self, message: Any, replies: Any, address: int, seconds: float) -> Message:
-        """See :class:`~stagewire._devices.line.Line`; so are all others."""
+        """See :class:`~stagewire._devices.line.GuardedLink`; so are all others."""
         return self.session.ask(message, replies, address, seconds).message
 
     async def send(self, message: Any, address: int, seconds: float) -> None:
@@ -142,7 +142,7 @@ class CommandLine(_Locks):
         self.now: Callable[[], float] = session.now
 
     async def ask(self, message: Any, replies: Any, address: int, seconds: float) -> Message:
-        """See :class:`~stagewire._devices.line.Line`; so are all others."""
+        """See :class:`~stagewire._devices.line.GuardedLink`; so are all others."""
         return self.session.ask(message, address, seconds)
 
     async def send(self, message: Any, address: int, seconds: float) -> None:

@@ -19,7 +19,7 @@ from stagewire_conformance.device.planning import plan
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
-from stagewire_conformance.reports.facts import facts
+from stagewire_conformance.reports.device_sheet import facts
 
 MM_OF_TST001 = 25_600
 MM_OF_KST101 = 409_600

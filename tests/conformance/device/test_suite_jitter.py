@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stagewire_conformance.device.lines.jitter import Jitter, jitter_of, percentile
+from stagewire_conformance.device.lines.line import Jitter, jitter_of, percentile
 
 
 class LateLine:

@@ -14,7 +14,7 @@ from stagewire_conformance.reports import (
     Group,
     Line,
     Message,
-    Place,
+    PageReference,
     Rule,
     Sheet,
 )
@@ -22,8 +22,8 @@ from stagewire_conformance.reports import (
 HOSTILE = "<script>alert(1)</script>\x1b[2J\x00\u202e\n]]>&\"'{{ 7*7 }}"
 """What a controller may say: markup, ends of sections, what steers a terminal, what turns text round."""
 
-PAGE_9 = Place("thorlabs_apt", 9, "page 9")
-PAGE_30 = Place("thorlabs_apt", 30, "page 30")
+PAGE_9 = PageReference("thorlabs_apt", 9, "page 9")
+PAGE_30 = PageReference("thorlabs_apt", 30, "page 30")
 
 ASKED = Line(time=0.5, sent=True, raw=bytes.fromhex("140401005001"), text="MOT_REQ_VELPARAMS")
 WANTED = bytes.fromhex("15040e0081500100000000000f000000cd000300")
@@ -161,7 +161,7 @@ def hostile() -> Sheet:
     )
     left = replace(NOT_RUN, title=HOSTILE, why=HOSTILE)
     noted = replace(NOTED, findings=(Finding(grade=Grade.NOTED, text=HOSTILE),), lines=bad.lines)
-    place = Place("thorlabs_apt", 12, HOSTILE)
+    place = PageReference("thorlabs_apt", 12, HOSTILE)
     return sheet(
         bad,
         left,

@@ -6,7 +6,7 @@ import pytest
 from sample_sheets import SIGN
 
 from stagewire_conformance.reports import Line
-from stagewire_conformance.reports.texts import dialogue, shortened
+from stagewire_conformance.reports.text import dialogue, shortened
 
 MOVE = Line(time=1.0, sent=True, raw=bytes.fromhex("53040600d0010100e8030000"), text="move")
 END = Line(time=9.0, sent=False, raw=bytes.fromhex("64040e0081500100") + bytes(12), text="end")

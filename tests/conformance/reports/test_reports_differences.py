@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stagewire_conformance.reports.differences import as_text, rows
+from stagewire_conformance.reports.text import as_text, rows
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from sample_sheets import (
 )
 
 from stagewire_conformance.reports import Line, Sheet, as_html
-from stagewire_conformance.reports.differences import as_text
+from stagewire_conformance.reports.text import as_text
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
 

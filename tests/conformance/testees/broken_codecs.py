@@ -18,7 +18,7 @@ from typing import Any
 from stagewire.protocols import CommandProtocol, Protocol, load_protocol
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.testee import Testee, lines_of
-from stagewire_conformance.testees.errors import EndedError
+from stagewire_conformance.testees.case import EndedError
 
 NAMES = ("asi_ms2000", "thorlabs_apt")
 SEED = 20120601

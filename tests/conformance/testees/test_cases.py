@@ -13,7 +13,7 @@ from testee_calls import SCHEMA
 from checkout import ROOT
 from markdown_blocks import blocks
 from stagewire.protocols import available_protocols, load_protocol
-from stagewire_conformance.cases import mismatches
+from stagewire_conformance.comparison import mismatches
 from stagewire_conformance.testee import Testee
 
 NAMES = [

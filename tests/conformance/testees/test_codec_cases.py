@@ -24,13 +24,12 @@ from stagewire_conformance.testees import (
     Report,
     Result,
     chosen,
-    plan,
     read_expected,
     run,
 )
-from stagewire_conformance.testees.case import ask
-from stagewire_conformance.testees.errors import EndedError
-from stagewire_conformance.testees.places import name_at
+from stagewire_conformance.testees.case import EndedError, ask
+from stagewire_conformance.testees.explanation import name_at
+from stagewire_conformance.testees.runner import plan
 from stagewire_conformance.testees.session import STARTS, Session
 
 Json = dict[str, Any]

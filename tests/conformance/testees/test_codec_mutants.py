@@ -14,7 +14,8 @@ from parts import chosen
 from stagewire.protocols import load_protocol
 from stagewire_conformance.comparison import Outcome
 from stagewire_conformance.testee import Testee
-from stagewire_conformance.testees import Case, Result, plan, run
+from stagewire_conformance.testees import Case, Result, run
+from stagewire_conformance.testees.runner import plan
 from stagewire_conformance.testees.session import Session
 
 PROTOCOLS = [load_protocol(name) for name in NAMES]

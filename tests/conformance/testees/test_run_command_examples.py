@@ -11,8 +11,8 @@ import testee_calls
 from stagewire.errors import UnsupportedError
 from stagewire.protocols import Protocol, load_protocol
 from stagewire_conformance import Verdict, coverage, run
-from stagewire_conformance.codec import codec_of
 from stagewire_conformance.examples import run_capture
+from stagewire_conformance.framings import codec_of
 from stagewire_conformance.keyboard import key_of, keys_of, shown_as
 from stagewire_conformance.registry import registry_of
 

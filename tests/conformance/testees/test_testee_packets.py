@@ -13,7 +13,7 @@ from checkout import TESTS
 from invented_packets import PROTOCOL, SHAPES, SetAngle, StateFull, protocol_of
 from stagewire.errors import BadValueError
 from stagewire.protocols import Packet
-from stagewire_conformance.codec import codec_of
+from stagewire_conformance.framings import codec_of
 
 NAME = "invented_packets"
 MOVE = Packet(SetAngle(-90_000, 10), 3).encode().hex()

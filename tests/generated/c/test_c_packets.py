@@ -18,7 +18,7 @@ from vector_programs import build_round_trip, build_vectors, findings_of
 
 from checkout import ROOT
 from parts import first_of
-from stagewire_conformance.codec import codec_of
+from stagewire_conformance.framings import codec_of
 from stagewire_conformance.testee import Testee
 
 STREAMS = 60  # of each shape

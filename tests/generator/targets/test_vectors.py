@@ -18,7 +18,7 @@ import pytest
 
 from checkout import ROOT, SMALL_SPECS, TESTS
 from files import write_files
-from stagewire_conformance.cases import mismatches
+from stagewire_conformance.comparison import mismatches
 from stagewire_conformance.testee import Testee
 from stagewire_generator import check, render
 from stagewire_generator.model import Protocol

@@ -1,7 +1,7 @@
-"""A line to controllers whose messages have frames, as checks use it.
+"""The guarded link to controllers whose messages have frames, and the first contact with one.
 
-What comes goes into an inbox, :attr:`AptLine.heard`, from which a question takes its answer and
-:meth:`AptLine.listen` everything, the oldest first. So nothing is lost that comes beside an answer, such as
+Received frames go into an inbox, :attr:`AptLine.heard`, from which a request takes its reply and
+:meth:`AptLine.listen` everything, the oldest first. So nothing is lost that arrives next to a reply, such as
 the end of a move.
 """
 
@@ -10,22 +10,96 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from stagewire.framing import End, FrameEvent
 from stagewire.links import Link
-from stagewire.protocols import FramedMessage, FramedProtocol
+from stagewire.protocols import FramedMessage, FramedProtocol, Message
 from stagewire.sessions import Matching
 from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.identity import names_of
 from stagewire_conformance.device.lines.apt_guard import AptGuard
-from stagewire_conformance.device.lines.contact import first_contact, identity_at
-from stagewire_conformance.device.lines.heard import Heard, message_text
-from stagewire_conformance.device.lines.line import Line
-from stagewire_conformance.device.lines.moved import Moved
+from stagewire_conformance.device.lines.dialogue import Heard, message_text
+from stagewire_conformance.device.lines.line import GuardedLink
+from stagewire_conformance.device.lines.motions import Moved
 from stagewire_conformance.device.permissions import Permissions
 
-__all__ = ["AptLine"]
+if TYPE_CHECKING:
+    from stagewire_conformance.device.places import Target
+
+_WAIT: Final = 1.0
+"""Seconds for each of the two questions."""
+
+
+def first_contact(line: AptLine) -> dict[str, int | str]:
+    """Ask a controller twice what it is, the second time with a question to each place beside it.
+
+    Returns the fields of its answer; none where it says other things of the protocol, but not what it is.
+    Raises :class:`.NothingAnswersError` where nothing comes that is of the protocol.
+    """
+    request = _request(line)
+    at = line.declared.places[0].address
+    for first in (True, False):
+        if not first:
+            _ask_anything(line, request.layout.message)
+        reply = line.ask(request, at, wait=_WAIT)
+        if reply is not None:
+            return _fields(reply.message)
+    came = line.drain()
+    if any(heard.message is not None for heard in came):
+        return {}
+    raise NothingAnswersError(_nothing(line, sum(len(heard.raw) for heard in came)))
+
+
+def identity_at(line: AptLine, place: Target) -> dict[str, int | str]:
+    """Return what a module of a rack says that it is; nothing where it does not answer."""
+    reply = line.ask(_request(line), place.address, wait=_WAIT)
+    return {} if reply is None else _fields(reply.message)
+
+
+def _request(line: AptLine) -> FramedMessage:
+    identity = line.declared.facts.identity
+    request = None if identity is None else identity.req
+    assert request is not None
+    assert issubclass(request, FramedMessage)
+    return request()
+
+
+def _fields(message: Message) -> dict[str, int | str]:
+    """Return what a message says, without what is reserved; bytes in hex."""
+    return {
+        name: value.hex(" ") if isinstance(value, bytes) else value
+        for name, value in message.values().items()
+        if name not in message.layout.optional
+    }
+
+
+def _ask_anything(line: AptLine, but: str) -> None:
+    """Ask each place one thing, should it be that a controller answers everything but what it is."""
+    declared = line.declared
+    for place in declared.places:
+        for name in sorted(place.messages - {but}):
+            entry = declared.registry.messages[name]
+            if entry["effect"] == "none" and entry["exchange"].get("answered_by"):
+                channel = place.channels[0] if place.channels else None
+                line.send(declared.request(name, channel), place.address)
+                break
+
+
+def _nothing(line: AptLine, garbage: int) -> str:
+    name = line.declared.unit.name
+    if garbage:
+        return (
+            f"no {name} answers at {line.url}: {garbage} bytes came that are no message (another baud rate, "
+            "or another kind of controller?)"
+        )
+    places = ", ".join(place.name for place in line.declared.places)
+    return (
+        f"nothing answers at {line.url} (asked twice at {places}). Is the {name} switched on, is this its "
+        "port, and does no other program use it?"
+    )
+
 
 _SIGN_PERIOD: Final = 0.5
 """Seconds between two signs of life; a controller wants one a second (page 80)."""
@@ -34,7 +108,7 @@ _GIVEN_UP: Final = 0.1
 """Seconds without a byte after which the rest of a frame is not waited for any more."""
 
 
-class AptLine(Line):
+class AptLine(GuardedLink):
     """Sends messages, hears what comes, and keeps a log of both.
 
     :param link: open; it stays so.
@@ -263,11 +337,11 @@ class AptLine(Line):
     # What a run does with it
 
     def contact(self) -> dict[str, int | str]:
-        """Ask the controller what it is; see :meth:`.Line.contact`."""
+        """Ask the controller what it is; see :meth:`.GuardedLink.contact`."""
         return first_contact(self)
 
     def identify(self, reported: Mapping[str, int | str]) -> Declared:
-        """Return the controller with the scales of what it is; see :meth:`.Line.identify`."""
+        """Return the controller with the scales of what it is; see :meth:`.GuardedLink.identify`."""
         facts = self.declared.facts
         names = {}
         for place in self.declared.places:
@@ -279,15 +353,15 @@ class AptLine(Line):
         return self.declared
 
     def settle(self) -> list[str]:
-        """Read until nothing comes any more; see :meth:`.Line.settle`."""
+        """Read until nothing comes any more; see :meth:`.GuardedLink.settle`."""
         return [heard.text for heard in self.drain()]
 
     def halt(self) -> None:
-        """Stop whatever this check may have set in motion; see :meth:`.Line.halt`."""
+        """Stop whatever this check may have set in motion; see :meth:`.GuardedLink.halt`."""
         self._stop(self._moved.all())
 
     def rest(self) -> None:
-        """Stop what was left in motion; see :meth:`.Line.rest`."""
+        """Stop what was left in motion; see :meth:`.GuardedLink.rest`."""
         self._stop(self._moved.going_on())
         self._moved.forget()
 

@@ -1,12 +1,14 @@
-"""A line to a controller of commands without a frame, as checks use it.
+"""The guarded link to a controller of commands without frames, and the first contact with one.
 
-A reply has no frame, so that only what was asked says what it is: a request is sent, as many bytes as are due
-are awaited, and what comes shortly behind them belongs to no reply.
+A reply has no frame, so that only the command gives it a meaning: a request is sent, the expected number of
+bytes is awaited, and bytes that follow shortly after them belong to no reply. At first contact any byte
+could be a reply. Bytes that look like one are accepted, even a wrong one: checks find out what is wrong
+with it. Noise, an echo and another protocol are refused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Final
 
@@ -14,14 +16,104 @@ from stagewire.errors import CodecError
 from stagewire.links import Link
 from stagewire.protocols import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
 from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.lines.command_contact import first_contact
+from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.command_guard import CommandGuard
-from stagewire_conformance.device.lines.heard import message_text
-from stagewire_conformance.device.lines.line import Line
+from stagewire_conformance.device.lines.dialogue import message_text
+from stagewire_conformance.device.lines.line import GuardedLink
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
-__all__ = ["QUIET", "CommandLine"]
+_MOTOR: Final = b"EMOT"
+"""What an axis says that it is (section 7)."""
+_TEXT: Final = 5
+"""Bytes of the text of an identification; the sixth is told in two ways."""
+_MOST: Final = 12
+"""Bytes of an identification that is said twice; who says more does not answer what was asked."""
+_BUSY: Final = (b"B", b"b", b"N", b"n")
+"""Letters of a status, and small and capital exchanged."""
+_ROUND: Final = 1.0
+"""Seconds in which all axes are asked one thing."""
+
+
+def first_contact(line: CommandLine) -> tuple[dict[str, int | str], bool]:
+    """Ask the axes what they are, and in the format of commands if none answers rightly at once.
+
+    Returns what the first one says, nothing where one tells its status but not what it is; and whether the
+    controller was found in the other format. Raises :class:`.NothingAnswersError` where no reply comes.
+    """
+    first = told = _identification(line)
+    found_in_text = False
+    if not told.startswith(_MOTOR):  # nothing, or an error message of the other format
+        line.send(m.SwitchToLowLevel())
+        told = _identification(line)
+        found_in_text = bool(told) and told != first
+    if told:
+        return {
+            "identification": told.decode("ascii", "backslashreplace").rstrip(": ")
+        }, found_in_text
+    if _tells_status(line):
+        return {}, False
+    raise NothingAnswersError(_nothing(line))
+
+
+def _identification(line: CommandLine) -> bytes:
+    """Return what the first axis that says what it is says; empty where none does.
+
+    What is no right answer has to come twice, as noise does not.
+    """
+    request = m.ReadIdentification()
+    for axis, told in _answers(line, request):
+        if told.startswith(_MOTOR) or (_is_text(told) and told == _ask(line, request, axis)):
+            return told
+    return b""
+
+
+def _tells_status(line: CommandLine) -> bool:
+    """Return whether an axis tells its status, twice."""
+    request = m.ReadStatus()
+    return any(
+        told in _BUSY and _ask(line, request, axis) in _BUSY
+        for axis, told in _answers(line, request)
+    )
+
+
+def _answers(line: CommandLine, request: Command) -> Iterator[tuple[int, bytes]]:
+    """Yield what comes from each axis, until the time is over or something talks on and on."""
+    end = line.now + _ROUND
+    for place in line.declared.places:
+        if (left := end - line.now) <= 0:
+            return
+        told = _ask(line, request, place.address, left)
+        if len(told) > _MOST:
+            return
+        yield place.address, told
+
+
+def _ask(line: CommandLine, request: Command, axis: int, left: float = _ROUND) -> bytes:
+    return line.ask(request, axis, min(left, _ROUND / len(line.declared.places)))
+
+
+def _is_text(told: bytes) -> bool:
+    """Return whether bytes could be the text of an identification, though another one."""
+    text = told[:_TEXT]
+    return len(text) == _TEXT and text.isascii() and text.decode("ascii").isprintable()
+
+
+def _nothing(line: CommandLine) -> str:
+    name = line.declared.unit.name
+    came = sum(len(entry.raw) for entry in line.log if not entry.sent)
+    if came:
+        return (
+            f"no {name} answers at {line.url}: {came} bytes came that are no reply (another baud rate, "
+            "or another kind of controller?)"
+        )
+    axes = ", ".join(place.name for place in line.declared.places)
+    return (
+        f"nothing answers at {line.url}: none of the axes {axes} says what it is, neither at once nor "
+        f"after 255 66, which switches to the low-level format. Is the {name} "
+        "switched on, is this its port, and is the baud rate that of its switches?"
+    )
+
 
 QUIET: Final = 0.05
 """Seconds of silence after which nothing more is taken to come."""
@@ -33,7 +125,7 @@ _SOON: Final = 0.3
 _UNASKED: Final = "nobody asked for it"
 
 
-class CommandLine(Line):
+class CommandLine(GuardedLink):
     """Sends commands, and hears replies.
 
     Bytes that are no command leave open where a controller begins to read, and so may a command in another
@@ -167,7 +259,7 @@ class CommandLine(Line):
     # What a run does with it
 
     def contact(self) -> dict[str, int | str]:
-        """Ask the axes what they are; see :meth:`.Line.contact`.
+        """Ask the axes what they are; see :meth:`.GuardedLink.contact`.
 
         Where none answers rightly, the controller may be in the other format. It is switched then to that of
         commands, into which there is no other way (section 1), and :meth:`leave` switches it back.
@@ -176,7 +268,7 @@ class CommandLine(Line):
         return told
 
     def settle(self) -> list[str]:
-        """Come into step again, and read until nothing comes any more; see :meth:`.Line.settle`.
+        """Come into step again, and read until nothing comes any more; see :meth:`.GuardedLink.settle`.
 
         A colon ends what may be open. Of a command that writes it would be data, and no number of colons
         would help (``3A 3A 3A`` is a position); but bytes that could begin one are never sent but as a whole.
@@ -195,14 +287,14 @@ class CommandLine(Line):
         return [f"{came.hex(' ')}: {_UNASKED}"] if came else []
 
     def halt(self) -> None:
-        """Stop every axis that was set in motion, also if it says that it rests; see :meth:`.Line.halt`.
+        """Stop every axis that was set in motion, also if it reports rest; see :meth:`.GuardedLink.halt`.
 
         It is disabled then (section 16).
         """
         self._stop(frozenset(self._moved))
 
     def rest(self) -> None:
-        """Stop what a check has left in motion; see :meth:`.Line.rest`."""
+        """Stop what a check has left in motion; see :meth:`.GuardedLink.rest`."""
         self._stop(frozenset(self.moving))
 
     def _stop(self, axes: frozenset[int]) -> None:
@@ -221,7 +313,7 @@ class CommandLine(Line):
         self._moved -= axes
 
     def leave(self) -> None:
-        """Switch back to the format in which the controller was found; see :meth:`.Line.leave`."""
+        """Switch back to the format in which the controller was found; see :meth:`.GuardedLink.leave`."""
         if self._found_in_text:
             self.settle()
             frame = CommandFrame(m.SwitchToHighLevel())

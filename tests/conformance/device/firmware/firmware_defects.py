@@ -10,7 +10,7 @@ from firmware_bench import BENCHES, Bench
 from firmware_frames import HOST, ID, Frame, entry
 from firmware_line import Firmware
 
-from stagewire_conformance.device.declared import Place
+from stagewire_conformance.device.declared import Target
 from stagewire_conformance.device.results import Result
 
 Change = Callable[[Frame], Iterable[Frame | bytes]]
@@ -70,7 +70,7 @@ class Drawn:
 class Asked:
     """Something that can be asked of a channel, or of a place as a whole."""
 
-    place: Place
+    place: Target
     channel: int | None
     request: str
     answer: str
@@ -91,7 +91,7 @@ class Draw:
     _present: dict[tuple[int, int | None, str], Frame] = field(default_factory=dict)
 
     @property
-    def places(self) -> tuple[Place, ...]:
+    def places(self) -> tuple[Target, ...]:
         """The places of the unit."""
         return self.bench.declared.places
 

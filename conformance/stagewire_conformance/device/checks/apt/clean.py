@@ -13,8 +13,8 @@ from stagewire_conformance.device.checks.apt.requests import Request, a_request
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["SILENCE", "clean", "clean_request", "identity_of", "is_error", "unheeded"]
@@ -38,7 +38,7 @@ def identity_of(declared: Declared) -> tuple[str, ...]:
     )
 
 
-def clean_request(declared: Declared, place: Place | None = None) -> Request | None:
+def clean_request(declared: Declared, place: Target | None = None) -> Request | None:
     """Return what is asked to see whether all is well: what a unit is, or else whatever can be asked.
 
     :param place: whom; None: the first that claims any request.
@@ -50,7 +50,7 @@ def clean_request(declared: Declared, place: Place | None = None) -> Request | N
     return None
 
 
-def clean(trial: Trial, after: str, place: Place | None = None, *, tries: int = 1) -> bool:
+def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int = 1) -> bool:
     """See that a clean request is answered, and return whether it is.
 
     :param after: for the sentence: ``after 3 bytes of a header``.

@@ -9,7 +9,7 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Place
+    from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["ENABLED_SETS", "enable_state", "put_back", "switch"]
@@ -23,13 +23,13 @@ ENABLED_SETS: Final = frozenset(
 """The messages that a place has to claim."""
 
 
-def enable_state(trial: Trial, place: Place, channel: int) -> int:
+def enable_state(trial: Trial, place: Target, channel: int) -> int:
     """Ask for the enable state (page 17); the check ends where nothing answers."""
     state: int = trial.reply(m.ModReqChanEnableState(channel), place.address).message.enable_state
     return state
 
 
-def switch(trial: Trial, place: Place, channel: int, state: int) -> None:
+def switch(trial: Trial, place: Target, channel: int, state: int) -> None:
     """Enable or disable a channel until the end of the check; nothing is sent where it is so already.
 
     The check ends where the controller does not do it.
@@ -52,7 +52,7 @@ def switch(trial: Trial, place: Place, channel: int, state: int) -> None:
     )
 
 
-def put_back(trial: Trial, place: Place, channel: int, before: int) -> None:
+def put_back(trial: Trial, place: Target, channel: int, before: int) -> None:
     """Write the enable state that was there, and see that it is there again.
 
     Raises :class:`~stagewire.errors.StagewireError` with what to do where it is not.

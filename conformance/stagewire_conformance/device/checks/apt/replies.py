@@ -13,10 +13,10 @@ from stagewire.protocols import DATA_FLAG, HEADER_SIZE
 from stagewire_conformance.device.checks.apt.requests import Request
 from stagewire_conformance.device.checks.apt.values import faults_of
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
-from stagewire_conformance.device.lines.heard import Heard
+from stagewire_conformance.device.lines.dialogue import Heard
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Place
+    from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.trial import Trial
 
 __all__ = [
@@ -70,7 +70,7 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Heard]) -> Hear
     return reply
 
 
-def judge_message(trial: Trial, place: Place, channel: int | None, heard: Heard) -> None:
+def judge_message(trial: Trial, place: Target, channel: int | None, heard: Heard) -> None:
     """Say what is wrong with a message that a place sent about one of its channels."""
     judge_addresses(trial, place, heard)
     message: Any = heard.message
@@ -94,7 +94,7 @@ def judge_message(trial: Trial, place: Place, channel: int | None, heard: Heard)
         expect(False, f"{heard.name}: {fault.text}", came=heard.raw)
 
 
-def judge_addresses(trial: Trial, place: Place, heard: Heard) -> None:
+def judge_addresses(trial: Trial, place: Target, heard: Heard) -> None:
     """Say what is wrong with the addresses of a message from a place to the host."""
     host = trial.declared.framed.host
     came = heard.dest, heard.source
@@ -126,7 +126,7 @@ def judge_unasked(trial: Trial, heard: Heard, when: str) -> None:
         trial.must(False, text, came=heard.raw)
 
 
-def _whose(trial: Trial, place: Place, heard: Heard) -> str:
+def _whose(trial: Trial, place: Target, heard: Heard) -> str:
     other = None if heard.source is None else trial.declared.place_at(heard.source)
     if other is None or other.address == place.address:
         return ""

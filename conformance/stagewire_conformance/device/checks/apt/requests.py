@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from stagewire.protocols import FramedMessage
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
 
 __all__ = ["Request", "a_request", "ask_for", "requests_of"]
 
@@ -26,7 +26,7 @@ class Request:
     """
 
     name: str
-    place: Place
+    place: Target
     channel: int | None
     answers: tuple[str, ...]
     message: FramedMessage
@@ -54,7 +54,7 @@ class Request:
         return next((why for name in self.messages if (why := self.place.why_not(name))), "")
 
 
-def requests_of(declared: Declared, place: Place) -> Iterator[Request]:
+def requests_of(declared: Declared, place: Target) -> Iterator[Request]:
     """Give every request in the list of a place, channel by channel, in the order of the registry.
 
     Those that the PICS takes back are among them, see :attr:`Request.skip`.
@@ -69,14 +69,14 @@ def requests_of(declared: Declared, place: Place) -> Iterator[Request]:
                 yield ask_for(declared, place, name, channel)
 
 
-def a_request(declared: Declared, place: Place, names: Iterable[str] = ()) -> Request | None:
+def a_request(declared: Declared, place: Target, names: Iterable[str] = ()) -> Request | None:
     """Return a request that a place claims: the first of ``names``, or else any; None where there is none."""
     claimed = [each for each in requests_of(declared, place) if not each.skip]
     chosen = [each for name in names for each in claimed if each.name == name]
     return next(iter([*chosen, *claimed]), None)
 
 
-def ask_for(declared: Declared, place: Place, name: str, channel: int | None = None) -> Request:
+def ask_for(declared: Declared, place: Target, name: str, channel: int | None = None) -> Request:
     """Make one request."""
     answers = tuple(declared.registry.messages[name]["exchange"]["answered_by"])
     return Request(name, place, channel, answers, declared.request(name, channel))

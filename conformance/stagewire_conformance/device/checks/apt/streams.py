@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from stagewire.protocols import FramedMessage
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["Stream", "stream_of", "streams_of"]
@@ -25,7 +25,7 @@ class Stream:
     """
 
     def __init__(
-        self, place: Place, start: FramedMessage, stop: FramedMessage, status: str
+        self, place: Target, start: FramedMessage, stop: FramedMessage, status: str
     ) -> None:
         self.place = place
         self.start = start
@@ -88,7 +88,7 @@ def streams_of(declared: Declared) -> list[Stream]:
     return [stream for stream in found if stream is not None]
 
 
-def stream_of(declared: Declared, place: Place) -> Stream | None:
+def stream_of(declared: Declared, place: Target) -> Stream | None:
     """Return the status messages of a place; None for one that has no channels, or whose list has none."""
     for name, entry in declared.registry.messages.items():
         exchange = entry["exchange"]

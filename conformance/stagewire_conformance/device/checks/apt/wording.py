@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire.errors import CodecError, TrailingBytesError
 from stagewire.framing import Garbage
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedProtocol
-from stagewire_conformance.device.lines.heard import Heard
+from stagewire_conformance.device.lines.dialogue import Heard
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared

@@ -6,7 +6,7 @@ from typing import Final
 
 from stagewire.protocols import Command, Reply
 from stagewire_conformance.device.lines.command_line import QUIET, CommandLine
-from stagewire_conformance.device.places import Place
+from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.enumerations import Busy
@@ -32,7 +32,7 @@ class Axis:
     :param place: the axis.
     """
 
-    def __init__(self, trial: Trial, place: Place) -> None:
+    def __init__(self, trial: Trial, place: Target) -> None:
         self.trial = trial
         self.line = line_of(trial)
         self.place = place

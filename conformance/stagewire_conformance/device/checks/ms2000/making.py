@@ -9,7 +9,7 @@ from stagewire.protocols import Command
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.places import Place
+from stagewire_conformance.device.places import Target
 
 __all__ = ["SETTINGS_READ", "axis_check", "first_place", "requests_of"]
 
@@ -19,7 +19,7 @@ SETTINGS_READ: Final = ("READ_INCREMENT_VALUE", "READ_RAMP_TIME", "READ_MAXIMUM_
 
 def axis_check(
     kind: str,
-    place: Place,
+    place: Target,
     look: Callable[[Axis], None],
     *,
     title: str,
@@ -47,7 +47,7 @@ def axis_check(
     )
 
 
-def first_place(declared: Declared, *messages: str) -> Place:
+def first_place(declared: Declared, *messages: str) -> Target:
     """Return the first axis that claims some messages; of none the first axis."""
     claiming = (each for each in declared.places if not set(messages) - each.messages)
     return next(claiming, declared.places[0])

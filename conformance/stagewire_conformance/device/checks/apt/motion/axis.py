@@ -20,8 +20,8 @@ from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
     from stagewire import FramedMessage
-    from stagewire_conformance.device.declared import Place
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.declared import Target
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["HELD", "JITTER", "POLL", "Axis", "Status"]
@@ -92,7 +92,7 @@ class Axis:
     :param channel: its number.
     """
 
-    def __init__(self, trial: Trial, place: Place, channel: int) -> None:
+    def __init__(self, trial: Trial, place: Target, channel: int) -> None:
         self.trial = trial
         self.place = place
         self.channel = channel

@@ -20,7 +20,7 @@ from stagewire_conformance.device.checks.apt.motion.rules import APART, MOTION_B
 from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
 
 __all__ = ["KIND"]
@@ -152,7 +152,7 @@ def _way_back(axis: Axis, before: Status, way: Sequence[Status], now: Status) ->
 
 
 def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    def lacks(place: Place, channel: int) -> str:
+    def lacks(place: Target, channel: int) -> str:
         if not place.connected_to(channel).homes:
             return f"the PICS says that channel {channel} of {place.name} does not home"
         if allowed.motion is None:

@@ -13,7 +13,7 @@ from stagewire_conformance.device.checks.apt.replies import judge_message, judge
 from stagewire_conformance.device.checks.apt.wording import raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.lines.dialogue import Heard
 
 __all__ = ["judge_course", "judge_end", "judge_place", "judge_rest"]
 

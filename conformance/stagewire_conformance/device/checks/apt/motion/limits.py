@@ -24,7 +24,7 @@ from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
 from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place, Travel
+    from stagewire_conformance.device.declared import Declared, Target, Travel
     from stagewire_conformance.device.permissions import Permissions
 
 __all__ = ["KIND"]
@@ -76,7 +76,7 @@ class _End:
         return (self.place - status.position) * self.way > 2 * self.last + HELD
 
 
-def _ways(declared: Declared, allowed: Permissions, place: Place, channel: int) -> list[int]:
+def _ways(declared: Declared, allowed: Permissions, place: Target, channel: int) -> list[int]:
     """Return the ways, 1 up and -1 down, in which an end of the travel lies within the range."""
     travel = place.travel_of(channel)
     if travel is None or allowed.motion is None:
@@ -189,7 +189,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
 
 
 def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    def lacks(place: Place, channel: int) -> str:
+    def lacks(place: Target, channel: int) -> str:
         what = f"channel {channel} of {place.name}"
         travel = place.travel_of(channel)
         if not place.connected_to(channel).limit_switches:

@@ -16,13 +16,13 @@ from stagewire_conformance.device.checks.apt.motion.moving import returning
 from stagewire_conformance.device.permissions import RangeError
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["Motor", "Moving", "lacks_range", "motor_checks", "motors", "unseen"]
 
-Motor = tuple["Place", int]
+Motor = tuple["Target", int]
 """A channel of a place."""
 
 Moving = Callable[[Sequence[Axis]], None]
@@ -62,7 +62,7 @@ def motor_checks(
     does: str,
     settings: bool = False,
     seconds: float = 1.5,
-    lacks: Callable[[Place, int], str] = lambda place, channel: "",
+    lacks: Callable[[Target, int], str] = lambda place, channel: "",
     name: str = "",
     at_least: int = 1,
     also: tuple[str, ...] = (),
@@ -100,7 +100,7 @@ def motor_checks(
         )
 
 
-def _used(declared: Declared, place: Place, also: tuple[str, ...]) -> list[str]:
+def _used(declared: Declared, place: Target, also: tuple[str, ...]) -> list[str]:
     """Return what else is used of what a place claims: the status, and what is named."""
     query = place.unit.status_query
     names = [query.req.layout.message] if query and query.req else []
@@ -130,13 +130,13 @@ def _name(group: Sequence[Motor]) -> str:
     return "+".join(f"{place.name}/{channel}" for place, channel in group)
 
 
-def unseen(place: Place) -> str:
+def unseen(place: Target) -> str:
     """Return why nobody can see where a motor is, which only the PICS can say; empty where it can be seen."""
     query = place.unit.status_query
     return place.why_not(query.req.layout.message) if query and query.req else ""
 
 
-def _skip(place: Place, messages: tuple[str, ...]) -> str:
+def _skip(place: Target, messages: tuple[str, ...]) -> str:
     """Return why a motor cannot be looked at, which only the PICS can say; empty where it can.
 
     Whoever moves something has to see where it is, must be able to stop it, and to bring it back.

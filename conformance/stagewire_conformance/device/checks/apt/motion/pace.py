@@ -11,7 +11,7 @@ from stagewire.errors import UnknownScaleError
 from stagewire_apt import messages as m
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Place
+    from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["Pace", "jog_pace_of", "pace_of", "status_velocity"]
@@ -53,7 +53,7 @@ class Pace:
         return 2 * self.seconds(distance) + _PATIENCE if self.known else _UNKNOWN
 
 
-def pace_of(trial: Trial, place: Place, channel: int) -> Pace:
+def pace_of(trial: Trial, place: Target, channel: int) -> Pace:
     """Return the pace of moves (page 30); where it is not told, one that makes them short."""
     if "MOT_REQ_VELPARAMS" not in place.messages:
         return Pace(1000.0, 1000.0, known=False)
@@ -61,18 +61,18 @@ def pace_of(trial: Trial, place: Place, channel: int) -> Pace:
     return _pace(place, channel, told.max_velocity, told.acceleration)
 
 
-def jog_pace_of(place: Place, channel: int, told: m.MotGetJogParams) -> Pace:
+def jog_pace_of(place: Target, channel: int, told: m.MotGetJogParams) -> Pace:
     """Return the pace of jogs (page 32)."""
     return _pace(place, channel, told.jog_max_velocity, told.jog_acceleration)
 
 
-def status_velocity(place: Place, channel: int) -> float | None:
+def status_velocity(place: Target, channel: int) -> float | None:
     """Return how many counts/s one of velocity is in a status (page 79); None: nobody knows."""
     ratio = _ratio(place, channel, "status_velocity")
     return None if ratio is None else float(ratio)
 
 
-def _pace(place: Place, channel: int, velocity: int, acceleration: int) -> Pace:
+def _pace(place: Target, channel: int, velocity: int, acceleration: int) -> Pace:
     speed = _ratio(place, channel, "velocity")
     gain = _ratio(place, channel, "acceleration")
     return Pace(
@@ -82,7 +82,7 @@ def _pace(place: Place, channel: int, velocity: int, acceleration: int) -> Pace:
     )
 
 
-def _ratio(place: Place, channel: int, quantity: str) -> Fraction | None:
+def _ratio(place: Target, channel: int, quantity: str) -> Fraction | None:
     """Return how many counts (of position, per second) one on the wire is; None: nobody knows."""
     position = place.position_scale(channel)
     scales = place.connected_to(channel).scales

@@ -15,7 +15,7 @@ from stagewire_conformance.device.checks.apt.streams import Stream, stream_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
 
 __all__ = ["KIND"]

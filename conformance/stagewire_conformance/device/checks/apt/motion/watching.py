@@ -13,7 +13,7 @@ from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, POLL, Axis, Status
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.lines.dialogue import Heard
 
 __all__ = ["ENDS", "Decision", "Watched", "is_outside", "watch"]
 

@@ -18,7 +18,7 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_ar
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -28,7 +28,7 @@ _WAIT: Final = 1.0
 """Seconds within which the status says it."""
 
 
-def _run(trial: Trial, place: Place, channel: int) -> None:
+def _run(trial: Trial, place: Target, channel: int) -> None:
     _see_to_it(trial, place, channel)
     before = enable_state(trial, place, channel)
     other = EnableState.DISABLE if before == EnableState.ENABLE else EnableState.ENABLE
@@ -50,7 +50,7 @@ def _run(trial: Trial, place: Place, channel: int) -> None:
         _judge_bit(trial, place, channel, enabled=state == EnableState.ENABLE)
 
 
-def _see_to_it(trial: Trial, place: Place, channel: int) -> None:
+def _see_to_it(trial: Trial, place: Target, channel: int) -> None:
     """See that disabling does nothing that was not allowed; the check ends where it might."""
     if (place, channel) in list(motors(trial.declared)):
         Axis(trial, place, channel).inside()
@@ -67,7 +67,7 @@ def _see_to_it(trial: Trial, place: Place, channel: int) -> None:
             trial.inconclusive(f"{place.name}: the solenoid is on, and was left so")
 
 
-def _bits_of(place: Place) -> tuple[str, ...]:
+def _bits_of(place: Target) -> tuple[str, ...]:
     """Return the request and the message that have the bit of an enabled channel; empty: none is claimed."""
     if place.status == "dc" and "MOT_REQ_STATUSBITS" in place.messages:
         return "MOT_REQ_STATUSBITS", "MOT_GET_STATUSBITS"
@@ -76,7 +76,7 @@ def _bits_of(place: Place) -> tuple[str, ...]:
     return ()
 
 
-def _judge_bit(trial: Trial, place: Place, channel: int, *, enabled: bool) -> None:
+def _judge_bit(trial: Trial, place: Target, channel: int, *, enabled: bool) -> None:
     """Say whether the status has the bit of an enabled channel, where a message can be asked that has it."""
     if not _bits_of(place):
         return
@@ -100,7 +100,7 @@ def _judge_bit(trial: Trial, place: Place, channel: int, *, enabled: bool) -> No
 def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
     moving = list(motors(declared))
 
-    def lacks(place: Place) -> str:
+    def lacks(place: Target) -> str:
         if (place, 1) in moving:
             return lacks_range(declared, allowed, (place, 1))
         is_piezo = "PZ_REQ_OUTPUTVOLTS" in place.messages

@@ -22,7 +22,7 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import OPEN, Piezo
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -116,7 +116,7 @@ class _Waveform:
         )
 
 
-def _run(trial: Trial, place: Place, channel: int) -> None:
+def _run(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     if piezo.mode not in OPEN:
         piezo.give_up(f"{piezo.text} is in closed loop; samples would be positions there")

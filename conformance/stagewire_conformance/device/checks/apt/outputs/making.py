@@ -10,7 +10,7 @@ from stagewire_conformance.device.check import Check, Need
 from stagewire_conformance.device.permissions import COUNTS
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -20,7 +20,7 @@ __all__ = ["Running", "lacks_unit", "output_checks"]
 class Running(Protocol):
     """Looks at a channel of a place."""
 
-    def __call__(self, trial: Trial, place: Place, channel: int) -> None:
+    def __call__(self, trial: Trial, place: Target, channel: int) -> None:
         """Look at it, and say to the trial what is found."""
 
 
@@ -34,9 +34,9 @@ def output_checks(
     does: str,
     settings: bool = False,
     seconds: float = 1.0,
-    lacks: Callable[[Place], str] = lambda place: "",
-    also: Callable[[Place], tuple[str, ...]] = lambda place: (),
-    skip: Callable[[Place], str] = lambda place: "",
+    lacks: Callable[[Target], str] = lambda place: "",
+    also: Callable[[Target], tuple[str, ...]] = lambda place: (),
+    skip: Callable[[Target], str] = lambda place: "",
 ) -> Iterator[Check]:
     """Make a check for each channel of each place whose list has some messages.
 

@@ -23,8 +23,8 @@ from stagewire_conformance.device.trial import EnoughError
 if TYPE_CHECKING:
     from stagewire import FramedMessage
     from stagewire.devices import Scales
-    from stagewire_conformance.device.declared import Place
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.declared import Target
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["CLOSED", "FULL_SCALE", "HELD", "OPEN", "Piezo", "PiezoStatus", "bits_are_printed"]
@@ -45,7 +45,7 @@ _REPORT: Final = 1.0
 """Seconds within which a status message comes."""
 
 
-def bits_are_printed(place: Place) -> bool:
+def bits_are_printed(place: Target) -> bool:
     """Return whether the document says what the status bits of a unit mean (pages 101 to 104)."""
     return place.unit.name == "TPZ001" or place.unit.name.startswith("BPC")
 
@@ -72,7 +72,7 @@ class Piezo:
     :param channel: its number.
     """
 
-    def __init__(self, trial: Trial, place: Place, channel: int) -> None:
+    def __init__(self, trial: Trial, place: Target, channel: int) -> None:
         self.trial = trial
         self.place = place
         self.channel = channel

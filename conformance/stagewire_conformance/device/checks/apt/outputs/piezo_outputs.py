@@ -23,7 +23,7 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import (
 )
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -38,7 +38,7 @@ _MODE: Final = ("PZ_SET_POSCONTROLMODE", "PZ_REQ_POSCONTROLMODE", "PZ_GET_POSCON
 # Open loop
 
 
-def _volts(trial: Trial, place: Place, channel: int) -> None:
+def _volts(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     if piezo.mode not in OPEN:
         piezo.give_up(f"{piezo.text} is in closed loop, where an output voltage is ignored")
@@ -137,7 +137,7 @@ def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
     return span
 
 
-def _position(trial: Trial, place: Place, channel: int) -> None:
+def _position(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     span = _enter_closed_loop(piezo)
     for mode in reversed(CLOSED):
@@ -167,7 +167,7 @@ def _position(trial: Trial, place: Place, channel: int) -> None:
 # Modes
 
 
-def _modes(trial: Trial, place: Place, channel: int) -> None:
+def _modes(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     before = piezo.mode
     low, high = piezo.span("output_volts") if before in OPEN else piezo.span("piezo_position")

@@ -19,7 +19,7 @@ from stagewire_conformance.device.checks.apt.outputs.making import output_checks
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -29,7 +29,7 @@ __all__ = ["INTERLOCK", "MODE", "STATE"]
 class _Switch:
     """A parameter set with one value, that is written and read back."""
 
-    def __init__(self, trial: Trial, place: Place, channel: int, name: str) -> None:
+    def __init__(self, trial: Trial, place: Target, channel: int, name: str) -> None:
         sets = parameter_sets(trial.declared, place)
         self._trial = trial
         self._spot = Spot(place, channel, next(each for each in sets if each.name == name))
@@ -59,7 +59,7 @@ class _Switch:
         )
 
 
-def _state(trial: Trial, place: Place, channel: int) -> None:
+def _state(trial: Trial, place: Target, channel: int) -> None:
     mode = _Switch(trial, place, channel, "MOT_SOL_OPERATINGMODE")
     state = _Switch(trial, place, channel, "MOT_SOL_STATE")
     mode.keep()
@@ -73,7 +73,7 @@ def _state(trial: Trial, place: Place, channel: int) -> None:
     state.write(SolenoidState.SOLENOID_OFF)
 
 
-def _mode(trial: Trial, place: Place, channel: int) -> None:
+def _mode(trial: Trial, place: Target, channel: int) -> None:
     mode = _Switch(trial, place, channel, "MOT_SOL_OPERATINGMODE")
     state = _Switch(trial, place, channel, "MOT_SOL_STATE")
     state.keep(moves=state.before == SolenoidState.SOLENOID_ON)
@@ -83,7 +83,7 @@ def _mode(trial: Trial, place: Place, channel: int) -> None:
             mode.write(value)
 
 
-def _interlock(trial: Trial, place: Place, channel: int) -> None:
+def _interlock(trial: Trial, place: Target, channel: int) -> None:
     interlock = _Switch(trial, place, channel, "MOT_SOL_INTERLOCKMODE")
     interlock.keep()
     interlock.write(SolenoidInterlockMode.SOLENOID_ENABLED)

@@ -20,7 +20,7 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import (
 )
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -46,7 +46,7 @@ _NEAR: Final = FULL_SCALE // 50
 """Counts within which a reading is zero."""
 
 
-def _zero(trial: Trial, place: Place, channel: int) -> None:
+def _zero(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     if piezo.mode not in OPEN:
         piezo.give_up(
@@ -88,7 +88,7 @@ def _zero(trial: Trial, place: Place, channel: int) -> None:
         )
 
 
-def _zero_reading(trial: Trial, place: Place, channel: int) -> None:
+def _zero_reading(trial: Trial, place: Target, channel: int) -> None:
     mode = trial.reply(m.PzReqTsgIoSettings(channel), place.address).message.display_mode
     if mode == DisplayMode.DISPUNITS_VOLTAGE:
         trial.inconclusive(
@@ -134,7 +134,7 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         )
 
 
-def _lacks(allowed: Permissions, place: Place) -> str:
+def _lacks(allowed: Permissions, place: Target) -> str:
     puts_out = "PZ_REQ_OUTPUTVOLTS" in place.listed
     return lacks_unit(allowed, ("V", "mV"), "voltages") if puts_out else ""
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from stagewire_conformance.device.checks.apt.reading.channel_status import ChannelStatus
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["CLOSED_LOOP", "ENABLED", "POSITION", "Difference", "Look", "agreements", "enabling"]

@@ -13,7 +13,7 @@ from stagewire_conformance.device.rules import about
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 

@@ -12,7 +12,7 @@ from stagewire_conformance.device.checks.apt.replies import judge_message
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -50,7 +50,7 @@ def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
             )
 
 
-def _ask_used(board: Place, trial: Trial) -> None:
+def _ask_used(board: Target, trial: Trial) -> None:
     """Ask of every bay that can be named; one that the rack does not have may be met with silence."""
     declared = trial.declared
     states = {ident: state for ident in _idents(declared) if (state := _state(trial, board, ident))}
@@ -76,7 +76,7 @@ def _ask_used(board: Place, trial: Trial) -> None:
             )
 
 
-def _state(trial: Trial, board: Place, ident: int) -> int | None:
+def _state(trial: Trial, board: Target, ident: int) -> int | None:
     """Return what the motherboard says of a bay; None where it says nothing."""
     request = trial.declared.make(_ASK, bay_ident=ident)
     heard = trial.line.ask_all(request, board.address, wait=_WAIT)

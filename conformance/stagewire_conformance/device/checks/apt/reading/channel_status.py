@@ -13,8 +13,8 @@ from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
     from stagewire_conformance.registry import Json
 
@@ -36,7 +36,7 @@ class ChannelStatus:
     """
 
     declared: Declared
-    place: Place
+    place: Target
     number: int
     stream: Stream
     requests: Mapping[str, Request]

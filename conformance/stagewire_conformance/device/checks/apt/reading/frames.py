@@ -13,7 +13,7 @@ from stagewire_conformance.device.checks.apt.values import unused_parameters
 from stagewire_conformance.device.checks.apt.wording import described, joined
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -41,7 +41,7 @@ def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
             )
 
 
-def _run(place: Place, requests: Sequence[Request], trial: Trial) -> None:
+def _run(place: Target, requests: Sequence[Request], trial: Trial) -> None:
     """Ask everything once, and look at the frame of each message, whatever it says."""
     silent = 0
     seen: set[tuple[int | None, int | None]] = set()  # of the same addresses one message will do

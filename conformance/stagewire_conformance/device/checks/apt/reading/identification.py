@@ -13,8 +13,8 @@ from stagewire_conformance.device.checks.apt.requests import Request, requests_o
 from stagewire_conformance.device.checks.apt.values import is_readable
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -57,7 +57,7 @@ def _identify(request: Request, trial: Trial) -> None:
     )
 
 
-def _judge_serial_number(trial: Trial, place: Place, heard: Heard) -> None:
+def _judge_serial_number(trial: Trial, place: Target, heard: Heard) -> None:
     """Eight digits; nine are known of newer units than the document has."""
     number = heard.message.serial_number
     digits = str(number)
@@ -99,7 +99,7 @@ def _judge_texts(trial: Trial, heard: Heard) -> None:
     )
 
 
-def _judge_hardware(trial: Trial, place: Place, heard: Heard) -> None:
+def _judge_hardware(trial: Trial, place: Target, heard: Heard) -> None:
     message = heard.message
     fields = trial.declared.registry.fields(heard.name, message.layout.form)
     motherboard = fields["type"]["enum"][_MOTHERBOARD]

@@ -11,7 +11,7 @@ from stagewire_conformance.device.checks.apt.clean import clean
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -34,7 +34,7 @@ def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
             )
 
 
-def _identify(place: Place, trial: Trial) -> None:
+def _identify(place: Target, trial: Trial) -> None:
     trial.line.send(trial.declared.make(_IDENTIFY), place.address)
     came = trial.line.listen(_SILENCE)
     trial.must(

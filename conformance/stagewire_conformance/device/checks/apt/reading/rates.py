@@ -7,10 +7,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.checks.apt.streams import Stream
-from stagewire_conformance.device.lines.jitter import Jitter, jitter_of, percentile
+from stagewire_conformance.device.lines.line import Jitter, jitter_of, percentile
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["FIXED", "judge_rate", "run_rate"]

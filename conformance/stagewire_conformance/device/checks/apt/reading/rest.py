@@ -13,7 +13,7 @@ from stagewire_conformance.device.checks.apt.reading.agreement import (
 from stagewire_conformance.device.checks.apt.reading.channel_status import ChannelStatus
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["looks_at_rest"]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks.apt.clean import clean_request
 from stagewire_conformance.device.checks.apt.requests import Request
-from stagewire_conformance.device.lines.jitter import jitter_of, percentile
+from stagewire_conformance.device.lines.line import jitter_of, percentile
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared

@@ -17,7 +17,7 @@ from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbou
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
+    from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -50,7 +50,7 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         )
 
 
-def _saving(declared: Declared, place: Place) -> list[str]:
+def _saving(declared: Declared, place: Target) -> list[str]:
     """Return the messages in the list of a place that save settings."""
     entries = declared.registry.messages
     return [name for name in sorted(place.listed) if entries[name]["effect"] == "eeprom"]

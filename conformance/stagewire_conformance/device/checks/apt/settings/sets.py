@@ -12,8 +12,8 @@ from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
 from stagewire_conformance.registry import Json
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Place
-    from stagewire_conformance.device.lines.heard import Heard
+    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
 __all__ = ["ParameterSet", "Spot", "Values", "parameter_sets", "spots"]
@@ -55,7 +55,7 @@ class ParameterSet:
         return self.set, self.req, self.get
 
 
-def parameter_sets(declared: Declared, place: Place) -> Iterator[ParameterSet]:
+def parameter_sets(declared: Declared, place: Target) -> Iterator[ParameterSet]:
     """Give the parameter sets in the list of a place that can be set and asked for, as the registry has them.
 
     Those that the PICS takes back are among them.
@@ -91,7 +91,7 @@ class Spot:
     :param channel: None where the set names none.
     """
 
-    place: Place
+    place: Target
     channel: int | None
     set: ParameterSet
 

@@ -15,7 +15,7 @@ from stagewire_conformance.device.checks.ms2000.motion.making import lacks_of, m
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.places import Place
+from stagewire_conformance.device.places import Target
 from stagewire_ms2000.flags import StatusBits
 
 __all__ = ["KIND"]
@@ -75,7 +75,7 @@ def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
             )
 
 
-def _undeclared(place: Place) -> str:
+def _undeclared(place: Target) -> str:
     connected = place.connected_to()
     if connected.travel is None:
         return f"the PICS declares no travel of axis {place.name}"
@@ -84,7 +84,7 @@ def _undeclared(place: Place) -> str:
     return ""
 
 
-def _lacks(declared: Declared, allowed: Permissions, place: Place, upper: bool) -> str:
+def _lacks(declared: Declared, allowed: Permissions, place: Target, upper: bool) -> str:
     """Return why the range does not reach an end; empty where it does."""
     travel = place.travel_of()
     if travel is None or allowed.motion is None or lacks_of(declared, allowed, place):

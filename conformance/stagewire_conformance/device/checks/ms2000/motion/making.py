@@ -11,7 +11,7 @@ from stagewire_conformance.device.checks.ms2000.making import axis_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions, RangeError
-from stagewire_conformance.device.places import Place
+from stagewire_conformance.device.places import Target
 
 __all__ = ["MOVES", "lacks_of", "motion_check", "motion_checks"]
 
@@ -27,7 +27,7 @@ def motion_check(
     kind: str,
     declared: Declared,
     allowed: Permissions,
-    place: Place,
+    place: Target,
     look: Callable[[Mover], None],
     *,
     messages: tuple[str, ...] = (),
@@ -72,7 +72,7 @@ def motion_checks(
         yield motion_check(kind, declared, allowed, place, look, **more)
 
 
-def lacks_of(declared: Declared, allowed: Permissions, place: Place) -> str:
+def lacks_of(declared: Declared, allowed: Permissions, place: Target) -> str:
     """Return why the range that was allowed says nothing of an axis; empty where it does."""
     try:
         if allowed.motion is not None:

@@ -13,7 +13,7 @@ from stagewire_conformance.device.checks.ms2000.motion.making import MOVES, lack
 from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.places import Place
+from stagewire_conformance.device.places import Target
 from stagewire_ms2000 import messages as m
 
 __all__ = ["KIND"]
@@ -22,7 +22,7 @@ _FIRST, _SECOND = 0.3, 0.6
 """Seconds that the two moves take."""
 
 
-def _both(first: Mover, place: Place) -> None:
+def _both(first: Mover, place: Target) -> None:
     second = Mover(first.trial, place)
     first.ready()
     second.ready()

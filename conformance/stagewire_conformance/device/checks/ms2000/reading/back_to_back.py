@@ -15,7 +15,7 @@ from stagewire_conformance.device.checks.ms2000.making import SETTINGS_READ, req
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.lines.command_line import QUIET
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.places import Place
+from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.trial import Trial
 
 __all__ = ["KIND"]
@@ -25,7 +25,7 @@ _BURSTS: Final = 10
 _BURST: Final = 8
 
 
-def _claimed(declared: Declared) -> list[tuple[Place, Command]]:
+def _claimed(declared: Declared) -> list[tuple[Target, Command]]:
     """Return what can be asked whom; all axes are asked one thing, then the next."""
     return [
         (place, request)

@@ -9,7 +9,7 @@ from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.making import axis_check, first_place
 from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.lines.jitter import jitter_of, percentile
+from stagewire_conformance.device.lines.line import jitter_of, percentile
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 

@@ -17,7 +17,7 @@ from stagewire.protocols import (
     SetupCommand,
 )
 from stagewire_conformance.answers import RefusalError
-from stagewire_conformance.codec.base import Codec, Json, Reader
+from stagewire_conformance.framings.base import Codec, Json, Reader
 from stagewire_conformance.hexes import from_hex
 
 __all__ = ["DIRECTIONS", "CommandCodec"]

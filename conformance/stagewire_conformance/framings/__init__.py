@@ -11,11 +11,10 @@ from functools import cache
 
 from stagewire.errors import UnsupportedError
 from stagewire.protocols import CommandProtocol, FramedProtocol, PacketProtocol, Protocol
-from stagewire_conformance.codec.base import ENDS, Codec
-from stagewire_conformance.codec.commands import CommandCodec
-from stagewire_conformance.codec.events import EVENT_NAMES
-from stagewire_conformance.codec.framed import FramedCodec
-from stagewire_conformance.codec.packets import PacketCodec
+from stagewire_conformance.framings.base import ENDS, EVENT_NAMES, Codec
+from stagewire_conformance.framings.header import FramedCodec
+from stagewire_conformance.framings.packet import PacketCodec
+from stagewire_conformance.framings.slots import CommandCodec
 
 __all__ = ["ENDS", "EVENT_NAMES", "KEYS", "Codec", "codec_of"]
 

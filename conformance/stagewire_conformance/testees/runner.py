@@ -1,26 +1,86 @@
-"""Tests a testee: asks it all cases, and keeps what it found, however it ends."""
+"""Run all cases against a testee, in order, and keep the results, however the run ends."""
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
+import fnmatch
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from datetime import UTC, datetime
 
 from stagewire.protocols import Protocol
 from stagewire_conformance.comparison import Outcome
-from stagewire_conformance.testees.case import Case
-from stagewire_conformance.testees.errors import NothingToAskError
+from stagewire_conformance.testees.case import Case, NothingToAskError, Step, ask
 from stagewire_conformance.testees.expected import Expected, not_asked
-from stagewire_conformance.testees.explain import shortened
-from stagewire_conformance.testees.hello import Hello
-from stagewire_conformance.testees.plan import chosen, plan, why_not
+from stagewire_conformance.testees.explanation import shortened
+from stagewire_conformance.testees.hostile import at_once, damaged, ids, lines
 from stagewire_conformance.testees.process import Process
-from stagewire_conformance.testees.result import Report, Result
+from stagewire_conformance.testees.registry_cases import OPERATIONS, cuts, large, stated, worked
+from stagewire_conformance.testees.result import Hello, Report, Result
 from stagewire_conformance.testees.session import GivenUpError, Line, Session
 
-__all__ = ["TIMEOUT", "Progress", "run"]
+GROUPS = {
+    "examples": "Worked examples of the document",
+    "captures": "Captures of third parties",
+    "cases": "Cases of the registry",
+    "cut": "Streams, cut at every place",
+    "large": "Requests larger than any frame",
+    "lines": "Hostile and unusual lines",
+    "order": "Many lines at once",
+}
+"""Last part of the name of a group -> what its cases are."""
+
+
+def plan(protocols: Iterable[Protocol], seed: int, hello: Hello | None = None) -> list[Case]:
+    """Return the cases of the protocols, then those that look at lines alone.
+
+    :param seed: what chance decides follows from it.
+    :param hello: what the testee can do; what it has not got is planned, and left out when it is run.
+    """
+    made: list[Case] = []
+    for protocol in protocols:
+        for part in (worked, stated, cuts, large):
+            made += part(protocol)
+    can = [case for case in made if not why_not(case, hello)]
+    clean = _clean(can)
+    seldom = [*lines(clean), *ids(clean)]
+    return [*made, *seldom, *damaged(clean, seed), *at_once([*can, *seldom], seed)]
+
+
+def chosen(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
+    """Return the cases whose id, group or message one of the patterns matches; all without a pattern."""
+    if not only:
+        return list(cases)
+    return [
+        case
+        for case in cases
+        for names in [(case.id, case.group, case.message)]
+        if any(fnmatch.fnmatchcase(name, pattern) for name in names for pattern in only)
+    ]
+
+
+def why_not(case: Case, hello: Hello | None) -> str:
+    """Return why a testee cannot be asked a case; empty where it can."""
+    if hello is None:
+        return ""
+    if case.protocol and case.protocol not in hello.protocols:
+        return f"the testee does not speak {case.protocol}"
+    lacking = sorted(case.operations.difference(hello.operations))
+    return f"the testee does not {' and '.join(lacking)}" if lacking else ""
+
+
+def _clean(cases: Iterable[Case]) -> list[Step]:
+    """Return a request for each protocol and operation that is granted; at least one."""
+    found: dict[tuple[str, str], Step] = {}
+    for case in cases:
+        step = case.steps[0]
+        for operation in case.operations:
+            if step.wanted.get("ok"):
+                found.setdefault((case.protocol, operation), step)
+    ordered = sorted(found, key=lambda key: OPERATIONS.index(key[1]))
+    return [found[key] for key in ordered] or [ask({"op": "hello"}, {})]
+
 
 TIMEOUT = 5.0
 """Seconds that an answer may take where nobody says otherwise."""

@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 
 from stagewire.protocols import FramedMessage
 from stagewire.sessions import Matching
-from stagewire_conformance.device.declared import Declared, Place
+from stagewire_conformance.device.declared import Declared, Target
 
 __all__ = ["Moved"]
 
@@ -85,7 +85,7 @@ class Moved:
             for channel in channels
         ]
 
-    def _names(self, place: Place) -> list[str]:
+    def _names(self, place: Target) -> list[str]:
         """Return the messages that stop something there, whatever the PICS says of them."""
         return sorted(name for name in place.listed if self._entries[name]["effect"] == "stop")
 

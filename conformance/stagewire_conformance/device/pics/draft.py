@@ -1,12 +1,14 @@
-"""A first PICS, written by asking a controller what it answers; nothing is set, and nothing moves.
+"""Draft a PICS by asking a controller, and write it as TOML with comments; nothing is set, and nothing moves.
 
-What is sent: what it is, which bays are used, and then every request of its list, a second time only where
-nothing came. What does not answer is written down as not supported; the rest a vendor adds by hand.
+The draft asks for the identity and the bays, and then sends every request of the unit, a second time only
+where no answer came. A request without an answer is written down as not supported; a vendor adds the
+rest by hand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import json
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, Final
 
@@ -24,12 +26,87 @@ from stagewire_conformance.device.declared import RACK, Declared, axes_of, decla
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import COUNTS, Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
-from stagewire_conformance.device.pics.text import pics_text
-from stagewire_conformance.device.places import Place
+from stagewire_conformance.device.places import Target
 
-__all__ = ["ask_pics"]
+
+def pics_text(pics: Pics, declared: Declared, url: str, told: Mapping[str, int | str]) -> str:
+    """Return the text of a PICS.
+
+    :param declared: the same, as a controller.
+    :param url: of the line where it was asked for.
+    :param told: what the controller said that it is.
+    """
+    return "\n".join(_lines(pics, declared, url, told)) + "\n"
+
+
+def _lines(
+    pics: Pics, declared: Declared, url: str, told: Mapping[str, int | str]
+) -> Iterator[str]:
+    is_of_commands = isinstance(declared.protocol, CommandProtocol)
+    yield f"# What a {pics.unit} can do, as it answered at {_comment(url)}."
+    for name, value in told.items():
+        yield f"# {name}: {_comment(str(value).strip())}"
+    yield "# Correct it, and give reasons: the suite skips what stands under [unsupported], and nothing else."
+    yield ""
+    yield "schema_version = 1"
+    yield f"protocol = {_text(declared.protocol.name)}"
+    yield f"unit = {_text(pics.unit)}"
+    if is_of_commands:
+        yield '# firmware = "3.3"'
+    else:
+        yield f'line = {_text(pics.line)}                     # or "rs232", where no signs of life are due'
+    yield from _reasons("unsupported", pics.unsupported)
+    for bay in pics.bays or ():
+        yield from ("", "[[bay]]", f"number = {bay.number}")
+        if bay.unit:
+            yield f"unit = {_text(bay.unit)}"
+        yield from _reasons("bay.unsupported", bay.unsupported)
+    for channel in pics.channels:
+        yield from _channel(channel, declared, is_of_commands)
+    yield from ("", "# [timing]", "# reply_p99_ms = 50            # what you promise, if you do")
+
+
+def _channel(channel: ChannelPics, declared: Declared, is_of_commands: bool) -> Iterator[str]:
+    yield from ("", "[[channel]]")
+    if channel.bay is not None:
+        yield f"bay = {channel.bay}"
+    if channel.axis is not None:
+        yield f"axis = {_text(channel.axis)}"
+    else:
+        yield f"number = {channel.number}"
+    if is_of_commands:
+        yield '# travel = "-50..50mm"          # where it may go'
+        return
+    place = next(
+        each for each in declared.places if each.channels and each.bay in (channel.bay, 1, None)
+    )
+    stages = place.unit.stages
+    yield (
+        f'# stage = "{stages[0]}"' if stages else '# counts_per_mm = "25600"        # of its stage'
+    )
+    yield f'# travel = "0..12mm"           # where it can go; or in {COUNTS}: "0..400000{COUNTS}"'
+    yield "# homes = true                 # whether it can be sent home"
+    yield "# limit_switches = true"
+
+
+def _reasons(header: str, reasons: Mapping[str, str]) -> Iterator[str]:
+    if reasons:
+        yield from ("", f"[{header}]")
+    for name, reason in reasons.items():
+        yield f"{name} = {_text(reason)}"
+
+
+def _text(value: str) -> str:
+    """Return a text as TOML has it; what JSON escapes, TOML does in the same way."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _comment(text: str) -> str:
+    """Return a text of others for a comment, where only what can be printed may stand."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
+
 
 _WAIT: Final = 0.5
 """Seconds for each of two attempts to get an answer."""
@@ -164,7 +241,7 @@ class _Addresses:
             )
         return _unit_of(self._line.declared, identity)
 
-    def _silent(self, line: AptLine, place: Place) -> Iterator[str]:
+    def _silent(self, line: AptLine, place: Target) -> Iterator[str]:
         """Yield the requests of a place that are not answered, on any of its channels."""
         for name in sorted(place.listed):
             entry = line.declared.registry.messages[name]

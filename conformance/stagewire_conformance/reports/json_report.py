@@ -9,8 +9,16 @@ from typing import Any
 
 from stagewire import __version__
 from stagewire_conformance.reports.coverage import PageRow, messages, pages
-from stagewire_conformance.reports.model import Case, Finding, Grade, Line, Place, Rule, Sheet
-from stagewire_conformance.reports.wording import sentence
+from stagewire_conformance.reports.model import (
+    Case,
+    Finding,
+    Grade,
+    Line,
+    PageReference,
+    Rule,
+    Sheet,
+)
+from stagewire_conformance.reports.text import sentence
 
 __all__ = ["SCHEMA_VERSION", "as_json"]
 
@@ -125,7 +133,7 @@ def _rule(rule: Rule) -> Json:
     }
 
 
-def _place(place: Place) -> Json:
+def _place(place: PageReference) -> Json:
     return {"protocol": place.protocol, "number": place.number, "name": place.name}
 
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from stagewire.errors import BadLengthError, BadValueError, MissingFieldError
 from stagewire.framing import Event, Received, Undocumented
 from stagewire.protocols import Frame, FramedProtocol, UndecidedMessage, UndocumentedMessage
-from stagewire_conformance.codec.base import ENDS, Codec, Context, Json, Reader
+from stagewire_conformance.framings.base import ENDS, Codec, Context, Json, Reader
 from stagewire_conformance.hexes import from_hex
 
 __all__ = ["FramedCodec"]

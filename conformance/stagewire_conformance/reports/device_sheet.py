@@ -1,30 +1,125 @@
-"""The sheet of a run of checks against a controller."""
+"""The sheet of a run of checks against a controller.
+
+It begins with the identity of the controller, the declared features and the permissions, and says which
+permissions no check used.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from stagewire_conformance.device.check import Check
+from stagewire_conformance.device.check import Check, Need
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.registry import Registry
-from stagewire_conformance.reports.facts import facts
-from stagewire_conformance.reports.missed import missed
 from stagewire_conformance.reports.model import (
     Case,
     Erratum,
+    Fact,
     Finding,
     Grade,
     Group,
     Line,
     Message,
-    Place,
+    PageReference,
     Rule,
     Sheet,
 )
 
-__all__ = ["GRADES", "sheet_of"]
+
+def facts(report: Report) -> tuple[Fact, ...]:
+    """Return the facts of a run, in the order in which they are told."""
+    return tuple(_facts(report))
+
+
+def allowed_words(report: Report) -> str:
+    """Return in words what the run was allowed to do."""
+    allowed = report.allowed
+    more = [
+        *(["change settings, and restore them"] if allowed.settings else []),
+        *([f"move within {allowed.motion}"] if allowed.motion else []),
+        *(["write the EEPROM"] if allowed.eeprom else []),
+    ]
+    return "; ".join(["ask", *more]) if more else "ask, and nothing else"
+
+
+def _facts(report: Report) -> Iterator[Fact]:
+    declared = report.declared
+    yield Fact(key="unit", label="Unit", value=declared.unit.name)
+    if declared.unit.title:
+        yield Fact(key="unit_title", label="Which is", value=declared.unit.title)
+    yield Fact(key="url", label="Line", value=report.url)
+    for name, value in report.identification.items():
+        said = f"It says: {name.replace('_', ' ')}"
+        yield Fact(key=f"identification_{name}", label=said, value=value)
+    yield Fact(key="declared_by", label="Declared by", value=_declared_by(declared))
+    for place in declared.places:
+        yield Fact(key=f"place_{place.name}", label=f"At {place.name}", value=_place(place))
+    yield Fact(key="line", label="Taken to be on", value=declared.pics.line)
+    if declared.firmware:
+        yield Fact(key="firmware", label="Firmware", value=declared.firmware)
+    yield Fact(key="allowed", label="Allowed", value=allowed_words(report))
+    yield Fact(
+        key="jitter_ms", label="Lateness of this computer, ms", value=round(report.jitter * 1e3, 3)
+    )
+
+
+def _declared_by(declared: Declared) -> str:
+    return "its PICS" if declared.pics.digest else "nobody: taken as the document has it"
+
+
+def _place(place: Target) -> str:
+    """Return in words what is at an address or axis."""
+    if place.is_motherboard:
+        return "motherboard"
+    controllers = {each.scales.controller for each in place.fitted.values()} - {place.unit.name}
+    parts = [
+        place.unit.name,
+        *(f"identified as {controller}" for controller in sorted(controllers)),
+    ]
+    for channel, fitted in place.fitted.items():
+        name = "" if channel is None else f"channel {channel}: "
+        stage = fitted.stage.name if fitted.stage else "no stage declared, counts only"
+        travel = f", travel {fitted.travel} counts" if fitted.travel else ""
+        parts.append(f"{name}{stage}{travel}")
+    return "; ".join(parts)
+
+
+_DECIDED = (Result.PASS, Result.NON_STRICT, Result.FAIL)
+
+_WHAT = {
+    Need.SETTINGS: "no check that changes settings",
+    Need.MOTION: "no check that moves",
+    Need.EEPROM: "no check that writes the EEPROM",
+}
+
+
+def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
+    """Yield a clause for each permission of which no check could make use, with the first reason.
+
+    :param checks: all that were planned, in order.
+
+    Of a run that was cut short there is nothing to tell but that.
+    """
+    if report.unfinished:
+        return
+    outcomes = {outcome.check.id: outcome for outcome in report.outcomes}
+    left_out = {check.id: why for check, why in report.not_run}
+    for need in Need:
+        needing = [check for check in checks if need in check.needs]
+        ran = [outcomes[check.id] for check in needing if check.id in outcomes]
+        if need not in report.allowed.granted or not needing:
+            continue
+        if any(outcome.result in _DECIDED for outcome in ran):
+            continue
+        said = [finding.text for outcome in ran for finding in outcome.findings]
+        reasons = [*said, *(left_out.get(check.id) or check.skip for check in needing)]
+        why = next(filter(None, reasons), "nothing says why")
+        yield f"{_WHAT[need]} came to a result: {why}"
+
 
 GRADES = {
     Result.PASS: Grade.PASSED,
@@ -85,10 +180,10 @@ def sheet_of(
     )
 
 
-def places(registry: Registry, pages: Iterable[int]) -> tuple[Place, ...]:
+def places(registry: Registry, pages: Iterable[int]) -> tuple[PageReference, ...]:
     """Return pages or sections of the document, with their names."""
     protocol = registry.data["protocol"]
-    return tuple(Place(protocol, page, registry.where((page,))) for page in pages)
+    return tuple(PageReference(protocol, page, registry.where((page,))) for page in pages)
 
 
 def _document(registry: Registry) -> str:

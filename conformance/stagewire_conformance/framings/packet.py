@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from stagewire.errors import MissingFieldError
 from stagewire.framing import Event, PacketReceived
 from stagewire.protocols import Packet, PacketProtocol
-from stagewire_conformance.codec.base import Codec, Json, Reader
+from stagewire_conformance.framings.base import Codec, Json, Reader
 from stagewire_conformance.hexes import from_hex
 
 __all__ = ["PacketCodec"]

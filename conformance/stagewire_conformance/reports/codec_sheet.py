@@ -17,12 +17,12 @@ from stagewire_conformance.reports.model import (
     Grade,
     Group,
     Message,
-    Place,
+    PageReference,
     Sheet,
 )
 from stagewire_conformance.testees import Case as Asked
 from stagewire_conformance.testees import Report, Result
-from stagewire_conformance.testees.plan import GROUPS
+from stagewire_conformance.testees.runner import GROUPS
 
 __all__ = ["sheet_of"]
 
@@ -89,7 +89,8 @@ def _messages(protocols: Sequence[Protocol]) -> Iterator[Message]:
             yield Message(
                 name=name,
                 places=tuple(
-                    Place(protocol.name, page, registry.where((page,))) for page in entry["pages"]
+                    PageReference(protocol.name, page, registry.where((page,)))
+                    for page in entry["pages"]
                 ),
                 errata=tuple(entry["errata"]),
             )

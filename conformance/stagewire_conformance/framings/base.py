@@ -1,4 +1,7 @@
-"""What the codecs of all protocols have in common."""
+"""The base of the codecs of all framings, and the names of their events in the testee protocol.
+
+Recorded sessions also have lines of text; the testee protocol does not, because a testee cuts one format.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +12,45 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from stagewire.errors import BadValueError
-from stagewire.framing import End, Event, join_garbage
+from stagewire.framing import (
+    BadCommandLength,
+    BadLength,
+    BadPacketLength,
+    CommandReceived,
+    End,
+    Event,
+    Garbage,
+    PacketReceived,
+    Received,
+    ReplyReceived,
+    TextReceived,
+    Undocumented,
+    Unknown,
+    UnknownCommand,
+    UnknownPacket,
+    join_garbage,
+)
 from stagewire.protocols import Layout, Protocol
 from stagewire_conformance.answers import Decoded, frame_answer
-from stagewire_conformance.codec.events import EVENT_NAMES
 from stagewire_conformance.hexes import from_hex
 from stagewire_conformance.registry import registry_of
 
-__all__ = ["ENDS", "Codec", "Context", "Json", "Reader"]
+EVENT_NAMES: dict[type[Event], str] = {
+    Received: "message",
+    CommandReceived: "message",
+    ReplyReceived: "message",
+    PacketReceived: "message",
+    Undocumented: "undocumented",
+    Unknown: "unknown",
+    UnknownCommand: "unknown",
+    UnknownPacket: "unknown",
+    BadLength: "bad_length",
+    BadCommandLength: "bad_length",
+    BadPacketLength: "bad_length",
+    Garbage: "garbage",
+    TextReceived: "text",
+}
+
 
 Json = dict[str, Any]
 Context = Mapping[str, str]
