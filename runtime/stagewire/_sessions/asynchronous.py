@@ -1,12 +1,10 @@
 """Sessions for asyncio: requests to controllers, and their answers, as calls to be awaited.
 
-See :mod:`stagewire._sessions.loop_driver` for what goes on in the event loop. The calls are those of
-:mod:`stagewire._sessions.synchronous`.
+See :mod:`stagewire._sessions.loop_driver` for how tasks share a line.
 """
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +19,7 @@ from stagewire._sessions.awaiting import AsyncSession
 from stagewire._sessions.commands import CommandCore
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.framed import FramedCore
+from stagewire._sessions.loop_driver import async_clock_of
 from stagewire._sessions.options import Ends, SessionOptions
 from stagewire._sessions.recording import Recording
 
@@ -53,9 +52,7 @@ class AsyncFramedSession(AsyncSession[FramedCore]):
     ) -> None:
         core = FramedCore(protocol, options=options)
         self.options = core.options
-        recording = (
-            None if log is None else Recording(log, protocol, asyncio.get_running_loop().time, unit)
-        )
+        recording = None if log is None else Recording(log, protocol, async_clock_of(link), unit)
         super().__init__(core, link, recording=recording)
 
     async def ask(
@@ -102,7 +99,7 @@ class AsyncFramedSession(AsyncSession[FramedCore]):
 
         :param ends: the classes of what is said at its end.
         :param timeout: seconds until the end; None: those of the options.
-        :param on_done: called once when it ends, it has to call no session.
+        :param on_done: called once when it ends, by whoever notices; it must call no session.
 
         Raises :class:`~stagewire.errors.MotionUnderWayError` where another one may be under way, and as
         :meth:`ask` does.
@@ -129,28 +126,33 @@ class AsyncFramedSession(AsyncSession[FramedCore]):
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core
         if ends is None:
-            await self.start(lambda now: core.halt(message, None, dest, seconds, now))
+            await self.start(lambda now: core.halt(message, None, dest, seconds, now), is_stop=True)
             return None
-        frame: Frame = await self.perform(lambda now: core.halt(message, ends, dest, seconds, now))
+        frame: Frame = await self.perform(
+            lambda now: core.halt(message, ends, dest, seconds, now), is_stop=True
+        )
         return frame
 
     def settled(self, dest: int, channel: int | None) -> None:
-        """Say that what may have been under way there is over, as its status was read."""
-        self._core.settled(dest, channel)
+        """Note that no motion is under way there any more, as a status has shown."""
+        with self._lock:
+            self._core.settled(dest, channel)
 
     def keep_alive(
         self, message: FramedMessage | None, addresses: tuple[int, ...], period: float = 0.5
     ) -> None:
-        """Send a sign of life to each address every ``period`` seconds, whatever else happens.
+        """Send a keep-alive message to each address every ``period`` seconds, whatever else happens.
 
-        :param message: the sign; None: no more to these, or to anybody where no address is given.
+        :param message: the keep-alive message; None: no more to these, or to any where no address is given.
         """
-        self._core.keep_alive(message, addresses, period)
-        self._pump()
+        with self._lock:
+            self._core.keep_alive(message, addresses, period)
+        self._reschedule()
 
     def tell(self, source: int, **context: str) -> None:
         """Say what decides between layouts of messages from a source; see :meth:`.Framer.tell`."""
-        self._core.tell(source, **context)
+        with self._lock:
+            self._core.tell(source, **context)
 
 
 class AsyncCommandSession(AsyncSession[CommandCore]):
@@ -179,9 +181,7 @@ class AsyncCommandSession(AsyncSession[CommandCore]):
     ) -> None:
         core = CommandCore(protocol, options=options, refuse_prefix_bytes=refuse_prefix_bytes)
         self.options = core.options
-        recording = (
-            None if log is None else Recording(log, protocol, asyncio.get_running_loop().time, unit)
-        )
+        recording = None if log is None else Recording(log, protocol, async_clock_of(link), unit)
         super().__init__(core, link, recording=recording)
 
     @property
@@ -227,7 +227,7 @@ class AsyncCommandSession(AsyncSession[CommandCore]):
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core
-        await self.start(lambda now: core.halt(message, axis, seconds, now))
+        await self.start(lambda now: core.halt(message, axis, seconds, now), is_stop=True)
 
     async def text(self, line: str, timeout: float | None = None) -> str:
         """Send a line of text, without its end, and return the line that answers it, without its end.

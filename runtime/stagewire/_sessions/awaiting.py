@@ -30,12 +30,13 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
     For tasks of the event loop in which it was made; no call is for another loop or thread.
     """
 
-    async def perform(self, make: Callable[[float], Exchange]) -> Any:
+    async def perform(self, make: Callable[[float], Exchange], *, is_stop: bool = False) -> Any:
         """Begin an exchange, wait for its end and return its result, or raise its error.
 
         If the task is cancelled, so is the exchange.
 
         :param make: has the core make the exchange; is called with the time.
+        :param is_stop: of a session for threads; here nothing ever keeps an exchange from being written.
         """
         over = Over(self._loop)
         exchange = self._issue(make, over)
@@ -46,12 +47,15 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
         self,
         make: Callable[[float], Exchange],
         on_done: Callable[[Exchange], object] | None = None,
+        *,
+        is_stop: bool = False,
     ) -> Exchange:
         """Begin an exchange and return it when its bytes are with the line.
 
         Raises its error if it ends before.
 
-        :param on_done: called once when it ends; it has to call no session.
+        :param on_done: called once when it ends; it must call no session.
+        :param is_stop: see :meth:`perform`.
         """
         over = Over(self._loop)
         watchers = Watchers([over] if on_done is None else [over, on_done])

@@ -60,7 +60,7 @@ class Session(ThreadDriver[_C], Closing):
 
         Raises its error if it ends before.
 
-        :param on_done: called once when it ends, by whoever notices; it has to call no session.
+        :param on_done: called once when it ends, by whoever notices; it must call no session.
         :param is_stop: whether nothing may keep it from being written.
         """
         waiter = Waiter()

@@ -8,6 +8,7 @@ from typing import Generic, TypeVar
 
 from stagewire._links.link import AsyncLink, Link
 from stagewire._sessions.core import Core, log
+from stagewire._sessions.interrupts import defers_interrupts
 from stagewire._sessions.recording import Recording
 from stagewire._sessions.statistics import Statistics
 from stagewire.errors import SessionClosedError, StagewireError, TransportLostError
@@ -17,6 +18,7 @@ __all__ = ["Driver"]
 _C = TypeVar("_C", bound=Core)
 
 
+@defers_interrupts
 class Driver(Generic[_C]):
     """A core on a line.
 
@@ -24,6 +26,10 @@ class Driver(Generic[_C]):
     :param link: the line.
     :param recording: where all that passes is recorded, if anywhere.
     """
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        defers_interrupts(cls)
 
     def __init__(self, core: _C, link: Link | AsyncLink, recording: Recording | None) -> None:
         self.on_close: list[Callable[[], bytes]] = []

@@ -1,9 +1,12 @@
-"""Ctrl-C at a moment that does no harm: never in the midst of what a session does at once.
+"""Defer Ctrl-C to a moment that does no harm: never in the middle of a step of a session.
 
 Python raises ``KeyboardInterrupt`` between any two steps of the main thread. Within a session it would leave
-a frame taken from the queue and not written, a reply read and given to nobody, or a turn to read that nobody
-has. So while a session is open, an interrupt that comes there is raised some milliseconds later: where the
-thread waits, or when it has left the session. A program with a handler of its own keeps it.
+a frame taken from the queue and not written, a reply that is read and delivered to nobody, or a turn to read
+that nobody has. So while a session is open, an interrupt that comes there is raised some milliseconds later:
+where the thread waits, or when it has left the session. A program with a handler of its own keeps it.
+
+The handler recognises frames by their code objects. :func:`defers_interrupts` registers those of a class,
+:func:`reads_link` the function that reads a link, and ``_WAITS`` refers to the functions that wait.
 """
 
 from __future__ import annotations
@@ -12,18 +15,43 @@ import _thread
 import signal
 import threading
 import time
-from types import FrameType
-from typing import Final
+from collections.abc import Callable
+from types import CodeType, FrameType, FunctionType
+from typing import Any, Final, TypeVar
 
-__all__ = ["on_interrupt"]
+from stagewire._links.descriptor import Readiness
+from stagewire._sessions.waiting import Waiter
 
 _AGAIN: Final = 0.005  # seconds
-_LONGEST: Final = 2.0  # seconds; a line of somebody else's may wait where nobody here knows of it
+_LONGEST: Final = 2.0  # seconds; a third-party link may wait where this module knows nothing of it
 
-_SESSIONS: Final = "stagewire._sessions."
+_WAITS: Final = frozenset({Waiter.sleep.__code__, Readiness.readable.__code__})
+_CONDITION_WAIT: Final = threading.Condition.wait.__code__
+_deferring: Final[set[CodeType]] = set()
+_reading: Final[set[CodeType]] = set()
 
 _put_off_since: float | None = None
 _comes_again = False
+
+_T = TypeVar("_T", bound=type)
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def defers_interrupts(cls: _T) -> _T:
+    """Register the methods and properties of a class, in which no interrupt is raised."""
+    for member in vars(cls).values():
+        functions = (member.fget, member.fset) if isinstance(member, property) else (member,)
+        for function in functions:
+            function = getattr(function, "__wrapped__", function)
+            if isinstance(function, FunctionType):
+                _deferring.add(function.__code__)
+    return cls
+
+
+def reads_link(function: _F) -> _F:
+    """Register the function that reads a link; an interrupt is raised where that link waits."""
+    _reading.add(function.__code__)
+    return function
 
 
 def on_interrupt(number: int, frame: FrameType | None) -> None:
@@ -49,17 +77,22 @@ def _is_inside(frame: FrameType | None) -> bool:
     while frame is not None:
         if _waits(frame):
             return False
-        if frame.f_globals.get("__name__", "").startswith(_SESSIONS):
+        if frame.f_code in _deferring:
             return True
         frame = frame.f_back
     return False
 
 
 def _waits(frame: FrameType) -> bool:
-    name = frame.f_code.co_qualname
-    if name == "Condition.wait":  # of a line, and not of a thread that is started
-        return frame.f_back is not None and frame.f_back.f_code.co_name == "read"
-    return name in ("Waiter.sleep", "Readiness.readable")
+    """Whether a frame waits: in a function of ours, or in a condition of the link that is read."""
+    if frame.f_code is not _CONDITION_WAIT:
+        return frame.f_code in _WAITS
+    caller = frame.f_back
+    if caller is not None and caller.f_globals is vars(threading):  # a thread is being started
+        return False
+    while caller is not None and caller.f_code not in _deferring:
+        caller = caller.f_back
+    return caller is not None and caller.f_code in _reading
 
 
 def _interrupt_again() -> None:

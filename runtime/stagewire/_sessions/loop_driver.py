@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TypeVar
 
 from stagewire._links.link import AsyncLink
@@ -23,9 +23,12 @@ from stagewire._sessions.recording import Recording
 from stagewire._sessions.waiting import Over
 from stagewire.errors import StagewireError, TransportLostError
 
-__all__ = ["LoopDriver"]
-
 _C = TypeVar("_C", bound=Core)
+
+
+def async_clock_of(link: AsyncLink) -> Callable[[], float]:
+    """Return what tells the time of a link, in seconds: the running event loop."""
+    return asyncio.get_running_loop().time
 
 
 class LoopDriver(Driver[_C]):
@@ -44,6 +47,7 @@ class LoopDriver(Driver[_C]):
         self._loop = asyncio.get_running_loop()
         self.now: Callable[[], float] = self._loop.time
         """The time of the session: that of the loop."""
+        self._lock = nullcontext()  # of the core; a task is not interrupted between two awaits
         self._timer: asyncio.TimerHandle | None = None
         self._timer_at = math.inf
         self._asleep: set[Over] = set()  # who waits for nothing of the core, to be woken at the end
@@ -99,6 +103,10 @@ class LoopDriver(Driver[_C]):
                 self._timer.cancel()
             self._timer = self._loop.call_at(due, self._tick)
             self._timer_at = due
+
+    def _reschedule(self) -> None:
+        """See to it that what the core was just told to do is done in time."""
+        self._pump()
 
     def _tick(self) -> None:
         """Let the core see to what is due; the loop has passed on what had come before it calls a timer."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from stagewire._codec.events import Event
 from stagewire._links.link import Closing
+from stagewire._sessions.interrupts import defers_interrupts
 from stagewire._sessions.subscription import Subscription
 from stagewire._sessions.waiting import Over, Waiter
 from stagewire.errors import ReplyTimeoutError, SessionClosedError
@@ -28,8 +29,13 @@ def as_it_came(event: Event) -> Event:
     return event
 
 
+@defers_interrupts
 class _Ended(Generic[_T]):
     """What both have in common: the queue, what is read from its events, and its end."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        defers_interrupts(cls)
 
     def __init__(self, queue: Subscription, read: Callable[[Event], _T]) -> None:
         self._queue = queue

@@ -1,7 +1,8 @@
+# Generated from _sessions/asynchronous.py by `python tools/unasync.py`; do not edit.
+
 """Sessions for threads: requests to controllers, and their answers, as plain calls.
 
-See :mod:`stagewire._sessions.thread_driver` for how threads share a line. The classes of
-:mod:`stagewire._sessions.asynchronous` have the same calls, to be awaited.
+See :mod:`stagewire._sessions.thread_driver` for how threads share a line.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ class FramedSession(Session[FramedCore]):
     :param protocol: what is spoken.
     :param link: the line, open; it belongs to the session from now on.
     :param options: times.
-    :param background: whether a thread reads and keeps alive; never on a line with a clock of its own.
+    :param background: whether a thread reads and keeps the controller alive; never on a link that
+        has a clock of its own.
     :param log: a file for a capture of all that passes; what was in it is replaced.
     :param unit: the name of the unit, for the capture.
 
@@ -100,7 +102,7 @@ class FramedSession(Session[FramedCore]):
 
         :param ends: the classes of what is said at its end.
         :param timeout: seconds until the end; None: those of the options.
-        :param on_done: called once when it ends, by whoever notices; it has to call no session.
+        :param on_done: called once when it ends, by whoever notices; it must call no session.
 
         Raises :class:`~stagewire.errors.MotionUnderWayError` where another one may be under way, and as
         :meth:`ask` does.
@@ -135,21 +137,20 @@ class FramedSession(Session[FramedCore]):
         return frame
 
     def settled(self, dest: int, channel: int | None) -> None:
-        """Say that what may have been under way there is over, as its status was read."""
+        """Note that no motion is under way there any more, as a status has shown."""
         with self._lock:
             self._core.settled(dest, channel)
 
     def keep_alive(
         self, message: FramedMessage | None, addresses: tuple[int, ...], period: float = 0.5
     ) -> None:
-        """Send a sign of life to each address every ``period`` seconds, whatever else happens.
+        """Send a keep-alive message to each address every ``period`` seconds, whatever else happens.
 
-        :param message: the sign; None: no more to these, or to anybody where no address is given.
+        :param message: the keep-alive message; None: no more to these, or to any where no address is given.
         """
         with self._lock:
             self._core.keep_alive(message, addresses, period)
-            self._look_ahead()
-        self._wake_reader()
+        self._reschedule()
 
     def tell(self, source: int, **context: str) -> None:
         """Say what decides between layouts of messages from a source; see :meth:`.Framer.tell`."""
@@ -163,7 +164,8 @@ class CommandSession(Session[CommandCore]):
     :param protocol: what is spoken.
     :param link: the line, open; it belongs to the session from now on.
     :param options: times.
-    :param background: whether a thread reads; never on a line with a clock of its own.
+    :param background: whether a thread reads and keeps the controller alive; never on a link that
+        has a clock of its own.
     :param refuse_prefix_bytes: refuse values whose bytes a controller might take for a setup command; see
         :meth:`.CommandFrame.encode`.
     :param log: a file for a capture of all that passes; what was in it is replaced.
@@ -178,8 +180,8 @@ class CommandSession(Session[CommandCore]):
         link: Link,
         *,
         options: SessionOptions | None = None,
-        background: bool = True,
         refuse_prefix_bytes: bool = False,
+        background: bool = True,
         log: str | Path | None = None,
         unit: str | None = None,
     ) -> None:

@@ -6,8 +6,8 @@ waits for nothing else. Nobody polls: who waits for a reply sleeps on a lock of 
 reads it.
 
 With ``background=True`` one daemon thread reads, and keeps the controller alive. With ``background=False``
-there is none: whoever waits reads, and of several who wait, one for all. Then nothing is heard, and no sign
-of life is sent, while nobody waits.
+there is none: a thread that waits reads, and of several that wait, one for all. Then no event is received
+and no keep-alive message is sent while no thread waits.
 """
 
 from __future__ import annotations
@@ -23,11 +23,10 @@ from stagewire._sessions import termination
 from stagewire._sessions.core import Core, log
 from stagewire._sessions.driver import Driver
 from stagewire._sessions.exchange import Exchange
+from stagewire._sessions.interrupts import reads_link
 from stagewire._sessions.recording import Recording
 from stagewire._sessions.waiting import Turns, Waiter
 from stagewire.errors import TransportLostError
-
-__all__ = ["ThreadDriver", "clock_of"]
 
 _C = TypeVar("_C", bound=Core)
 
@@ -139,6 +138,12 @@ class ThreadDriver(Driver[_C]):
         self._silent_at = self._core.silent_at
         self._waits_for_reader = self._core.waits_for_reader
 
+    def _reschedule(self) -> None:
+        """See to it that what the core was just told to do is done in time."""
+        with self._lock:
+            self._look_ahead()
+        self._wake_reader()
+
     def _wake_reader(self) -> None:
         """Let who reads look around if it has reason to; who else waits keeps its own time."""
         if min(self._due, self._silent_at) < self._reads_until or self._turns.is_over:
@@ -159,6 +164,7 @@ class ThreadDriver(Driver[_C]):
 
     # The line
 
+    @reads_link
     def _read(self, until: float = math.inf) -> None:
         """Read once, until something comes or is due, and let the core take it."""
         with self._lock:

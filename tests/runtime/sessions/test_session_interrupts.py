@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import signal
+import socket
 import sys
 import threading
 import time
 from collections.abc import Callable
-from types import FrameType
+from types import FrameType, FunctionType
 
 import pytest
 from scripted_links import USB, TestLink, answer, velocity
 
+from stagewire._links.link import AsyncClosing, Closing
 from stagewire._sessions import interrupts
-from stagewire.sessions import FramedSession, SessionOptions
+from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
+from stagewire._sessions.driver import Driver
+from stagewire._sessions.options import SessionOptions
+from stagewire._sessions.subscribing import AsyncSubscription, BlockingSubscription
+from stagewire._sessions.synchronous import CommandSession, FramedSession
+from stagewire._sessions.thread_driver import ThreadDriver
+from stagewire.links import open_link
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 
@@ -95,6 +103,51 @@ def test_an_interrupt_while_it_waits_comes_at_once() -> None:
         with pytest.raises(KeyboardInterrupt):
             session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), USB, timeout=60)
         timer.join()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there no wait of a lock is interrupted")
+@pytest.mark.parametrize("waits_in", ["condition", "poll"])
+def test_an_interrupt_while_the_link_waits_comes_at_once(waits_in: str) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        url = "virtual://TDC001" if waits_in == "condition" else f"socket://127.0.0.1:{port}"
+        with FramedSession(PROTOCOL, open_link(url), background=False) as session:
+            main = threading.main_thread().ident
+            assert main is not None
+            timer = threading.Timer(0.05, lambda: signal.pthread_kill(main, signal.SIGINT))
+            timer.start()
+            began = time.monotonic()
+            with pytest.raises(KeyboardInterrupt):
+                session.pause(60)
+            assert time.monotonic() - began < interrupts._LONGEST
+            timer.join()
+
+
+@pytest.mark.parametrize(
+    "cls",
+    [
+        FramedSession,
+        CommandSession,
+        BlockingSubscription,
+        AsyncFramedSession,
+        AsyncCommandSession,
+        AsyncSubscription,
+    ],
+)
+def test_every_method_of_a_session_defers_interrupts(cls: type) -> None:
+    bases = [base for base in cls.__mro__ if base.__module__.startswith("stagewire.")]
+    assert any(issubclass(base, Driver) or "Subscription" in base.__name__ for base in bases)
+    for base in bases:
+        if base in (Closing, AsyncClosing):
+            continue
+        for name, member in vars(base).items():
+            function = getattr(member, "fget", None) or getattr(member, "__wrapped__", member)
+            if isinstance(function, FunctionType):
+                assert function.__code__ in interrupts._deferring, f"{base.__name__}.{name}"
+
+
+def test_the_function_that_reads_the_link_is_marked() -> None:
+    assert interrupts._reading == {ThreadDriver._read.__code__}
 
 
 def test_a_handler_of_the_user_stays() -> None:

@@ -1,0 +1,139 @@
+"""Generate the half of the library that is for threads from its asyncio half.
+
+``python tools/unasync.py`` writes the modules; ``--check`` writes nothing, names the modules that differ and
+exits with status 1. Each module of the asyncio half is copied with the substitutions of ``WORDS``, and those
+of ``PASSAGES`` for what is different by nature, such as a parameter that only threads need. Ruff formats the
+copy. A passage that does not occur is an error, so that no entry outlives its reason.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+ROOT: Final = Path(__file__).parents[1]
+PACKAGE: Final = ROOT / "runtime" / "stagewire"
+COMMAND: Final = "python tools/unasync.py"
+
+MODULES: Final = {
+    "_sessions/asynchronous.py": "_sessions/synchronous.py",
+}
+"""Modules, or folders of modules, of the asyncio half, and where their copies are."""
+
+WORDS: Final = (
+    (r"\basync (?=def |with |for )", ""),
+    (r"\bawait ", ""),
+    (r"\b_async\b", "_sync"),
+    (r"\basynchronous(?=[ .`_])", "synchronous"),
+    (r"\bAsync(Locks|Link|Closing|Iterator|FramedSession|CommandSession|Session)\b", r"\1"),
+    (r"\bAsyncSubscription\b", "BlockingSubscription"),
+    (r"\bAbstractAsyncContextManager\b", "AbstractContextManager"),
+    (r"\basynccontextmanager\b", "contextmanager"),
+    (r"\basync_clock_of\b", "clock_of"),
+    (r"\bopen_async_session\b", "open_session"),
+    (r"\b_sessions\.awaiting\b", "_sessions.calling"),
+    (r"\bloop_driver\b", "thread_driver"),
+    (r"\bfor asyncio\b", "for threads"),
+    (r"\bhow tasks share\b", "how threads share"),
+    (r", as calls to be awaited\b", ", as plain calls"),
+    (r"\bopen and not started; it belongs\b", "open; it belongs"),
+)
+"""Regular expressions, and what replaces them, in the order in which they are applied."""
+
+_BACKGROUND: Final = (
+    (
+        "        log: str | Path | None",
+        "        background: bool = True,\n        log: str | Path | None",
+    ),
+    ("(core, link, recording", "(core, link, background=background, recording"),
+    (
+        "    :param options: times.\n",
+        "    :param options: times.\n"
+        "    :param background: whether a thread reads and keeps the controller alive; never on a link that\n"
+        "        has a clock of its own.\n",
+    ),
+)
+
+PASSAGES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
+    "_sessions/asynchronous.py": _BACKGROUND,
+}
+"""By module, passages of its text and what replaces them, before the words."""
+
+
+def pairs() -> Iterator[tuple[Path, Path]]:
+    """Yield each module of the asyncio half with its copy."""
+    for source, copy in MODULES.items():
+        if source.endswith(".py"):
+            yield PACKAGE / source, PACKAGE / copy
+        else:
+            for module in sorted((PACKAGE / source).glob("*.py")):
+                yield module, PACKAGE / copy / module.name
+
+
+def generated(source: Path) -> str:
+    """Return the copy of a module for threads.
+
+    Raises :class:`ValueError` for a passage that its text does not have.
+    """
+    name = source.relative_to(PACKAGE).as_posix()
+    text = source.read_text(encoding="utf-8")
+    for passage, replacement in PASSAGES.get(name, ()):
+        if passage not in text:
+            raise ValueError(
+                f"{name} does not contain {passage!r}; correct PASSAGES in tools/unasync.py"
+            )
+        text = text.replace(passage, replacement)
+    for pattern, replacement in WORDS:
+        text = re.sub(pattern, replacement, text)
+    text = f"# Generated from {name} by `{COMMAND}`; do not edit.\n\n{text}"
+    for step in (("check", "--quiet", "--fix-only", "--select", "I"), ("format", "--quiet")):
+        text = _ruff(text, *step, "--stdin-filename", str(source.with_name("copy.py")), "-")
+    return text
+
+
+def _ruff(text: str, *arguments: str) -> str:
+    command = [sys.executable, "-m", "ruff", *arguments]
+    done = subprocess.run(command, input=text, capture_output=True, encoding="utf-8", check=True)
+    return done.stdout
+
+
+def drift() -> dict[Path, str | None]:
+    """Return the copies that differ from what is generated, with their text; None for one without source."""
+    expected = {copy: generated(source) for source, copy in pairs()}
+    found: dict[Path, str | None] = {
+        copy: text
+        for copy, text in expected.items()
+        if not copy.exists() or copy.read_text(encoding="utf-8") != text
+    }
+    folders = [PACKAGE / copy for copy in MODULES.values() if not copy.endswith(".py")]
+    left = {module for folder in folders for module in folder.glob("*.py")} - set(expected)
+    return {**found, **dict.fromkeys(left)}
+
+
+def main() -> int:
+    """Write or check the copies; return the exit status."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; status 1 on a difference"
+    )
+    check = parser.parse_args().check
+    different = drift()
+    for copy, text in different.items():
+        print(f"{copy.relative_to(ROOT)} {'differs' if check else 'written'}")
+        if check:
+            continue
+        if text is None:
+            copy.unlink()
+        else:
+            copy.parent.mkdir(exist_ok=True)
+            copy.write_text(text, encoding="utf-8")
+    return 1 if check and different else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
