@@ -105,7 +105,7 @@ def careful(url: str) -> bool:
     try:
         with TDC001.open(url) as tdc:
             tdc.move_absolute(mm=1)
-    except stagewire.ReplyTimeoutError as late:
+    except stagewire.errors.ReplyTimeoutError as late:
         print(late)
     except stagewire.StagewireError:
         return False
