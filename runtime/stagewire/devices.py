@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from stagewire._devices.options import OpenOptions
     from stagewire._devices.scales import Scales, ToldValue
     from stagewire._devices.synchronous import Device, Motion, Part
+    from stagewire._devices.tables import MotionEnd
     from stagewire._devices.unit import Facts, Unit
     from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Values
 
@@ -29,6 +30,7 @@ __all__ = [
     "Facts",
     "InUnits",
     "Motion",
+    "MotionEnd",
     "OpenOptions",
     "Part",
     "Raw",
@@ -49,6 +51,7 @@ if not TYPE_CHECKING:  # else any name would be taken for one of these
             "_devices.synchronous": "Device Motion Part",
             "_devices.asynchronous": "Device=AsyncDevice Motion=AsyncMotion Part=AsyncPart",
             "_devices.options": "OpenOptions",
+            "_devices.tables": "MotionEnd",
             "_devices.unit": "Facts Unit",
             "_devices.values": "Bits BitsByUnit InUnits Raw Values",
             "_devices.scales": "Scales ToldValue",

@@ -5,8 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import assert_type
 
-from stagewire._devices.asynchronous import Motion
-from stagewire._devices.tables import MotionEnd
+from stagewire.devices import AsyncMotion, MotionEnd
 from stagewire.framing import Event
 from stagewire.sessions import AsyncSubscription
 from stagewire_apt import messages as m
@@ -22,7 +21,7 @@ async def one_stage(url: str) -> float:
         assert_type(await tdc.home(), MotionEnd)
         await tdc.move_absolute(mm=1.5)
         motion = await tdc.start_move_relative(mm=-0.5)
-        assert_type(motion, Motion)
+        assert_type(motion, AsyncMotion)
         await motion.stop()
         changed = await tdc.change_vel_params(max_velocity_mm_per_s=2.5)
         assert_type(changed.max_velocity_mm_per_s, float)

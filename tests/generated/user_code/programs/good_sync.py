@@ -8,8 +8,8 @@ from typing import assert_type
 
 import stagewire
 from stagewire import Scale, Stage
-from stagewire._devices.synchronous import Motion
-from stagewire._devices.tables import MotionEnd
+from stagewire.devices import Motion, MotionEnd
+from stagewire.errors import ReplyTimeoutError
 from stagewire.framing import Event
 from stagewire.sessions import BlockingSubscription
 from stagewire_apt import BBD102, BSC002, MST601, TDC001, TPZ001, enumerations
@@ -105,7 +105,7 @@ def careful(url: str) -> bool:
     try:
         with TDC001.open(url) as tdc:
             tdc.move_absolute(mm=1)
-    except stagewire.errors.ReplyTimeoutError as late:
+    except ReplyTimeoutError as late:
         print(late)
     except stagewire.StagewireError:
         return False
