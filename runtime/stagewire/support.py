@@ -1,4 +1,4 @@
-"""The one module that generated packages import, besides :mod:`stagewire.quantities`.
+"""The one module of the runtime that generated packages import.
 
 :data:`VERSION` counts its incompatible changes. A generated package states the version that it was made for
 (:func:`require`). A runtime that does not offer it refuses to load the package and says what to do.
@@ -90,6 +90,7 @@ if TYPE_CHECKING:
     from stagewire._framings.slots.command import Command, Reply, SetupCommand
     from stagewire._framings.slots.protocol import CommandProtocol
     from stagewire._sessions.options import Ends
+    from stagewire.quantities import Limit, Number, Scale, Stage, UnknownLimit, UnknownScale
 
 __all__ = [
     "VERSION",
@@ -138,11 +139,13 @@ __all__ = [
     "Hindrance",
     "InUnits",
     "Layout",
+    "Limit",
     "Message",
     "ModuleDevice",
     "Motion",
     "MotionEnd",
     "Named",
+    "Number",
     "PacketMessage",
     "PacketProtocol",
     "ParameterSet",
@@ -155,17 +158,21 @@ __all__ = [
     "RawText",
     "Reply",
     "Rule",
+    "Scale",
     "Setting",
     "SetupCommand",
     "Shape",
     "SingleChannelDevice",
     "SingleChannelModule",
+    "Stage",
     "Stored",
     "Sum",
     "Told",
     "UndecidedMessage",
     "UndocumentedMessage",
     "Unit",
+    "UnknownLimit",
+    "UnknownScale",
     "Values",
     "Xor",
     "check_addresses",
@@ -201,6 +208,7 @@ if not TYPE_CHECKING:  # else any name would be taken for one of these
             "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
             "_devices.unit": "Alias Facts Hindrance Setting Told Unit",
             "_sessions.options": "Ends",
+            "quantities": "Limit Number Scale Stage UnknownLimit UnknownScale",
             "_devices.synchronous": (
                 "AxesDevice Axis Bay Channel ChannelsBay ChannelsDevice Device ModuleDevice "
                 "Motion Part RackDevice SingleChannelDevice SingleChannelModule"

@@ -226,7 +226,7 @@ def test_facts_of_commands(command_files: dict[str, str]) -> None:
 
 def test_stages_import_what_they_use(spec: Path, files: dict[str, str]) -> None:
     module = "python/stagewire_tiny/stages.py"
-    line = "from stagewire.quantities import "
+    line = "from stagewire.support import "
     assert f"{line}Limit, Scale, Stage, UnknownLimit, UnknownScale\n" in files[module]
     path = spec / "tiny" / "stages.yaml"
     text = path.read_text(encoding="utf-8")

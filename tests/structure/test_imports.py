@@ -30,7 +30,7 @@ CYCLES = {"stagewire_conformance": 3}
 """Cycles of modules that a package may have; none where it is not named."""
 
 FIRST = "stagewire_cli ->"
-SUPPORT = {"stagewire.support", "stagewire.quantities"}
+SUPPORT = {"stagewire.support"}
 """All that generated packages import of the runtime."""
 
 PAGE = ROOT / "docs" / "architecture.md"

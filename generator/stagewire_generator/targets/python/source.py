@@ -151,7 +151,7 @@ def natural(name: str) -> list[str | int]:
 
 
 SUPPORT: Final = "stagewire.support"
-"""The one module of the runtime that a package imports, besides its quantities."""
+"""The one module of the runtime that a package imports."""
 
 
 def imported(module: str, names: Sequence[str], indent: int = 0) -> str:

@@ -21,6 +21,7 @@ from stagewire_generator.targets.python.named_view import (
     stage_view,
 )
 from stagewire_generator.targets.python.source import (
+    SUPPORT,
     WIDTH,
     bracketed,
     docstring,
@@ -123,7 +124,7 @@ def package_view(protocol: Protocol) -> PackageView:
         flags_all=exported([t.name for t in flags]),
         stages=stages,
         stages_all=exported([s.name for s in stages]),
-        stage_imports=imported("stagewire.quantities", sorted(kinds)) if kinds else "",
+        stage_imports=imported(SUPPORT, sorted(kinds)) if kinds else "",
         quantities=quantities,
         quantities_all=exported([q.name for q in quantities]),
         messages_all=exported([*names, "MESSAGES", "PROTOCOL", "decode"]),

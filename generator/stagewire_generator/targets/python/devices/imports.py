@@ -26,7 +26,7 @@ _FACTS = (
         "Rule",
         "Setting",
     ),
-    *("Told", "Unit"),
+    *("Scale", "Told", "Unit", "UnknownScale"),
 )
 
 
@@ -58,7 +58,6 @@ def facts_imports(package: str, text: str) -> tuple[str, ...]:
     used = _names(text)
     return (
         *(["from fractions import Fraction\n"] if " Fraction(" in text else []),
-        *_imported("stagewire.quantities", ("Scale", "UnknownScale"), used),
         *_imported(SUPPORT, _FACTS, used),
         *_aliased(package, used),
         *([f"from {package} import quantities"] if "quantities." in text else []),
@@ -71,10 +70,9 @@ def parts_imports(package: str, methods: Iterable[MethodView], aio: bool) -> tup
     """Return the imports of a module of parts."""
     used = _names("\n".join(f"{method.signature}\n{method.body}" for method in methods))
     motion = ["Motion"] if "Motion" in used else []
-    end = ["MotionEnd"] if "MotionEnd" in used else []
+    more = [name for name in ("MotionEnd", "Number") if name in used]
     return (
-        *_imported("stagewire.quantities", ("Number",), used),
-        imported(SUPPORT, [*_bases(["Part", *motion], aio), *end]),
+        imported(SUPPORT, [*_bases(["Part", *motion], aio), *more]),
         *_aliased(package, used),
         f"from {package}.devices import tables as t",
         *([f"from {package}.devices import values as v"] if "v." in used else []),
