@@ -22,6 +22,7 @@ COMMAND: Final = "python tools/unasync.py"
 
 MODULES: Final = {
     "_sessions/asynchronous.py": "_sessions/synchronous.py",
+    "_devices/asynchronous": "_devices/synchronous",
 }
 """Modules, or folders of modules, of the asyncio half, and where their copies are."""
 
@@ -29,6 +30,8 @@ WORDS: Final = (
     (r"\basync (?=def |with |for )", ""),
     (r"\bawait ", ""),
     (r"\b_async\b", "_sync"),
+    (r"\bopen_async_link\b", "open_link"),
+    (r"\bOpening\[Self\]", "Self"),
     (r"\basynchronous(?=[ .`_])", "synchronous"),
     (r"\bAsync(Locks|Link|Closing|Iterator|FramedSession|CommandSession|Session)\b", r"\1"),
     (r"\bAsyncSubscription\b", "BlockingSubscription"),
@@ -61,6 +64,33 @@ _BACKGROUND: Final = (
 
 PASSAGES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     "_sessions/asynchronous.py": _BACKGROUND,
+    "_devices/asynchronous/__init__.py": (
+        (
+            "``tools/unasync.py`` generates the devices for threads from them.",
+            "See ``asynchronous``.",
+        ),
+    ),
+    "_devices/asynchronous/devices.py": (
+        (
+            " No thread, and one event loop.\n\n"
+            ":mod:`stagewire._devices.synchronous.devices` has the same for threads.\n",
+            " Every call may be made by any thread.\n",
+        ),
+        ("from stagewire._devices.opening import Opening\n", ""),
+        ("        return Opening(device)\n", "        device._connect()\n        return device\n"),
+        (
+            "the controller on it, to be awaited or entered. Nothing moves.\n\n"
+            "        ``async with TDC001.open(url) as tdc:`` closes it at the end; ``tdc = await "
+            "TDC001.open(url)`` leaves\n        that to the caller.\n",
+            "the controller on it. Nothing moves.\n",
+        ),
+    ),
+    "_devices/asynchronous/transport.py": (
+        (
+            "            options=options,\n",
+            "            options=options,\n            background=connection.choices.background,\n",
+        ),
+    ),
 }
 """By module, passages of its text and what replaces them, before the words."""
 

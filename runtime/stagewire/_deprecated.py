@@ -44,39 +44,50 @@ MOVED = {
     "commands.rule": (
         "stagewire.framing stagewire._framings.slots.command stagewire._framings.slots.framer"
     ),
-    "devices.arrival": "stagewire.devices stagewire._devices.arrival",
+    "devices.arrival": "stagewire.devices stagewire._devices.asynchronous.targets",
     "devices.asynchronous": (
         "stagewire.devices "
-        "stagewire._devices.asynchronous "
-        "stagewire._devices.asynchronous_parts "
-        "stagewire._devices.awaited"
+        "stagewire._devices.asynchronous.devices "
+        "stagewire._devices.asynchronous.parts "
+        "stagewire._devices.opening"
     ),
-    "devices.asynchronous_parts": "stagewire.devices stagewire._devices.asynchronous_parts",
-    "devices.awaited": "stagewire.devices stagewire._devices.awaited",
-    "devices.calls": "stagewire.devices stagewire._devices.calls",
+    "devices.asynchronous_parts": "stagewire.devices stagewire._devices.asynchronous.parts",
+    "devices.awaited": (
+        "stagewire.devices stagewire._devices.asynchronous.transport stagewire._devices.opening"
+    ),
+    "devices.calls": "stagewire.devices stagewire._devices.asynchronous.calls",
     "devices.connection": "stagewire.devices stagewire._devices.connection",
-    "devices.describing": "stagewire.devices stagewire._devices.describing",
-    "devices.diagnosis": "stagewire.devices stagewire._devices.diagnosis",
-    "devices.giving": "stagewire.devices stagewire._devices.giving",
+    "devices.describing": "stagewire.devices stagewire._devices.structure",
+    "devices.diagnosis": "stagewire.devices stagewire._devices.asynchronous.motion",
+    "devices.giving": "stagewire.devices stagewire._devices.arguments",
     "devices.identity": "stagewire.devices stagewire._devices.identity",
-    "devices.immediate": "stagewire.devices stagewire._devices.immediate",
+    "devices.immediate": "stagewire.devices stagewire._devices.synchronous.transport",
     "devices.limits": "stagewire.devices stagewire._devices.limits",
-    "devices.line": "stagewire.devices stagewire._devices.line",
-    "devices.modes": "stagewire.devices stagewire._devices.modes",
+    "devices.line": (
+        "stagewire.devices "
+        "stagewire._devices.endpoint "
+        "stagewire._devices.connection "
+        "stagewire._devices.asynchronous.transport"
+    ),
+    "devices.modes": "stagewire.devices stagewire._devices.asynchronous.devices",
     "devices.motions": "stagewire.devices stagewire._devices.motions stagewire._sessions.motions",
-    "devices.moving": "stagewire.devices stagewire._devices.moving",
-    "devices.opening": "stagewire.devices stagewire._devices.opening",
+    "devices.moving": "stagewire.devices stagewire._devices.asynchronous.motion",
+    "devices.opening": (
+        "stagewire.devices stagewire._devices.asynchronous.handshake stagewire._devices.unit"
+    ),
     "devices.options": "stagewire.devices stagewire._devices.options",
     "devices.scales": "stagewire.devices stagewire._devices.scales",
-    "devices.spot": "stagewire.devices stagewire._devices.spot",
+    "devices.spot": "stagewire.devices stagewire._devices.endpoint",
     "devices.structure": "stagewire.devices stagewire._devices.structure",
     "devices.synchronous": (
-        "stagewire.devices stagewire._devices.synchronous stagewire._devices.synchronous_parts"
+        "stagewire.devices "
+        "stagewire._devices.synchronous.devices "
+        "stagewire._devices.synchronous.parts"
     ),
-    "devices.synchronous_parts": "stagewire.devices stagewire._devices.synchronous_parts",
+    "devices.synchronous_parts": "stagewire.devices stagewire._devices.synchronous.parts",
     "devices.tables": "stagewire.devices stagewire._devices.tables stagewire._sessions.options",
-    "devices.targets": "stagewire.devices stagewire._devices.targets",
-    "devices.unasked": "stagewire.devices stagewire._devices.unasked",
+    "devices.targets": "stagewire.devices stagewire._devices.asynchronous.targets",
+    "devices.unasked": "stagewire.devices stagewire._devices.event_filter",
     "devices.unit": "stagewire.devices stagewire._devices.unit",
     "devices.values": "stagewire.devices stagewire._devices.values",
     "direction": "stagewire.protocols",
@@ -172,6 +183,15 @@ MOVED = {
 RENAMED = {
     "commands.overheard.Asking": "HostListener",
     "commands.overheard.Replies": "ReplyListener",
+    "devices.awaited.CommandLine": "CommandTransport",
+    "devices.awaited.FramedLine": "FramedTransport",
+    "devices.calls.ask": "query",
+    "devices.immediate.CommandLine": "CommandTransport",
+    "devices.immediate.FramedLine": "FramedTransport",
+    "devices.line.Line": "Transport",
+    "devices.line.LineOfFrames": "FramedTransport",
+    "devices.spot.Spot": "Endpoint",
+    "devices.unasked.Unasked": "EventFilter",
     "discovery.asking.Heard": "Answers",
     "discovery.finding.asked": "identified",
     "discovery.known.protocols": "usable_protocols",

@@ -9,13 +9,14 @@ from stagewire._lazy import lazy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from stagewire._devices.asynchronous import Device as AsyncDevice
-    from stagewire._devices.asynchronous import Motion as AsyncMotion
-    from stagewire._devices.asynchronous import Part as AsyncPart
+    from stagewire._devices.asynchronous.devices import Device as AsyncDevice
+    from stagewire._devices.asynchronous.parts import Motion as AsyncMotion
+    from stagewire._devices.asynchronous.parts import Part as AsyncPart
     from stagewire._devices.candidates import candidates, clean_model
     from stagewire._devices.options import OpenOptions
     from stagewire._devices.scales import Scales, ToldValue
-    from stagewire._devices.synchronous import Device, Motion, Part
+    from stagewire._devices.synchronous.devices import Device
+    from stagewire._devices.synchronous.parts import Motion, Part
     from stagewire._devices.tables import MotionEnd
     from stagewire._devices.unit import Facts, Unit
     from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Values
@@ -48,8 +49,10 @@ if not TYPE_CHECKING:  # else any name would be taken for one of these
     __getattr__ = lazy(
         __name__,
         {
-            "_devices.synchronous": "Device Motion Part",
-            "_devices.asynchronous": "Device=AsyncDevice Motion=AsyncMotion Part=AsyncPart",
+            "_devices.synchronous.devices": "Device",
+            "_devices.synchronous.parts": "Motion Part",
+            "_devices.asynchronous.devices": "Device=AsyncDevice",
+            "_devices.asynchronous.parts": "Motion=AsyncMotion Part=AsyncPart",
             "_devices.options": "OpenOptions",
             "_devices.tables": "MotionEnd",
             "_devices.unit": "Facts Unit",

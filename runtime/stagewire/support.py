@@ -26,35 +26,34 @@ if TYPE_CHECKING:
         check_integer,
         check_text,
     )
-    from stagewire._devices.asynchronous import AxesDevice as AsyncAxesDevice
-    from stagewire._devices.asynchronous import Axis as AsyncAxis
-    from stagewire._devices.asynchronous import Bay as AsyncBay
-    from stagewire._devices.asynchronous import Channel as AsyncChannel
-    from stagewire._devices.asynchronous import ChannelsBay as AsyncChannelsBay
-    from stagewire._devices.asynchronous import ChannelsDevice as AsyncChannelsDevice
-    from stagewire._devices.asynchronous import Device as AsyncDevice
-    from stagewire._devices.asynchronous import ModuleDevice as AsyncModuleDevice
-    from stagewire._devices.asynchronous import Motion as AsyncMotion
-    from stagewire._devices.asynchronous import Part as AsyncPart
-    from stagewire._devices.asynchronous import RackDevice as AsyncRackDevice
-    from stagewire._devices.asynchronous import SingleChannelDevice as AsyncSingleChannelDevice
-    from stagewire._devices.asynchronous import SingleChannelModule as AsyncSingleChannelModule
+    from stagewire._devices.asynchronous.devices import AxesDevice as AsyncAxesDevice
+    from stagewire._devices.asynchronous.devices import ChannelsDevice as AsyncChannelsDevice
+    from stagewire._devices.asynchronous.devices import Device as AsyncDevice
+    from stagewire._devices.asynchronous.devices import ModuleDevice as AsyncModuleDevice
+    from stagewire._devices.asynchronous.devices import RackDevice as AsyncRackDevice
+    from stagewire._devices.asynchronous.devices import (
+        SingleChannelDevice as AsyncSingleChannelDevice,
+    )
+    from stagewire._devices.asynchronous.devices import (
+        SingleChannelModule as AsyncSingleChannelModule,
+    )
+    from stagewire._devices.asynchronous.parts import Axis as AsyncAxis
+    from stagewire._devices.asynchronous.parts import Bay as AsyncBay
+    from stagewire._devices.asynchronous.parts import Channel as AsyncChannel
+    from stagewire._devices.asynchronous.parts import ChannelsBay as AsyncChannelsBay
+    from stagewire._devices.asynchronous.parts import Motion as AsyncMotion
+    from stagewire._devices.asynchronous.parts import Part as AsyncPart
     from stagewire._devices.scales import ByCase, BySetting, ByStage, ByUnit, Rule
-    from stagewire._devices.synchronous import (
+    from stagewire._devices.synchronous.devices import (
         AxesDevice,
-        Axis,
-        Bay,
-        Channel,
-        ChannelsBay,
         ChannelsDevice,
         Device,
         ModuleDevice,
-        Motion,
-        Part,
         RackDevice,
         SingleChannelDevice,
         SingleChannelModule,
     )
+    from stagewire._devices.synchronous.parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
     from stagewire._devices.tables import (
         Action,
         Given,
@@ -209,17 +208,20 @@ if not TYPE_CHECKING:  # else any name would be taken for one of these
             "_devices.unit": "Alias Facts Hindrance Setting Told Unit",
             "_sessions.options": "Ends",
             "quantities": "Limit Number Scale Stage UnknownLimit UnknownScale",
-            "_devices.synchronous": (
-                "AxesDevice Axis Bay Channel ChannelsBay ChannelsDevice Device ModuleDevice "
-                "Motion Part RackDevice SingleChannelDevice SingleChannelModule"
+            "_devices.synchronous.devices": (
+                "AxesDevice ChannelsDevice Device ModuleDevice RackDevice SingleChannelDevice "
+                "SingleChannelModule"
             ),
-            "_devices.asynchronous": (
-                "AxesDevice=AsyncAxesDevice Axis=AsyncAxis Bay=AsyncBay Channel=AsyncChannel "
-                "ChannelsBay=AsyncChannelsBay ChannelsDevice=AsyncChannelsDevice "
-                "Device=AsyncDevice ModuleDevice=AsyncModuleDevice Motion=AsyncMotion "
-                "Part=AsyncPart RackDevice=AsyncRackDevice "
+            "_devices.synchronous.parts": "Axis Bay Channel ChannelsBay Motion Part",
+            "_devices.asynchronous.devices": (
+                "AxesDevice=AsyncAxesDevice ChannelsDevice=AsyncChannelsDevice "
+                "Device=AsyncDevice ModuleDevice=AsyncModuleDevice RackDevice=AsyncRackDevice "
                 "SingleChannelDevice=AsyncSingleChannelDevice "
                 "SingleChannelModule=AsyncSingleChannelModule"
+            ),
+            "_devices.asynchronous.parts": (
+                "Axis=AsyncAxis Bay=AsyncBay Channel=AsyncChannel ChannelsBay=AsyncChannelsBay "
+                "Motion=AsyncMotion Part=AsyncPart"
             ),
         },
     )

@@ -19,7 +19,7 @@ from attached_controller import URL, Written, attached
 
 import stagewire_virtual as virtual
 from parts import every_nth
-from stagewire._devices.synchronous import Motion
+from stagewire._devices.synchronous.parts import Motion
 from stagewire_apt import stages
 from stagewire_apt.devices import BBD102Bay
 from stagewire_cli import motion_session

@@ -172,7 +172,17 @@ def test_the_page_names_files_and_folders_that_exist() -> None:
     named = set(
         re.findall(r"`((?:[\w<>-]+/)*(?:[\w-]+\.py|[\w-]+/))`", PAGE.read_text(encoding="utf-8"))
     )
-    tops = ("spec", "generator", "runtime", "generated", "virtual", "conformance", "cli", "tests")
+    tops = (
+        "spec",
+        "tools",
+        "generator",
+        "runtime",
+        "generated",
+        "virtual",
+        "conformance",
+        "cli",
+        "tests",
+    )
     paths = ["/hatch_build.py"] + [
         f"/{path.relative_to(ROOT).as_posix()}{'/' * path.is_dir()}"
         for top in tops

@@ -1,29 +1,28 @@
-"""One open controller: what is known of it, what moves on it, and what was told."""
+"""One open controller: what is known of it, what moves on it, and the settings that it reported."""
 
 from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar
 
 from stagewire._codec.message import Message
 from stagewire._devices.limits import Limits, check_measurable, limits_of
-from stagewire._devices.line import Line
 from stagewire._devices.motions import Motions
 from stagewire._devices.options import SETTINGS, Choices
 from stagewire._devices.scales import Scales, ToldValue
 from stagewire._devices.tables import Action, Command
 from stagewire._devices.unit import Alias, Facts, Setting, Told, Unit
 from stagewire._devices.values import Values
-from stagewire._sessions.options import Ends
+from stagewire._framings.slots.protocol import CommandProtocol
+from stagewire._sessions.options import Ends, SessionOptions
 
 _log = logging.getLogger("stagewire")
 
-__all__ = ["Connection", "Name", "Place"]
 
 Place: TypeAlias = tuple[int, int | None]
 """An address, or an axis, and a channel."""
@@ -36,8 +35,24 @@ _NO_LIMITS = Limits(None, {}, {})
 """Of what moves nothing, such as the motherboard of a rack."""
 
 
-class Connection:
-    """What all parts of one device share; it outlives the line, which may be opened again.
+_PLAIN: Final = {"baudrate": 9600, "rtscts": False}
+"""The link to a controller of commands: the slowest of its rates, and no handshake."""
+
+
+class Transport(Protocol):
+    """The session below, as far as no call of it waits."""
+
+    now: Callable[[], float]
+
+    def heard(self) -> list[tuple[int, Message]]:
+        """Return the unsolicited messages since the last time, and who sent them."""
+
+
+T = TypeVar("T", bound=Transport)
+
+
+class Connection(Generic[T]):
+    """What all parts of one device share; it outlives the link, which may be opened again.
 
     :param facts: of the protocol.
     :param unit: that the user named.
@@ -50,7 +65,7 @@ class Connection:
     compared with.
     """
 
-    line: Line
+    transport: T
     info: Values[Any] | None
     """What the controller says that it is; None where it was not asked."""
     broken_at: float | None = None
@@ -171,6 +186,22 @@ class Connection:
         """
         return 3 if self.unit.kind == "line" and self.broken_at is not None else 1
 
+    def session_options(self) -> SessionOptions:
+        """Return the times of a session as the user chose them, or as the unit needs them."""
+        choices, pause = self.choices, self.unit.pause_ms
+        pacing = choices.pacing
+        if pacing is None:
+            pacing = SessionOptions.pacing if pause is None else pause / 1000
+        return SessionOptions(
+            pacing=pacing, reply_timeout=choices.timeout, motion_timeout=choices.motion_timeout
+        )
+
+    def link_options(self) -> dict[str, Any]:
+        """Return what the user chose of the link itself, or what suits the protocol."""
+        chosen = {"baudrate": self.choices.baudrate, "rtscts": self.choices.rtscts}
+        given = {name: value for name, value in chosen.items() if value is not None}
+        return {**_PLAIN, **given} if isinstance(self.facts.protocol, CommandProtocol) else given
+
     def next_log(self) -> str | Path | None:
         """Return the file for the capture of a line; of a line that is opened again another one."""
         log = self.choices.log
@@ -184,7 +215,7 @@ class Connection:
     def scales(self, place: Place) -> Scales:
         """Return the scales that hold now on one channel."""
         if self._telling:
-            for source, message in self.line.heard():
+            for source, message in self.transport.heard():
                 self.learn(source, None, message)
         return self._scales.get(place, self._bare)
 

@@ -22,12 +22,10 @@ from stagewire._devices.unit import Alias
 from stagewire._devices.values import Values
 from stagewire.errors import WrongUnitError
 
-__all__ = ["check_identity", "described_identity"]
-
 _log = logging.getLogger("stagewire")
 
 
-def check_identity(connection: Connection, info: Values[Any]) -> None:
+def check_identity(connection: Connection[Any], info: Values[Any]) -> None:
     """Note what a controller says that it is, and which scales hold on it.
 
     Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named, and
@@ -69,7 +67,7 @@ def check_identity(connection: Connection, info: Values[Any]) -> None:
 
 
 def _refusal(
-    connection: Connection,
+    connection: Connection[Any],
     known: Sequence[Candidate],
     found: Sequence[Candidate],
     number: int,
@@ -101,7 +99,7 @@ def _described(number: int, model: str) -> str:
     return f"the serial number {number} and {f'the model {model!r}' if model else 'no model'}"
 
 
-def _listed(connection: Connection, found: Sequence[Candidate]) -> str:
+def _listed(connection: Connection[Any], found: Sequence[Candidate]) -> str:
     """Name units, and say of newer ones what they are."""
     aliases = connection.facts.aliases
     return " or ".join(
@@ -124,7 +122,7 @@ def _described_alias(alias: Alias) -> str:
     )
 
 
-def described_identity(connection: Connection) -> list[str]:
+def described_identity(connection: Connection[Any]) -> list[str]:
     """Say what a controller says that it is, line by line."""
     info = connection.info
     if info is None:

@@ -1,174 +1,57 @@
-"""The first words to a controller on a line that was just opened, and the last ones to be."""
+"""What ``open`` of a class for asyncio returns: a controller to be awaited, or entered."""
 
 from __future__ import annotations
 
-import logging
-from contextlib import suppress
-from typing import Any, Final, cast
-
-from stagewire._devices.calls import ask
-from stagewire._devices.connection import Connection
-from stagewire._devices.identity import check_identity
-from stagewire._devices.line import LineOfFrames
-from stagewire._devices.spot import Spot
-from stagewire._devices.tables import Query
-from stagewire._devices.unit import Facts
-from stagewire._devices.values import Values
-from stagewire._framings.header.protocol import FramedProtocol
-from stagewire._framings.slots.protocol import CommandProtocol
-from stagewire._sessions.options import SessionOptions
-from stagewire.errors import ReplyTimeoutError, StagewireError, TurnedAwayError
-
-__all__ = [
-    "commanded",
-    "framed",
-    "greet",
-    "leave",
-    "link_options",
-    "session_options",
-    "wait_for_timeouts",
-]
-
-_log = logging.getLogger("stagewire")
-
-_PLAIN: Final = {"baudrate": 9600, "rtscts": False}
-"""The line to a controller of commands: the slowest of its rates, and no handshake."""
-
-_OCCUPIED: Final = 1
-"""State of a bay of a rack that holds a card."""
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 
-def framed(facts: Facts) -> FramedProtocol:
-    """Return the protocol of units whose messages have frames."""
-    assert isinstance(
-        facts.protocol, FramedProtocol
-    )  # the generator chooses the base of its devices
-    return facts.protocol
+class _Openable(Protocol):
+    """A device that is not open yet."""
+
+    async def _connect(self) -> None: ...
+
+    async def close(self) -> None:
+        """Close it."""
 
 
-def commanded(facts: Facts) -> CommandProtocol:
-    """Return the protocol of units whose commands have no frame."""
-    assert isinstance(facts.protocol, CommandProtocol)
-    return facts.protocol
+D = TypeVar("D", bound=_Openable)
 
 
-def session_options(connection: Connection) -> SessionOptions:
-    """Return the times of a session as the user chose them, or as the unit needs them."""
-    choices, pause = connection.choices, connection.unit.pause_ms
-    pacing = choices.pacing
-    if pacing is None:
-        pacing = SessionOptions.pacing if pause is None else pause / 1000
-    return SessionOptions(
-        pacing=pacing,
-        reply_timeout=choices.timeout,
-        motion_timeout=choices.motion_timeout,
-    )
+class Opening(Generic[D]):
+    """A controller that is about to be opened: await it, or enter it by ``async with``.
 
-
-def link_options(connection: Connection) -> dict[str, Any]:
-    """Return what the user chose of the line itself, or what suits the protocol."""
-    choices = connection.choices
-    chosen = {"baudrate": choices.baudrate, "rtscts": choices.rtscts}
-    given = {name: value for name, value in chosen.items() if value is not None}
-    return {**_PLAIN, **given} if isinstance(connection.facts.protocol, CommandProtocol) else given
-
-
-async def greet(connection: Connection, own: Spot, line: LineOfFrames) -> None:
-    """Begin to talk with a controller: nothing moves, and nothing is set.
-
-    Unless the user does not want it, it is asked what it is, and for the settings that its scales need.
-
-    Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named,
-    :class:`~stagewire.errors.ReplyTimeoutError` where nobody answers, and
-    :class:`~stagewire.errors.LinkOpenError` where the connection is closed instead.
+    :param device: not open yet.
     """
-    connection.line = line
-    await wait_for_timeouts(connection)
-    unit, choices = connection.unit, connection.choices
-    if unit.status is not None:
-        # Some controllers answer as 0, or with the addresses the other way round.
-        for address in (*connection.addresses, 0, framed(connection.facts).host):
-            await line.tell(address, status=unit.status)
-    if choices.usb and unit.keep_alive is not None:
-        await line.keep_alive(
-            unit.keep_alive(), unit.bays if unit.kind == "rack" else (own.address,)
-        )
-    identity = connection.facts.identity
-    if not choices.identify or identity is None:
-        return
-    try:
-        info = await ask(own, identity, None, {})
-    except TurnedAwayError as error:
-        raise TurnedAwayError(f"{error.line}. Only the question what it is was sent") from None
-    except ReplyTimeoutError as error:
-        bay = ", and is bay= that of the module" if unit.kind == "bay" else ""
-        raise ReplyTimeoutError(
-            f"no {unit.name} answers at {connection.url}: {error}. Is it switched on, and is this its "
-            f"port{bay}? identify=False opens it without a question"
-        ) from None
-    check_identity(connection, info)
-    await _ask_settings(connection, own)
 
+    def __init__(self, device: D) -> None:
+        self._device = device
 
-async def wait_for_timeouts(connection: Connection) -> None:
-    """Wait until the controller has given up what it has of a message that a lost line cut off.
+    if not TYPE_CHECKING:  # which knows it already
 
-    Otherwise the first bytes on the new line would complete that message: the target of a move, for example.
-    """
-    if connection.broken_at is not None:
-        line, pause = connection.line, connection.choices.reconnect_pause
-        left = connection.broken_at + pause - line.now()
-        if left > 0:
-            await line.pause(min(left, pause))
+        def __getattr__(self, name: str) -> Any:
+            raise AttributeError(
+                f"it is not open yet and has no {name}: await it, as in `tdc = await TDC001.open(...)`, or "
+                "enter it by `async with`"
+            )
 
+        def __enter__(self) -> D:
+            raise TypeError(
+                "it is opened by `async with`, or by `await`; `with` is for the classes outside aio"
+            )
 
-async def _ask_settings(connection: Connection, own: Spot) -> None:
-    """Ask every channel for the settings that its scales need."""
-    tables = _tables(connection)
-    if not tables:
-        return
-    unit = connection.unit
-    for place in connection.places:
-        bay = unit.bays.index(place[0]) if unit.kind == "rack" else None  # on the wire from 0
-        if bay is not None and await _is_empty(connection, own, bay):
-            continue
-        spot = Spot(connection, *place, f"{unit.name} channel {place[1]}")
-        for table in tables:
-            try:
-                await ask(spot, table, None, {})
-            except ReplyTimeoutError as error:
-                _log.warning("%s: a scale is not known: %s", connection.url, error)
+        def __exit__(self, *error: object) -> None:
+            raise NotImplementedError  # nothing was entered
 
+    async def _open(self) -> D:
+        await self._device._connect()
+        return self._device
 
-async def leave(connection: Connection) -> None:
-    """Stop what was started by a device whose line others go on to use, unless it is to be left."""
-    line, choices = cast(LineOfFrames, connection.line), connection.choices
-    with suppress(StagewireError):  # of a line that is gone
-        for address, halt in connection.motions.halts() if choices.stop_on_close else ():
-            await line.halt(halt, None, address, choices.timeout)
-        await line.keep_alive(None, connection.addresses)
+    def __await__(self) -> Generator[Any, Any, D]:
+        return self._open().__await__()
 
+    async def __aenter__(self) -> D:
+        return await self._open()
 
-def _tables(connection: Connection) -> list[Query[Any]]:
-    """Return a question for each message that tells settings and can be asked for."""
-    asked = {
-        told.req: Query(told.req.layout.message, Values, told.req, (told.get,))
-        for _, told in connection.facts.telling(connection.unit)
-        if told.req is not None
-        and told.get is not None
-        and told.req.layout.message in connection.unit.messages
-    }
-    return list(asked.values())
-
-
-async def _is_empty(connection: Connection, own: Spot, bay: int) -> bool:
-    """Ask the motherboard of a rack whether a bay, counted from 0, is empty."""
-    table = connection.facts.bay_used
-    if (
-        table is None
-        or table.req is None
-        or table.req.layout.message not in connection.unit.messages
-    ):
-        return False
-    values = await ask(own, table, None, {table.asked[0].keyword: bay})
-    return bool(getattr(values.message, "bay_state", _OCCUPIED) != _OCCUPIED)
+    async def __aexit__(self, *error: object) -> None:
+        await self._device.close()

@@ -10,7 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypedDict
 
-from stagewire._devices.giving import in_unit
+from stagewire._devices.arguments import in_unit
 from stagewire._devices.limits import CEILINGS, POSITION, Travel, parse_travel
 from stagewire._devices.scales import ByStage, settings_of
 from stagewire._devices.unit import Facts, Unit

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Final, Generic, TypeVar
 
 from stagewire._codec.flags import Enumeration
 from stagewire._codec.message import Message
+from stagewire._devices.arguments import number_of
 from stagewire._devices.connection import Connection, Name, Place
-from stagewire._devices.describing import description
-from stagewire._devices.giving import number_of
-from stagewire._devices.opening import commanded
+from stagewire._devices.endpoint import CONTROLLER, Endpoint
+from stagewire._devices.identity import described_identity
 from stagewire._devices.options import OpenOptions, choose
 from stagewire._devices.scales import Scales
-from stagewire._devices.spot import CONTROLLER, Spot
-from stagewire._devices.unit import Facts, Unit
+from stagewire._devices.unit import Facts, Unit, commanded
 from stagewire._devices.values import Values
 from stagewire.errors import BadValueError, OutOfRangeError
 
-__all__ = ["AxesBase", "BaysBase", "ChannelsBase", "DeviceBase", "PartBase", "connect", "url_of"]
+_KINDS: Final = {"rack": ("bay", "bays"), "line": ("axis", "axes")}
 
 
 class PartBase:
     """Something that calls go to: a device, a bay, a channel or an axis."""
 
-    def __init__(self, at: Spot) -> None:
+    def __init__(self, at: Endpoint[Any]) -> None:
         self._at = at
 
     def __repr__(self) -> str:
@@ -51,10 +50,10 @@ class DeviceBase(PartBase):
     facts: ClassVar[Facts]
     unit: ClassVar[Unit]
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection[Any]) -> None:
         unit = connection.unit
         channel = 1 if unit.kind in ("generic_usb", "bay") and unit.channels == 1 else None
-        super().__init__(Spot(connection, connection.addresses[0], channel, unit.name))
+        super().__init__(Endpoint(connection, connection.addresses[0], channel, unit.name))
 
     @property
     def _source(self) -> int | None:
@@ -94,7 +93,7 @@ class ChannelsBase(PartBase, Generic[P]):
         count = here.connection.unit.channels
         self._channels = tuple(
             self.channel_class(
-                Spot(here.connection, here.address, number, f"{here.name} channel {number}")
+                Endpoint(here.connection, here.address, number, f"{here.name} channel {number}")
             )
             for number in range(1, count + 1)
         )
@@ -119,12 +118,12 @@ class BaysBase(DeviceBase, Generic[P]):
 
     bay_class: type[P]
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection[Any]) -> None:
         super().__init__(connection)
         unit = connection.unit
         channel = 1 if unit.channels == 1 else None
         self._bays = tuple(
-            self.bay_class(Spot(connection, address, channel, f"{unit.name} bay {number}"))
+            self.bay_class(Endpoint(connection, address, channel, f"{unit.name} bay {number}"))
             for number, address in enumerate(unit.bays, 1)
         )
 
@@ -148,7 +147,7 @@ class AxesBase(DeviceBase, Generic[P]):
 
     axis_class: type[P]
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection[Any]) -> None:
         super().__init__(connection)
         self._axes: dict[int, P] = {}
 
@@ -171,8 +170,8 @@ class AxesBase(DeviceBase, Generic[P]):
         if identifier not in self._axes:
             connection = self._at.connection
             name = connection.places.get((identifier, None), f"{identifier:#04x}")
-            spot = Spot(connection, identifier, None, f"{self._at.name} axis {name}")
-            self._axes[identifier] = self.axis_class(spot)
+            endpoint = Endpoint(connection, identifier, None, f"{self._at.name} axis {name}")
+            self._axes[identifier] = self.axis_class(endpoint)
         return self._axes[identifier]
 
 
@@ -207,7 +206,7 @@ def url_of(link: object) -> str:
     return url
 
 
-def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -> Connection:
+def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -> Connection[Any]:
     """Return what is known of a controller before its line is opened.
 
     :param bay: where a module stands in its rack.
@@ -241,3 +240,38 @@ def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -
         raise BadValueError(f"address: a {unit.name} has those of the document; leave it out")
     choices = choose(facts, unit, tuple(places.values()), given)
     return Connection(facts, unit, url, choices, dict(places), addresses)
+
+
+def description(connection: Connection[Any]) -> str:
+    """Return several lines: unit, identity, and of each channel its stage, limits and scales."""
+    return "\n".join(_lines(connection))
+
+
+def _lines(connection: Connection[Any]) -> Iterator[str]:
+    unit = connection.unit
+    yield f"{unit.name}: {unit.title}, at {connection.url}"
+    for line in described_identity(connection):
+        yield f"  {line}"
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for place, name in connection.places.items():
+        alike.setdefault(_channel(connection, place), []).append(_name(name))
+    kind, kinds = _KINDS.get(unit.kind, ("channel", "channels"))
+    for lines, names in alike.items():
+        yield f"  {kind if len(names) == 1 else kinds} {', '.join(names)}: {lines[0]}"
+        for line in lines[1:]:
+            yield f"    {line}"
+
+
+def _name(name: Name) -> str:
+    return f"{name[0]} channel {name[1]}" if isinstance(name, tuple) else str(name)
+
+
+def _channel(connection: Connection[Any], place: Place) -> tuple[str, ...]:
+    """Name the stage of a channel, then each of its limits and scales."""
+    scales, unit = connection.scales(place), connection.unit
+    limits = connection.stated_limits(place).described(unit.settable, scales)
+    stage = scales.stage
+    name = "no stage"
+    if stage is not None:
+        name = f"stage {stage.name}{' (yours)' if stage.by_user else ''}"
+    return name, *limits, *scales.described(unit.quantities)

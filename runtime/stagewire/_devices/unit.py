@@ -15,9 +15,9 @@ from stagewire._devices.candidates import Candidate
 from stagewire._devices.scales import Rule
 from stagewire._devices.tables import ParameterSet, Poll, Query
 from stagewire._devices.values import Values
+from stagewire._framings.header.protocol import FramedProtocol
+from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire.quantities import Scale
-
-__all__ = ["Alias", "Facts", "Hindrance", "Setting", "Told", "Unit"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,3 +218,17 @@ class Facts:
                 classes = (told.set, told.get)
                 if any(cls is not None and cls.layout.message in unit.messages for cls in classes):
                     yield setting, told
+
+
+def framed(facts: Facts) -> FramedProtocol:
+    """Return the protocol of units whose messages have frames."""
+    assert isinstance(
+        facts.protocol, FramedProtocol
+    )  # the generator chooses the base of its devices
+    return facts.protocol
+
+
+def commanded(facts: Facts) -> CommandProtocol:
+    """Return the protocol of units whose commands have no frame."""
+    assert isinstance(facts.protocol, CommandProtocol)
+    return facts.protocol

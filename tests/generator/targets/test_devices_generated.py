@@ -20,7 +20,7 @@ import pytest
 import stagewire_apt
 import stagewire_ms2000
 from checkout import ROOT
-from stagewire._devices import asynchronous, synchronous
+from stagewire import support
 from stagewire._devices.tables import Action, Command, ParameterSet, Query
 from stagewire.devices import InUnits, Values
 from stagewire_apt.devices import tables, values
@@ -30,7 +30,7 @@ from stagewire_generator.output import write
 from stagewire_generator.targets.python.devices.naming import ARGUMENTS, METHODS, apart, unit_words
 
 PACKAGES = (stagewire_apt, stagewire_ms2000)
-BASES = [name for name in synchronous.__all__ if name != "Motion"]
+BASES = [name for name in support.__all__ if f"Async{name}" in support.__all__ and name != "Motion"]
 
 
 @cache
@@ -139,9 +139,8 @@ def test_no_method_hides_one_of_the_runtime_or_of_another_part(package: ModuleTy
 
 
 def test_what_the_runtime_has_is_kept_free() -> None:
-    for side in (synchronous, asynchronous):
-        for name in BASES:
-            assert {n for n in dir(getattr(side, name)) if not n.startswith("_")} <= METHODS
+    for name in (*BASES, *(f"Async{base}" for base in BASES)):
+        assert {n for n in dir(getattr(support, name)) if not n.startswith("_")} <= METHODS
     assert {name for name in dir(Values) if not name.startswith("_")} <= ARGUMENTS
 
 

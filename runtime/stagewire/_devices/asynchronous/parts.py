@@ -1,6 +1,6 @@
 """Parts of devices for asyncio: what calls go to, and the motions that they start.
 
-See :mod:`stagewire._devices.asynchronous` for the devices themselves.
+See :mod:`stagewire._devices.asynchronous.devices` for the devices themselves.
 """
 
 from __future__ import annotations
@@ -8,16 +8,14 @@ from __future__ import annotations
 from typing import Any, Generic, TypeVar, overload
 
 from stagewire._codec.events import Event
-from stagewire._devices import calls, moving
-from stagewire._devices.awaited import CommandLine, FramedLine
+from stagewire._devices.asynchronous import calls, motion
+from stagewire._devices.asynchronous.transport import Endpoint
+from stagewire._devices.event_filter import EventFilter, First, Second, Third
 from stagewire._devices.structure import ChannelsBase, PartBase
 from stagewire._devices.tables import Action, Command, MotionEnd, ParameterSet, Query
-from stagewire._devices.unasked import First, Second, Third, Unasked
 from stagewire._devices.values import Values
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire._sessions.subscribing import AsyncSubscription
-
-__all__ = ["Axis", "Bay", "Channel", "ChannelsBay", "Motion", "Part"]
 
 V = TypeVar("V", bound=Values[Any])
 
@@ -25,7 +23,7 @@ V = TypeVar("V", bound=Values[Any])
 class Motion:
     """A motion that was started."""
 
-    def __init__(self, started: moving.Started) -> None:
+    def __init__(self, started: motion.Started) -> None:
         self._started = started
 
     def __repr__(self) -> str:
@@ -67,11 +65,13 @@ class Motion:
 class Part(PartBase):
     """Something that calls go to: a device, a bay, a channel or an axis."""
 
+    _at: Endpoint
+
     async def _get(self, table: ParameterSet[V], timeout: float | None, **asked: object) -> V:
-        return await calls.ask(self._at, table, timeout, asked)
+        return await calls.query(self._at, table, timeout, asked)
 
     async def _ask(self, table: Query[V], timeout: float | None, **asked: object) -> V:
-        return await calls.ask(self._at, table, timeout, asked)
+        return await calls.query(self._at, table, timeout, asked)
 
     async def _set(self, table: ParameterSet[Any], timeout: float | None, **given: object) -> None:
         await calls.set_all(self._at, table, timeout, given)
@@ -83,22 +83,20 @@ class Part(PartBase):
         await calls.tell(self._at, table, timeout, given)
 
     async def _act(self, table: Action, timeout: float | None, **given: object) -> MotionEnd:
-        return await moving.act(self._at, table, timeout, given)
+        return await motion.act(self._at, table, timeout, given)
 
     async def _start(self, table: Action, **given: object) -> Motion:
-        return Motion(await moving.start(self._at, table, None, given))
+        return Motion(await motion.start(self._at, table, None, given))
 
     async def _halt(
         self, table: Action, timeout: float | None, **given: object
     ) -> MotionEnd | None:
-        return await moving.halt(self._at, table, timeout, given)
+        return await motion.halt(self._at, table, timeout, given)
 
     @property
     def session(self) -> AsyncFramedSession | AsyncCommandSession:
         """The session below, for what no method does."""
-        line = self._at.line
-        assert isinstance(line, FramedLine | CommandLine)
-        return line.session
+        return self._at.transport.session
 
     @overload
     def subscribe(self, *, limit: int = 1000) -> AsyncSubscription[Event]: ...
@@ -133,8 +131,8 @@ class Part(PartBase):
         Raises :class:`~stagewire.errors.BadValueError` for what is no such class, and
         :class:`~stagewire.errors.OutOfRangeError` for a limit below 1.
         """
-        unasked = Unasked(self._at, wanted)
-        return self.session.subscribe_as(unasked.read, unasked.wanted, limit, self._source)
+        events = EventFilter(self._at, wanted)
+        return self.session.subscribe_as(events.read, events.wanted, limit, self._source)
 
 
 class Channel(Part):

@@ -1,17 +1,23 @@
-"""Devices for threads: what generated classes are made of. Every call may be made by any thread.
+"""Devices for asyncio: what generated classes are made of. No thread, and one event loop.
 
-:mod:`stagewire._devices.asynchronous` has the same for asyncio.
+:mod:`stagewire._devices.synchronous.devices` has the same for threads.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
 
-from stagewire._devices import modes
-from stagewire._devices.immediate import CommandLine, FramedLine, open_session, run
-from stagewire._devices.opening import commanded, framed, greet, leave, wait_for_timeouts
+from stagewire._devices.asynchronous.handshake import greet, leave, wait_for_timeouts
+from stagewire._devices.asynchronous.parts import Axis, Channel, Part
+from stagewire._devices.asynchronous.transport import (
+    CommandTransport,
+    FramedTransport,
+    open_session,
+)
+from stagewire._devices.endpoint import CONTROLLER
+from stagewire._devices.opening import Opening
 from stagewire._devices.options import OpenOptions, check_guest
 from stagewire._devices.structure import (
     AxesBase,
@@ -21,43 +27,32 @@ from stagewire._devices.structure import (
     connect,
     url_of,
 )
-from stagewire._devices.synchronous_parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
-from stagewire._links.link import Closing, Link
-from stagewire._sessions.synchronous import CommandSession, FramedSession
-from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError
+from stagewire._devices.unit import commanded, framed
+from stagewire._links.link import AsyncClosing, AsyncLink
+from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
+from stagewire._sessions.lines import in_low_level, switching
+from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
 
 if TYPE_CHECKING:
     from stagewire._sessions.lines import Mode
 
-__all__ = [
-    "AxesDevice",
-    "Axis",
-    "Bay",
-    "Channel",
-    "ChannelsBay",
-    "ChannelsDevice",
-    "Device",
-    "ModuleDevice",
-    "Motion",
-    "Part",
-    "RackDevice",
-    "SingleChannelDevice",
-    "SingleChannelModule",
-]
 
 C = TypeVar("C", bound=Channel)
 B = TypeVar("B", bound=Part)
 X = TypeVar("X", bound=Axis)
 
 
-class _Opened(DeviceBase, Part, Closing):
+class _Opened(DeviceBase, Part, AsyncClosing):
     """An open controller of any kind; a context manager."""
 
-    _link: str | Link | Device
+    _link: str | AsyncLink | Device
 
     @classmethod
-    def open(cls, url: str | Link, **options: Unpack[OpenOptions]) -> Self:
-        """Open a line and return the controller on it. Nothing moves.
+    def open(cls, url: str | AsyncLink, **options: Unpack[OpenOptions]) -> Opening[Self]:
+        """Open a line and return the controller on it, to be awaited or entered. Nothing moves.
+
+        ``async with TDC001.open(url) as tdc:`` closes it at the end; ``tdc = await TDC001.open(url)`` leaves
+        that to the caller.
 
         :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
 
@@ -69,21 +64,22 @@ class _Opened(DeviceBase, Part, Closing):
         return cls._open(url, options)
 
     @classmethod
-    def _open(cls, link: str | Link | Device, options: OpenOptions, bay: int = 1) -> Self:
+    def _open(
+        cls, link: str | AsyncLink | Device, options: OpenOptions, bay: int = 1
+    ) -> Opening[Self]:
         if isinstance(link, Device):
             check_guest(cls.unit, options, link.unit.name)
             while isinstance(link._link, Device):  # a guest itself
                 link = link._link
         device = cls(connect(cls, url_of(link), options, bay))
         device._link = link
-        device._connect()
-        return device
+        return Opening(device)
 
-    def _connect(self) -> None:
+    async def _connect(self) -> None:
         """Open the line and begin to talk."""
         raise NotImplementedError
 
-    def reconnect(self) -> None:
+    async def reconnect(self) -> None:
         """Open the line again, with the same options, and read again what was read then.
 
         Nothing is sent again. A motion that was under way when the line was lost or closed may still be: the
@@ -99,15 +95,15 @@ class _Opened(DeviceBase, Part, Closing):
         Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
         opened by a URL.
         """
-        if isinstance(self._link, Link):
+        if isinstance(self._link, AsyncLink):
             raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
         session = self.session
-        self.close()
+        await self.close()
         self._at.connection.broken_at = session.broken_at
         self._at.connection.forget()
-        self._connect()
+        await self._connect()
 
-    def close(self) -> None:
+    async def close(self) -> None:
         """Stop what was started here and may still move, unless it is to be left, and close the line.
 
         Harmless when done twice.
@@ -116,42 +112,42 @@ class _Opened(DeviceBase, Part, Closing):
         if session.lost and not session.closed and connection.choices.stop_on_close:
             connection.warn_of_motions()
         if isinstance(self._link, Device):
-            run(leave(connection))
+            await leave(connection)
             with suppress(ValueError):  # closed before
                 self._link.session.on_close.remove(connection.last_words)
-        run(connection.line.close())
+        await connection.transport.close()
 
 
 class Device(_Opened):
     """An open controller whose messages have frames."""
 
-    def _connect(self) -> None:
+    async def _connect(self) -> None:
         connection = self._at.connection
         host = self._link
         if guest := isinstance(host, Device):
             session = host.session
         else:
-            session = open_session(FramedSession, framed(self.facts), host, connection)
-        line = FramedLine(session, connection.telling, guest)
+            session = await open_session(AsyncFramedSession, framed(self.facts), host, connection)
+        transport = FramedTransport(session, connection.telling, guest)
         try:
-            run(greet(connection, self._at, line))
+            await greet(connection, self._at, transport)
         except BaseException as error:
             if isinstance(
                 error, ReplyTimeoutError
             ):  # it may hear, and a motion of before may go on
                 session.on_close.append(connection.last_words)
             if guest:
-                run(leave(connection))
-            run(line.close())
+                await leave(connection)
+            await transport.close()
             raise
         session.on_close.append(connection.last_words)
 
     @property
-    def session(self) -> FramedSession:
+    def session(self) -> AsyncFramedSession:
         """The session below, for what no method does."""
-        line = self._at.line
-        assert isinstance(line, FramedLine)
-        return line.session
+        transport = self._at.transport
+        assert isinstance(transport, FramedTransport)
+        return transport.session
 
 
 class SingleChannelDevice(Device, Channel):
@@ -170,7 +166,9 @@ class _Module(Device):
     """A controller in a bay of a rack."""
 
     @classmethod
-    def open(cls, url: str | Link | Device, bay: int = 1, **options: Unpack[OpenOptions]) -> Self:
+    def open(
+        cls, url: str | AsyncLink | Device, bay: int = 1, **options: Unpack[OpenOptions]
+    ) -> Opening[Self]:
         """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
 
         :param url: as of :meth:`Device.open`; or another module of the rack that is open, whose line this one
@@ -197,51 +195,66 @@ class AxesDevice(AxesBase[X], _Opened, Generic[X]):
     :meth:`low_level`, or with the command of the document that switches.
     """
 
-    def _connect(self) -> None:
+    async def _connect(self) -> None:
         connection = self._at.connection
         assert not isinstance(self._link, Device)  # modules alone share a line
-        session = open_session(
-            CommandSession,
+        session = await open_session(
+            AsyncCommandSession,
             commanded(self.facts),
             self._link,
             connection,
             refuse_prefix_bytes=connection.choices.refuse_prefix_bytes,
         )
-        connection.line = CommandLine(session)
-        run(wait_for_timeouts(connection))
-        session.on_close.append(lambda: modes.last_words(self._at, session.mode))
+        connection.transport = CommandTransport(session)
+        await wait_for_timeouts(connection)
+        session.on_close.append(self._last_words)
 
     @property
     def mode(self) -> Mode:
         """What the controller takes: ``low_level``, ``high_level``, or ``unknown`` to this session."""
         return self.session.mode
 
-    @contextmanager
-    def low_level(self, *, timeout: float | None = None) -> Iterator[Self]:
-        """Let the controller take commands within the block, and lines of text behind it.
+    @asynccontextmanager
+    async def low_level(self, *, timeout: float | None = None) -> AsyncIterator[Self]:
+        """Let the controller take commands within the block, and lines of text after it.
 
         :param timeout: seconds, for each of the two commands that switch.
+
+        Raises :class:`~stagewire.errors.UnsupportedError` for a controller that has no such command.
         """
-        run(modes.switch(self._at, "low_level", timeout))
+        await self._switch("low_level", timeout)
         try:
             yield self
         except BaseException:
             with suppress(StagewireError):  # the line may be gone, and what was raised says more
-                run(modes.switch(self._at, "high_level", timeout))
+                await self._switch("high_level", timeout)
             raise
-        run(modes.switch(self._at, "high_level", timeout))
+        await self._switch("high_level", timeout)
 
-    def text(self, line: str, *, timeout: float | None = None) -> str:
+    async def _switch(self, format: str, timeout: float | None) -> None:
+        command = switching(commanded(self.facts), format)
+        if command is None:
+            raise UnsupportedError(
+                f"{self._at.name} has no command that leads to its {format} format"
+            )
+        await self._at.transport.send(command(), CONTROLLER, self._at.seconds(timeout))
+
+    def _last_words(self) -> bytes:
+        """Return the stops to be sent before the link is closed, in the format that is theirs."""
+        stops = self._at.connection.last_words()
+        return in_low_level(commanded(self.facts), stops, self.session.mode) if stops else b""
+
+    async def text(self, line: str, *, timeout: float | None = None) -> str:
         """Send a line of text and return the line that answers it, both without their ends.
 
         Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes text, and
         :class:`~stagewire.errors.ReplyTimeoutError`.
         """
-        return self.session.text(line, self._at.seconds(timeout))
+        return await self.session.text(line, self._at.seconds(timeout))
 
     @property
-    def session(self) -> CommandSession:
+    def session(self) -> AsyncCommandSession:
         """The session below, for what no method does."""
-        line = self._at.line
-        assert isinstance(line, CommandLine)
-        return line.session
+        transport = self._at.transport
+        assert isinstance(transport, CommandTransport)
+        return transport.session

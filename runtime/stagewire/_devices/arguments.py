@@ -21,8 +21,6 @@ from stagewire._devices.tables import Given, Named
 from stagewire.errors import BadValueError, MissingFieldError, OutOfRangeError
 from stagewire.quantities import Number, Scale, exact
 
-__all__ = ["check_held", "fields_of", "in_unit", "number_of"]
-
 
 def fields_of(
     what: str,

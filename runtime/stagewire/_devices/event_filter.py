@@ -1,4 +1,4 @@
-"""What comes unasked: which of it a part of a device hears, and as what it is given out."""
+"""The filter of a subscription: the events that a part of a device gets, and in which form."""
 
 from __future__ import annotations
 
@@ -8,22 +8,20 @@ from typing import Any, TypeVar
 from stagewire._codec.events import Event
 from stagewire._codec.message import Message
 from stagewire._devices.connection import Place
-from stagewire._devices.spot import Spot
+from stagewire._devices.endpoint import Endpoint
 from stagewire._devices.unit import Facts
 from stagewire._devices.values import Values
 from stagewire._framings.header.frame import Received
 from stagewire._framings.header.message import FramedMessage
 from stagewire.errors import BadValueError
 
-__all__ = ["First", "Second", "Third", "Unasked"]
-
 First = TypeVar("First", bound=Message | Values[Any])
 Second = TypeVar("Second", bound=Message | Values[Any])
 Third = TypeVar("Third", bound=Message | Values[Any])
 
 
-class Unasked:
-    """What one subscription of a part is about.
+class EventFilter:
+    """The events of one subscription of a part.
 
     :param at: the part.
     :param classes: of messages, or of their values; none: everything, as events.
@@ -32,7 +30,7 @@ class Unasked:
     given out in two ways.
     """
 
-    def __init__(self, at: Spot, classes: tuple[type[Any], ...]) -> None:
+    def __init__(self, at: Endpoint[Any], classes: tuple[type[Any], ...]) -> None:
         self._at = at
         self._channel = None if at.connection.unit.channels == 1 else at.channel
         self._as: dict[type[Message], type[Any]] = {}

@@ -1,26 +1,53 @@
-"""Where a call goes: one address, and one channel of it, of one open controller."""
+"""Where a call goes, and how long it may last.
+
+An endpoint is one address, and one channel of it, of one open controller.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import AbstractAsyncContextManager
-from typing import Any, Final, cast
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, Final, Generic
 
 from stagewire._codec.message import Message
-from stagewire._devices.connection import Connection, Place
-from stagewire._devices.line import Deadline, Line, LineOfFrames, seconds_of
+from stagewire._devices.connection import Connection, Place, T
 from stagewire._devices.motions import Running
 from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Action, Command, ParameterSet, Query
 from stagewire._framings.slots.command import Command as WireCommand
-
-__all__ = ["CONTROLLER", "Spot", "defaults_of"]
+from stagewire.errors import BadValueError
 
 CONTROLLER: Final = -1
 """In place of an axis: the controller itself."""
+MOMENT: Final = 0.001
+"""Seconds; what a call that has no time left gives to its last question."""
 
 
-class Spot:
+class Deadline:
+    """The end of a call that has several parts.
+
+    :param now: the clock of the session.
+    :param seconds: from now on, for all of them.
+    """
+
+    __slots__ = ("_end", "_now")
+
+    def __init__(self, now: Callable[[], float], seconds: float) -> None:
+        self._now = now
+        self._end = now() + seconds
+
+    @property
+    def left(self) -> float:
+        """Seconds; when there is none left a moment, in which a session says what was not done."""
+        return max(MOMENT, self._end - self._now())
+
+    @property
+    def over(self) -> bool:
+        """Whether there is none left."""
+        return self._now() >= self._end
+
+
+class Endpoint(Generic[T]):
     """One address, or axis, and one channel.
 
     :param connection: the controller.
@@ -32,7 +59,7 @@ class Spot:
     __slots__ = ("address", "channel", "connection", "name")
 
     def __init__(
-        self, connection: Connection, address: int, channel: int | None, name: str
+        self, connection: Connection[T], address: int, channel: int | None, name: str
     ) -> None:
         self.connection = connection
         self.address = address
@@ -40,19 +67,22 @@ class Spot:
         self.name = name
 
     @property
-    def line(self) -> Line:
-        """The session; another one after the line was opened again."""
-        return self.connection.line
-
-    @property
-    def frames(self) -> LineOfFrames:
-        """The same, to a controller that has an address."""
-        return cast(LineOfFrames, self.connection.line)
+    def transport(self) -> T:
+        """The session; another one after the link was opened again."""
+        return self.connection.transport
 
     @property
     def place(self) -> Place:
         """What distinguishes it from others of the controller."""
         return self.address, self.channel
+
+    def now(self) -> float:
+        """Return the time of the session in seconds."""
+        return self.connection.transport.now()
+
+    def deadline(self, seconds: float) -> Deadline:
+        """Return the end of a call that may last so long."""
+        return Deadline(self.connection.transport.now, seconds)
 
     def scales(self) -> Scales:
         """Return the scales that hold now."""
@@ -60,19 +90,15 @@ class Spot:
 
     def seconds(self, timeout: float | None) -> float:
         """Return how long a call may last."""
-        return seconds_of(timeout, self.connection.choices.timeout)
+        return _seconds(timeout, self.connection.choices.timeout)
 
     def motion_seconds(self, timeout: float | None) -> float:
         """Return how long a motion may last."""
-        return seconds_of(timeout, self.connection.choices.motion_timeout)
+        return _seconds(timeout, self.connection.choices.motion_timeout)
 
     def part_of(self, deadline: Deadline) -> float:
         """Return how long one question of a longer call may last."""
         return min(self.connection.choices.timeout, deadline.left)
-
-    def lock(self, key: str, what: str, seconds: float) -> AbstractAsyncContextManager[None]:
-        """Keep others out of what has the same key here."""
-        return self.line.lock((self.address, self.channel, key), what, seconds)
 
     def address_of(self, table: ParameterSet[Any] | Query[Any] | Command | Action) -> int:
         """Return who takes the messages of a table."""
@@ -81,9 +107,10 @@ class Spot:
     def message(self, cls: type[Message], fields: Mapping[str, Any]) -> Message:
         """Make a message for this channel; its own constructor checks all fields."""
         field = self.connection.channel_field(cls)
-        if field is None or field in fields:
-            return _make(cls, fields)
-        return _make(cls, {field: self.channel, **fields})
+        if field is not None and field not in fields:
+            fields = {field: self.channel, **fields}
+        made: Message = cls(**fields)
+        return made
 
     def running(self, table: Action | Command, what: str) -> Running | None:
         """Return how what a message starts is stopped; None where it starts nothing that goes on."""
@@ -91,9 +118,9 @@ class Spot:
         if halt is None:
             return None
         if halt.message.layout.message not in self.connection.unit.messages:
-            return Running(what, b"", self.line.now())
+            return Running(what, b"", self.now())
         stop = self.message(halt.message, defaults_of(halt))
-        return Running(what, self._encode(stop), self.line.now(), stop)
+        return Running(what, self._encode(stop), self.now(), stop)
 
     def _encode(self, message: Any) -> bytes:
         if isinstance(message, WireCommand):
@@ -108,6 +135,15 @@ def defaults_of(table: Action) -> dict[str, int]:
     return {entry.field: entry.default for entry in table.given if entry.default is not None}
 
 
-def _make(cls: type[Message], fields: Mapping[str, Any]) -> Message:
-    made: Message = cls(**fields)
-    return made
+def _seconds(timeout: float | None, default: float) -> float:
+    """Return how long a call may last.
+
+    Raises :class:`~stagewire.errors.BadValueError` for what is no time.
+    """
+    if timeout is None:
+        return default
+    if isinstance(timeout, bool) or not isinstance(timeout, int | float) or math.isnan(timeout):
+        raise BadValueError(f"timeout takes seconds, not {timeout!r}")
+    if timeout <= 0:
+        raise BadValueError(f"timeout takes seconds, more than 0, not {timeout}")
+    return float(timeout)

@@ -1,18 +1,14 @@
-"""Devices for asyncio: what generated classes are made of. No thread, and one event loop.
+# Generated from _devices/asynchronous/devices.py by `python tools/unasync.py`; do not edit.
 
-:mod:`stagewire._devices.synchronous` has the same for threads.
-"""
+"""Devices for threads: what generated classes are made of. Every call may be made by any thread."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
 
-from stagewire._devices import modes
-from stagewire._devices.asynchronous_parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
-from stagewire._devices.awaited import CommandLine, FramedLine, Opening, open_session
-from stagewire._devices.opening import commanded, framed, greet, leave, wait_for_timeouts
+from stagewire._devices.endpoint import CONTROLLER
 from stagewire._devices.options import OpenOptions, check_guest
 from stagewire._devices.structure import (
     AxesBase,
@@ -22,46 +18,36 @@ from stagewire._devices.structure import (
     connect,
     url_of,
 )
-from stagewire._links.link import AsyncClosing, AsyncLink
-from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
-from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError
+from stagewire._devices.synchronous.handshake import greet, leave, wait_for_timeouts
+from stagewire._devices.synchronous.parts import Axis, Channel, Part
+from stagewire._devices.synchronous.transport import (
+    CommandTransport,
+    FramedTransport,
+    open_session,
+)
+from stagewire._devices.unit import commanded, framed
+from stagewire._links.link import Closing, Link
+from stagewire._sessions.lines import in_low_level, switching
+from stagewire._sessions.synchronous import CommandSession, FramedSession
+from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
 
 if TYPE_CHECKING:
     from stagewire._sessions.lines import Mode
 
-__all__ = [
-    "AxesDevice",
-    "Axis",
-    "Bay",
-    "Channel",
-    "ChannelsBay",
-    "ChannelsDevice",
-    "Device",
-    "ModuleDevice",
-    "Motion",
-    "Opening",
-    "Part",
-    "RackDevice",
-    "SingleChannelDevice",
-    "SingleChannelModule",
-]
 
 C = TypeVar("C", bound=Channel)
 B = TypeVar("B", bound=Part)
 X = TypeVar("X", bound=Axis)
 
 
-class _Opened(DeviceBase, Part, AsyncClosing):
+class _Opened(DeviceBase, Part, Closing):
     """An open controller of any kind; a context manager."""
 
-    _link: str | AsyncLink | Device
+    _link: str | Link | Device
 
     @classmethod
-    def open(cls, url: str | AsyncLink, **options: Unpack[OpenOptions]) -> Opening[Self]:
-        """Open a line and return the controller on it, to be awaited or entered. Nothing moves.
-
-        ``async with TDC001.open(url) as tdc:`` closes it at the end; ``tdc = await TDC001.open(url)`` leaves
-        that to the caller.
+    def open(cls, url: str | Link, **options: Unpack[OpenOptions]) -> Self:
+        """Open a line and return the controller on it. Nothing moves.
 
         :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
 
@@ -73,22 +59,21 @@ class _Opened(DeviceBase, Part, AsyncClosing):
         return cls._open(url, options)
 
     @classmethod
-    def _open(
-        cls, link: str | AsyncLink | Device, options: OpenOptions, bay: int = 1
-    ) -> Opening[Self]:
+    def _open(cls, link: str | Link | Device, options: OpenOptions, bay: int = 1) -> Self:
         if isinstance(link, Device):
             check_guest(cls.unit, options, link.unit.name)
             while isinstance(link._link, Device):  # a guest itself
                 link = link._link
         device = cls(connect(cls, url_of(link), options, bay))
         device._link = link
-        return Opening(device)
+        device._connect()
+        return device
 
-    async def _connect(self) -> None:
+    def _connect(self) -> None:
         """Open the line and begin to talk."""
         raise NotImplementedError
 
-    async def reconnect(self) -> None:
+    def reconnect(self) -> None:
         """Open the line again, with the same options, and read again what was read then.
 
         Nothing is sent again. A motion that was under way when the line was lost or closed may still be: the
@@ -104,15 +89,15 @@ class _Opened(DeviceBase, Part, AsyncClosing):
         Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
         opened by a URL.
         """
-        if isinstance(self._link, AsyncLink):
+        if isinstance(self._link, Link):
             raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
         session = self.session
-        await self.close()
+        self.close()
         self._at.connection.broken_at = session.broken_at
         self._at.connection.forget()
-        await self._connect()
+        self._connect()
 
-    async def close(self) -> None:
+    def close(self) -> None:
         """Stop what was started here and may still move, unless it is to be left, and close the line.
 
         Harmless when done twice.
@@ -121,42 +106,42 @@ class _Opened(DeviceBase, Part, AsyncClosing):
         if session.lost and not session.closed and connection.choices.stop_on_close:
             connection.warn_of_motions()
         if isinstance(self._link, Device):
-            await leave(connection)
+            leave(connection)
             with suppress(ValueError):  # closed before
                 self._link.session.on_close.remove(connection.last_words)
-        await connection.line.close()
+        connection.transport.close()
 
 
 class Device(_Opened):
     """An open controller whose messages have frames."""
 
-    async def _connect(self) -> None:
+    def _connect(self) -> None:
         connection = self._at.connection
         host = self._link
         if guest := isinstance(host, Device):
             session = host.session
         else:
-            session = await open_session(AsyncFramedSession, framed(self.facts), host, connection)
-        line = FramedLine(session, connection.telling, guest)
+            session = open_session(FramedSession, framed(self.facts), host, connection)
+        transport = FramedTransport(session, connection.telling, guest)
         try:
-            await greet(connection, self._at, line)
+            greet(connection, self._at, transport)
         except BaseException as error:
             if isinstance(
                 error, ReplyTimeoutError
             ):  # it may hear, and a motion of before may go on
                 session.on_close.append(connection.last_words)
             if guest:
-                await leave(connection)
-            await line.close()
+                leave(connection)
+            transport.close()
             raise
         session.on_close.append(connection.last_words)
 
     @property
-    def session(self) -> AsyncFramedSession:
+    def session(self) -> FramedSession:
         """The session below, for what no method does."""
-        line = self._at.line
-        assert isinstance(line, FramedLine)
-        return line.session
+        transport = self._at.transport
+        assert isinstance(transport, FramedTransport)
+        return transport.session
 
 
 class SingleChannelDevice(Device, Channel):
@@ -175,9 +160,7 @@ class _Module(Device):
     """A controller in a bay of a rack."""
 
     @classmethod
-    def open(
-        cls, url: str | AsyncLink | Device, bay: int = 1, **options: Unpack[OpenOptions]
-    ) -> Opening[Self]:
+    def open(cls, url: str | Link | Device, bay: int = 1, **options: Unpack[OpenOptions]) -> Self:
         """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
 
         :param url: as of :meth:`Device.open`; or another module of the rack that is open, whose line this one
@@ -204,51 +187,66 @@ class AxesDevice(AxesBase[X], _Opened, Generic[X]):
     :meth:`low_level`, or with the command of the document that switches.
     """
 
-    async def _connect(self) -> None:
+    def _connect(self) -> None:
         connection = self._at.connection
         assert not isinstance(self._link, Device)  # modules alone share a line
-        session = await open_session(
-            AsyncCommandSession,
+        session = open_session(
+            CommandSession,
             commanded(self.facts),
             self._link,
             connection,
             refuse_prefix_bytes=connection.choices.refuse_prefix_bytes,
         )
-        connection.line = CommandLine(session)
-        await wait_for_timeouts(connection)
-        session.on_close.append(lambda: modes.last_words(self._at, session.mode))
+        connection.transport = CommandTransport(session)
+        wait_for_timeouts(connection)
+        session.on_close.append(self._last_words)
 
     @property
     def mode(self) -> Mode:
         """What the controller takes: ``low_level``, ``high_level``, or ``unknown`` to this session."""
         return self.session.mode
 
-    @asynccontextmanager
-    async def low_level(self, *, timeout: float | None = None) -> AsyncIterator[Self]:
-        """Let the controller take commands within the block, and lines of text behind it.
+    @contextmanager
+    def low_level(self, *, timeout: float | None = None) -> Iterator[Self]:
+        """Let the controller take commands within the block, and lines of text after it.
 
         :param timeout: seconds, for each of the two commands that switch.
+
+        Raises :class:`~stagewire.errors.UnsupportedError` for a controller that has no such command.
         """
-        await modes.switch(self._at, "low_level", timeout)
+        self._switch("low_level", timeout)
         try:
             yield self
         except BaseException:
             with suppress(StagewireError):  # the line may be gone, and what was raised says more
-                await modes.switch(self._at, "high_level", timeout)
+                self._switch("high_level", timeout)
             raise
-        await modes.switch(self._at, "high_level", timeout)
+        self._switch("high_level", timeout)
 
-    async def text(self, line: str, *, timeout: float | None = None) -> str:
+    def _switch(self, format: str, timeout: float | None) -> None:
+        command = switching(commanded(self.facts), format)
+        if command is None:
+            raise UnsupportedError(
+                f"{self._at.name} has no command that leads to its {format} format"
+            )
+        self._at.transport.send(command(), CONTROLLER, self._at.seconds(timeout))
+
+    def _last_words(self) -> bytes:
+        """Return the stops to be sent before the link is closed, in the format that is theirs."""
+        stops = self._at.connection.last_words()
+        return in_low_level(commanded(self.facts), stops, self.session.mode) if stops else b""
+
+    def text(self, line: str, *, timeout: float | None = None) -> str:
         """Send a line of text and return the line that answers it, both without their ends.
 
         Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes text, and
         :class:`~stagewire.errors.ReplyTimeoutError`.
         """
-        return await self.session.text(line, self._at.seconds(timeout))
+        return self.session.text(line, self._at.seconds(timeout))
 
     @property
-    def session(self) -> AsyncCommandSession:
+    def session(self) -> CommandSession:
         """The session below, for what no method does."""
-        line = self._at.line
-        assert isinstance(line, CommandLine)
-        return line.session
+        transport = self._at.transport
+        assert isinstance(transport, CommandTransport)
+        return transport.session

@@ -1,6 +1,8 @@
+# Generated from _devices/asynchronous/parts.py by `python tools/unasync.py`; do not edit.
+
 """Parts of devices for threads: what calls go to, and the motions that they start.
 
-See :mod:`stagewire._devices.synchronous` for the devices themselves.
+See :mod:`stagewire._devices.synchronous.devices` for the devices themselves.
 """
 
 from __future__ import annotations
@@ -8,16 +10,14 @@ from __future__ import annotations
 from typing import Any, Generic, TypeVar, overload
 
 from stagewire._codec.events import Event
-from stagewire._devices import calls, moving
-from stagewire._devices.immediate import CommandLine, FramedLine, run
+from stagewire._devices.event_filter import EventFilter, First, Second, Third
 from stagewire._devices.structure import ChannelsBase, PartBase
+from stagewire._devices.synchronous import calls, motion
+from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import Action, Command, MotionEnd, ParameterSet, Query
-from stagewire._devices.unasked import First, Second, Third, Unasked
 from stagewire._devices.values import Values
 from stagewire._sessions.subscribing import BlockingSubscription
 from stagewire._sessions.synchronous import CommandSession, FramedSession
-
-__all__ = ["Axis", "Bay", "Channel", "ChannelsBay", "Motion", "Part"]
 
 V = TypeVar("V", bound=Values[Any])
 
@@ -25,7 +25,7 @@ V = TypeVar("V", bound=Values[Any])
 class Motion:
     """A motion that was started."""
 
-    def __init__(self, started: moving.Started) -> None:
+    def __init__(self, started: motion.Started) -> None:
         self._started = started
 
     def __repr__(self) -> str:
@@ -53,7 +53,7 @@ class Motion:
         :class:`~stagewire.errors.ReplyTimeoutError` where it has ended and the question where gets no answer,
         :class:`~stagewire.errors.TransportLostError` and :class:`~stagewire.errors.SessionClosedError`.
         """
-        return run(self._started.wait(timeout))
+        return self._started.wait(timeout)
 
     def stop(self, timeout: float | None = None) -> MotionEnd | None:
         """Stop it, before everything else that waits.
@@ -61,42 +61,42 @@ class Motion:
         Returns None when it is with the line, where the controller says nothing more. Raises
         :class:`~stagewire.errors.UnsupportedError` where nothing stops it, and as :meth:`wait` does.
         """
-        return run(self._started.stop(timeout))
+        return self._started.stop(timeout)
 
 
 class Part(PartBase):
     """Something that calls go to: a device, a bay, a channel or an axis."""
 
+    _at: Endpoint
+
     def _get(self, table: ParameterSet[V], timeout: float | None, **asked: object) -> V:
-        return run(calls.ask(self._at, table, timeout, asked))
+        return calls.query(self._at, table, timeout, asked)
 
     def _ask(self, table: Query[V], timeout: float | None, **asked: object) -> V:
-        return run(calls.ask(self._at, table, timeout, asked))
+        return calls.query(self._at, table, timeout, asked)
 
     def _set(self, table: ParameterSet[Any], timeout: float | None, **given: object) -> None:
-        run(calls.set_all(self._at, table, timeout, given))
+        calls.set_all(self._at, table, timeout, given)
 
     def _change(self, table: ParameterSet[V], timeout: float | None, **given: object) -> V:
-        return run(calls.change(self._at, table, timeout, given))
+        return calls.change(self._at, table, timeout, given)
 
     def _tell(self, table: Command, timeout: float | None, **given: object) -> None:
-        run(calls.tell(self._at, table, timeout, given))
+        calls.tell(self._at, table, timeout, given)
 
     def _act(self, table: Action, timeout: float | None, **given: object) -> MotionEnd:
-        return run(moving.act(self._at, table, timeout, given))
+        return motion.act(self._at, table, timeout, given)
 
     def _start(self, table: Action, **given: object) -> Motion:
-        return Motion(run(moving.start(self._at, table, None, given)))
+        return Motion(motion.start(self._at, table, None, given))
 
     def _halt(self, table: Action, timeout: float | None, **given: object) -> MotionEnd | None:
-        return run(moving.halt(self._at, table, timeout, given))
+        return motion.halt(self._at, table, timeout, given)
 
     @property
     def session(self) -> FramedSession | CommandSession:
         """The session below, for what no method does."""
-        line = self._at.line
-        assert isinstance(line, FramedLine | CommandLine)
-        return line.session
+        return self._at.transport.session
 
     @overload
     def subscribe(self, *, limit: int = 1000) -> BlockingSubscription[Event]: ...
@@ -131,8 +131,8 @@ class Part(PartBase):
         Raises :class:`~stagewire.errors.BadValueError` for what is no such class, and
         :class:`~stagewire.errors.OutOfRangeError` for a limit below 1.
         """
-        unasked = Unasked(self._at, wanted)
-        return self.session.subscribe_as(unasked.read, unasked.wanted, limit, self._source)
+        events = EventFilter(self._at, wanted)
+        return self.session.subscribe_as(events.read, events.wanted, limit, self._source)
 
 
 class Channel(Part):
@@ -143,7 +143,7 @@ class Channel(Part):
 
         Raises :class:`~stagewire.errors.UnsupportedError` for a unit that cannot be asked.
         """
-        return run(calls.is_moving(self._at, timeout))
+        return calls.is_moving(self._at, timeout)
 
 
 class Bay(Channel):

@@ -1,0 +1,278 @@
+"""Calls that ask and set: from the keywords of a user to messages, and from replies to values.
+
+Each waits for the transport of its endpoint, and for nothing else. The calls that move something are in
+:mod:`stagewire._devices.asynchronous.motion`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeAlias, TypeVar
+
+from stagewire._codec.message import Message
+from stagewire._devices.arguments import check_held, fields_of
+from stagewire._devices.asynchronous.transport import Endpoint, framed_transport
+from stagewire._devices.endpoint import Deadline
+from stagewire._devices.motions import Running
+from stagewire._devices.tables import Action, Command, Given, ParameterSet, Query
+from stagewire._devices.values import Values
+from stagewire.errors import (
+    MotionUnderWayError,
+    OutOfRangeError,
+    ReplyTimeoutError,
+    StagewireError,
+    TransportLostError,
+    UnsupportedError,
+)
+
+V = TypeVar("V", bound=Values[Any])
+
+Keywords: TypeAlias = Mapping[str, object]
+
+
+async def query(
+    endpoint: Endpoint,
+    table: ParameterSet[V] | Query[V],
+    timeout: float | None,
+    given: Keywords,
+) -> V:
+    """Ask for values and return them."""
+    return await _ask(endpoint, table, endpoint.seconds(timeout), given)
+
+
+async def look(endpoint: Endpoint, table: ParameterSet[V] | Query[V], seconds: float) -> V:
+    """Ask for values on the library's own account: what they show settles no motion."""
+    message, replies = _question(endpoint, table, {})
+    reply = await endpoint.transport.ask(message, replies, endpoint.address_of(table), seconds)
+    endpoint.connection.learn(endpoint.address, endpoint.channel, reply)
+    return table.values(reply, endpoint.scales())
+
+
+async def _ask(
+    endpoint: Endpoint, table: ParameterSet[V] | Query[V], seconds: float, given: Keywords
+) -> V:
+    message, replies = _question(endpoint, table, given)
+    address, deadline = endpoint.address_of(table), endpoint.deadline(seconds)
+    reply = await endpoint.transport.ask(message, replies, address, seconds)
+    running = _shown_at_rest(endpoint, reply)
+    if running is not None and reply.layout.unsolicited:
+        try:
+            await _wait_for_what_is_late(endpoint, deadline)
+            reply = await endpoint.transport.ask(message, replies, address, deadline.left)
+            running = _shown_at_rest(endpoint, reply)
+        except ReplyTimeoutError:  # the status is an answer, but no proof
+            running = None
+    if running is not None and _settled(endpoint, running):
+        framed_transport(endpoint).settled(endpoint.address, endpoint.channel)
+    endpoint.connection.learn(endpoint.address, endpoint.channel, reply)
+    return table.values(reply, endpoint.scales())
+
+
+def _question(
+    endpoint: Endpoint, table: ParameterSet[Any] | Query[Any], given: Keywords
+) -> tuple[Message, tuple[type[Message], ...]]:
+    """Return the message that asks, and those that answer it."""
+    fields: dict[str, Any] = {}
+    if table.asked:
+        fields = fields_of(
+            f"{endpoint.name}: get_{table.name}", table.asked, given, endpoint.scales()
+        )
+    req, replies = _request_of(table)
+    return endpoint.message(req, fields), replies
+
+
+def _request_of(
+    table: ParameterSet[Any] | Query[Any],
+) -> tuple[type[Message], tuple[type[Message], ...]]:
+    """Return the class of the message that asks, and those that answer it."""
+    if isinstance(table, Query):
+        return table.req, table.gets
+    assert table.req is not None  # else there is no such method
+    assert table.get is not None
+    return table.req, (table.get,)
+
+
+def _shown_at_rest(endpoint: Endpoint, message: Message) -> Running | None:
+    """Return the motion whose end is not known, if a status shows that nothing moves.
+
+    Not one that was begun a moment ago: a controller may say that nothing moves when it is about to begin.
+    """
+    moving = endpoint.connection.unit.moving.get(type(message))
+    if moving is None or moves(message, moving):
+        return None
+    running = endpoint.connection.motions.at(endpoint.place)
+    if running is None or running.just_begun(endpoint.now()):
+        return None
+    return running
+
+
+async def _wait_for_what_is_late(endpoint: Endpoint, deadline: Deadline) -> None:
+    """Ask a question whose answer never comes unsolicited, and wait for it.
+
+    An unsolicited status that was sent before the motion began may be held up on the line, and nothing
+    distinguishes it from the answer to a request. A line keeps the order of what it carries, so a status that
+    comes after this answer was sent after the motion began.
+    """
+    identity = endpoint.connection.facts.identity
+    if identity is not None:
+        req, replies = _request_of(identity)
+        await endpoint.transport.ask(req(), replies, endpoint.address_of(identity), deadline.left)
+
+
+def _settled(endpoint: Endpoint, running: Running) -> bool:
+    """Note that a motion is over, and return True, unless a call still waits for its end."""
+    if running.exchange is not None and not running.exchange.done:
+        return False
+    endpoint.connection.motions.over(endpoint.place, running)
+    return True
+
+
+def moves(message: Message, moving: tuple[str, int]) -> bool:
+    """Say whether a status has a bit that means motion."""
+    field, mask = moving
+    return bool(getattr(message, field) & mask)
+
+
+async def set_all(
+    endpoint: Endpoint, table: ParameterSet[Any], timeout: float | None, given: Keywords
+) -> None:
+    """Write a whole set of parameters: one message."""
+    what = f"{endpoint.name}: set_{table.name}"
+    fields = fields_of(what, table.given, given, endpoint.scales())
+    message = _message(endpoint, what, table, fields)
+    deadline = endpoint.deadline(endpoint.seconds(timeout))
+    async with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
+        await _write(endpoint, table, message, deadline)
+
+
+async def change(
+    endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, given: Keywords
+) -> V:
+    """Read a set of parameters, change some, and write all of them, while nobody else here does.
+
+    Returns what was written. Raises :class:`~stagewire.errors.OutOfRangeError` where the controller holds a
+    value that cannot be written back: one out of range, or one that a complete enumeration does not list; and
+    :class:`~stagewire.errors.LimitError` for one above a limit of the stage.
+    """
+    what = f"{endpoint.name}: change_{table.name}"
+    new = fields_of(what, table.given, given, endpoint.scales(), some=True)
+    check_limits(endpoint, what, table.given, new)
+    deadline = endpoint.deadline(endpoint.seconds(timeout))
+    async with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
+        read = (await _ask(endpoint, table, deadline.left, {})).message
+        held = {entry.field: getattr(read, entry.field) for entry in table.given}
+        try:
+            for entry in table.given:
+                if entry.field not in new:
+                    check_held(entry, held[entry.field])
+            message = _message(endpoint, what, table, {**held, **new})
+        except OutOfRangeError as error:
+            raise type(error)(
+                f"{what}: the controller holds a value that cannot be written back: {error}; nothing was "
+                f"written. Pass this value as well, or write all values with set_{table.name}"
+            ) from None
+        await _write(endpoint, table, message, deadline)
+    return table.values(type(read).keep({**read.values(), **new}), endpoint.scales())
+
+
+def _message(
+    endpoint: Endpoint, what: str, table: ParameterSet[Any], fields: dict[str, Any]
+) -> Message:
+    """Return what writes the set, if all of it may be written."""
+    assert table.set is not None  # else there is no such method
+    check_limits(endpoint, what, table.given, fields)
+    return endpoint.message(table.set, fields)
+
+
+def check_limits(
+    endpoint: Endpoint, what: str, entries: tuple[Given, ...], fields: Mapping[str, Any]
+) -> None:
+    """Raise :class:`~stagewire.errors.LimitError` for values that exceed the limits of the stage."""
+    endpoint.connection.limits(endpoint.place).check(what, entries, fields, endpoint.scales())
+
+
+async def _write(
+    endpoint: Endpoint, table: ParameterSet[Any], message: Message, deadline: Deadline
+) -> None:
+    await endpoint.transport.send(message, endpoint.address_of(table), deadline.left)
+    endpoint.connection.learn(endpoint.address, endpoint.channel, message)
+
+
+async def tell(endpoint: Endpoint, table: Command, timeout: float | None, given: Keywords) -> None:
+    """Send what nothing answers."""
+    what = f"{endpoint.name}: {table.name}"
+    fields = fields_of(what, table.given, given, endpoint.scales())
+    check_limits(endpoint, what, table.given, fields)
+    message = endpoint.message(table.message, fields)
+    seconds = endpoint.seconds(timeout)
+    running = endpoint.running(table, what)
+    if running is None:
+        await endpoint.transport.send(message, endpoint.address_of(table), seconds)
+    else:
+        await send_starting(endpoint, table, message, running, seconds)
+    endpoint.connection.sent(endpoint.address, table)
+    endpoint.connection.learn(endpoint.address, endpoint.channel, message)
+
+
+async def send_starting(
+    endpoint: Endpoint, table: Action | Command, message: Message, running: Running, seconds: float
+) -> None:
+    """Send what starts something whose end nothing tells."""
+    motions, place = endpoint.connection.motions, endpoint.place
+    await refuse_left(endpoint, running.what, seconds)
+    before = motions.at(place)
+    motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
+    try:
+        await endpoint.transport.send(message, endpoint.address_of(table), seconds)
+    except TransportLostError:
+        raise  # nobody knows whether it was sent
+    except StagewireError:
+        motions.refused(place, running, before)
+        raise
+
+
+async def refuse_left(endpoint: Endpoint, what: str, seconds: float) -> None:
+    """Raise where something that was started over an earlier line may still move; the status decides.
+
+    Raises :class:`~stagewire.errors.MotionUnderWayError`.
+    """
+    motions, unit = endpoint.connection.motions, endpoint.connection.unit
+    running = motions.at(endpoint.place)
+    if running is None or not running.left:
+        return
+    if unit.idle is not None or (unit.status_query is not None and unit.moving):
+        await is_moving(endpoint, min(seconds, endpoint.seconds(None)))
+        if motions.at(endpoint.place) is not running:
+            return
+    raise MotionUnderWayError(
+        f"{what} was not sent: {running.what} was under way when its line was lost or closed, and may still "
+        "be; stop it, or wait until is_moving() says that nothing moves"
+    )
+
+
+async def is_moving(endpoint: Endpoint, timeout: float | None) -> bool:
+    """Ask whether anything moves there.
+
+    Where a status shows no motion although the end of one is not known, it is asked for again after what may
+    be late on the line has come.
+
+    Raises :class:`~stagewire.errors.UnsupportedError` for a unit that has no message for it.
+    """
+    unit = endpoint.connection.unit
+    seconds = endpoint.seconds(timeout)
+    if unit.idle is not None:
+        reply = await endpoint.transport.ask(
+            unit.idle.read(), (unit.idle.reply,), endpoint.address, seconds
+        )
+        busy = bool(getattr(reply, unit.idle.field) != unit.idle.value)
+        running = endpoint.connection.motions.at(endpoint.place)
+        if not busy and running is not None and not running.just_begun(endpoint.now()):
+            _settled(endpoint, running)
+        return busy
+    if unit.status_query is None or not unit.moving:
+        raise UnsupportedError(f"{unit.name} has no message that asks whether it moves")
+    status = (await _ask(endpoint, unit.status_query, seconds, {})).message
+    if moves(status, unit.moving[type(status)]):
+        return True
+    running = endpoint.connection.motions.at(endpoint.place)
+    return running is not None and running.just_begun(endpoint.now())

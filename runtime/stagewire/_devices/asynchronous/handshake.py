@@ -1,0 +1,129 @@
+"""The first words to a controller on a line that was just opened, and the last ones to be."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import suppress
+from typing import Any, Final
+
+from stagewire._devices.asynchronous.calls import query
+from stagewire._devices.asynchronous.transport import (
+    Endpoint,
+    FramedTransport,
+    Transport,
+)
+from stagewire._devices.connection import Connection
+from stagewire._devices.identity import check_identity
+from stagewire._devices.tables import Query
+from stagewire._devices.unit import framed
+from stagewire._devices.values import Values
+from stagewire.errors import ReplyTimeoutError, StagewireError, TurnedAwayError
+
+_log = logging.getLogger("stagewire")
+
+_OCCUPIED: Final = 1
+"""State of a bay of a rack that holds a card."""
+
+
+async def greet(
+    connection: Connection[Transport], own: Endpoint, transport: FramedTransport
+) -> None:
+    """Begin to talk with a controller: nothing moves, and nothing is set.
+
+    Unless the user does not want it, it is asked what it is, and for the settings that its scales need.
+
+    Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named,
+    :class:`~stagewire.errors.ReplyTimeoutError` where nobody answers, and
+    :class:`~stagewire.errors.LinkOpenError` where the connection is closed instead.
+    """
+    connection.transport = transport
+    await wait_for_timeouts(connection)
+    unit, choices = connection.unit, connection.choices
+    if unit.status is not None:
+        # Some controllers answer as 0, or with the addresses the other way round.
+        for address in (*connection.addresses, 0, framed(connection.facts).host):
+            transport.tell(address, status=unit.status)
+    if choices.usb and unit.keep_alive is not None:
+        transport.keep_alive(
+            unit.keep_alive(), unit.bays if unit.kind == "rack" else (own.address,)
+        )
+    identity = connection.facts.identity
+    if not choices.identify or identity is None:
+        return
+    try:
+        info = await query(own, identity, None, {})
+    except TurnedAwayError as error:
+        raise TurnedAwayError(f"{error.line}. Only the question what it is was sent") from None
+    except ReplyTimeoutError as error:
+        bay = ", and is bay= that of the module" if unit.kind == "bay" else ""
+        raise ReplyTimeoutError(
+            f"no {unit.name} answers at {connection.url}: {error}. Is it switched on, and is this its "
+            f"port{bay}? identify=False opens it without a question"
+        ) from None
+    check_identity(connection, info)
+    await _ask_settings(connection, own)
+
+
+async def wait_for_timeouts(connection: Connection[Transport]) -> None:
+    """Wait until the controller has given up what it has of a message that a lost line cut off.
+
+    Otherwise the first bytes on the new line would complete that message: the target of a move, for example.
+    """
+    if connection.broken_at is not None:
+        transport, pause = connection.transport, connection.choices.reconnect_pause
+        left = connection.broken_at + pause - transport.now()
+        if left > 0:
+            await transport.pause(min(left, pause))
+
+
+async def _ask_settings(connection: Connection[Transport], own: Endpoint) -> None:
+    """Ask every channel for the settings that its scales need."""
+    tables = _tables(connection)
+    if not tables:
+        return
+    unit = connection.unit
+    for place in connection.places:
+        bay = unit.bays.index(place[0]) if unit.kind == "rack" else None  # on the wire from 0
+        if bay is not None and await _is_empty(connection, own, bay):
+            continue
+        endpoint = Endpoint(connection, *place, f"{unit.name} channel {place[1]}")
+        for table in tables:
+            try:
+                await query(endpoint, table, None, {})
+            except ReplyTimeoutError as error:
+                _log.warning("%s: a scale is not known: %s", connection.url, error)
+
+
+async def leave(connection: Connection[Transport]) -> None:
+    """Stop what was started by a device whose line others go on to use, unless it is to be left."""
+    transport, choices = connection.transport, connection.choices
+    assert isinstance(transport, FramedTransport)
+    with suppress(StagewireError):  # of a line that is gone
+        for address, halt in connection.motions.halts() if choices.stop_on_close else ():
+            await transport.halt(halt, None, address, choices.timeout)
+        transport.keep_alive(None, connection.addresses)
+
+
+def _tables(connection: Connection[Transport]) -> list[Query[Any]]:
+    """Return a question for each message that tells settings and can be asked for."""
+    asked = {
+        told.req: Query(told.req.layout.message, Values, told.req, (told.get,))
+        for _, told in connection.facts.telling(connection.unit)
+        if told.req is not None
+        and told.get is not None
+        and told.req.layout.message in connection.unit.messages
+    }
+    return list(asked.values())
+
+
+async def _is_empty(connection: Connection[Transport], own: Endpoint, bay: int) -> bool:
+    """Ask the motherboard of a rack whether a bay, counted from 0, is empty."""
+    table = connection.facts.bay_used
+    if (
+        table is None
+        or table.req is None
+        or table.req.layout.message not in connection.unit.messages
+    ):
+        return False
+    values = await query(own, table, None, {table.asked[0].keyword: bay})
+    return bool(getattr(values.message, "bay_state", _OCCUPIED) != _OCCUPIED)

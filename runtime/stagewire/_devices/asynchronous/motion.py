@@ -1,0 +1,320 @@
+"""Calls that move something, or stop it, and why a motion has not ended.
+
+What was started stays in the list of the connection until its end is known: said by the controller, seen in a
+status, or brought about by a stop. After a timeout it may still move, and is stopped with everything else
+when the device is closed, unless the user chose to leave it.
+"""
+
+from __future__ import annotations
+
+from typing import Final, TypeAlias
+
+from stagewire._codec.message import Message
+from stagewire._devices.arguments import fields_of
+from stagewire._devices.asynchronous.calls import Keywords, look, refuse_left, send_starting
+from stagewire._devices.asynchronous.targets import checked, targets_of
+from stagewire._devices.asynchronous.transport import Endpoint, framed_transport
+from stagewire._devices.endpoint import MOMENT, Deadline, defaults_of
+from stagewire._devices.motions import Running
+from stagewire._devices.tables import Action, MotionEnd, Poll
+from stagewire._sessions.exchange import Exchange
+from stagewire._sessions.options import Ends
+from stagewire.errors import (
+    ControllerFaultError,
+    MotionStoppedError,
+    MotionTimeoutError,
+    MotionUnderWayError,
+    ReplyTimeoutError,
+    StagewireError,
+    TargetNotReachedError,
+    UnsupportedError,
+)
+
+Unended: TypeAlias = MotionTimeoutError | ControllerFaultError
+"""How the wait for a motion ends that may still be under way."""
+
+_SHARE: Final = 0.05
+"""Of the time of a motion, for the questions after it."""
+_SILENT: Final = "asked for its status, the controller does not answer either"
+_POLL: Final = 0.1
+"""Seconds between two questions whether an axis is busy; controllers asked more often have failed."""
+
+
+class Started:
+    """A motion that was started; what a handle holds.
+
+    :param endpoint: where.
+    :param action: what.
+    :param running: its entry in the list of what is stopped at the end.
+    :param ends: the messages that tell its end; None where none does.
+    :param deadline: when it is given up, where it is polled for.
+    :param targets: where it may end, in counts; empty where that is unknown.
+    """
+
+    def __init__(
+        self,
+        endpoint: Endpoint,
+        action: Action,
+        running: Running,
+        ends: Ends | None,
+        deadline: Deadline,
+        targets: tuple[int, ...],
+    ) -> None:
+        self.endpoint = endpoint
+        self.action = action
+        self.running = running
+        self.ends = ends
+        self._seconds = deadline.left
+        self._deadline = deadline
+        self._targets = targets
+        self._end: MotionEnd | StagewireError | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing more is awaited."""
+        exchange = self.running.exchange
+        return self._end is not None or (exchange is not None and exchange.done)
+
+    async def wait(self, timeout: float | None) -> MotionEnd:
+        """Wait for its end; see :meth:`stagewire.devices.Motion.wait`."""
+        if self._end is None:
+            seconds = None if timeout is None else self.endpoint.seconds(timeout)
+            deadline = self._deadline if seconds is None else self.endpoint.deadline(seconds)
+            end = await self._wait(seconds, deadline)
+            try:
+                if self._targets:
+                    end = await checked(
+                        self.endpoint, self.running.what, self._targets, end, deadline
+                    )
+                self._end = end
+            except TargetNotReachedError as error:
+                self._end = error
+        if isinstance(self._end, StagewireError):
+            raise self._end
+        return self._end
+
+    async def _wait(self, seconds: float | None, deadline: Deadline) -> MotionEnd:
+        running, exchange = self.running, self.running.exchange
+        if exchange is not None:
+            try:
+                return self._ended(await framed_transport(self.endpoint).wait(exchange, seconds))
+            except MotionStoppedError as error:
+                raise self._stopped(error) from None
+            except (MotionTimeoutError, ControllerFaultError) as error:
+                if error is not exchange.error or not exchange.written:
+                    raise  # it is still waited for, or was never sent
+                self._end = await explained(self.endpoint, error, exchange.timeout)
+                raise self._end from None
+        if self.action.poll is not None:
+            try:
+                await _polled(self.endpoint, running, self.action.poll, deadline)
+            except MotionTimeoutError as error:
+                if not self._deadline.over:
+                    raise  # it may be waited for again
+                raise await explained(self.endpoint, error, self._seconds) from None
+            return self._ended(None)
+        if self.ends is not None:
+            raise _muted(running.what)
+        return self._ended(None)
+
+    def _ended(self, message: Message | None) -> MotionEnd:
+        running = self.running
+        ended = self.endpoint.now() if running.ended is None else running.ended
+        values = (
+            None
+            if message is None
+            else self.endpoint.connection.values_of(message, self.endpoint.place)
+        )
+        return MotionEnd(message, values, ended - running.started)
+
+    def _stopped(self, error: MotionStoppedError) -> MotionStoppedError:
+        """Return the same in the words of the caller, and in units."""
+        message = error.message
+        if not isinstance(message, Message):
+            return MotionStoppedError(f"{self.running.what} was stopped before it was sent")
+        connection = self.endpoint.connection
+        values = connection.values_of(message, self.endpoint.place)
+        told = "" if values is None else values.told(connection.channel_field(type(message)))
+        said = f": {told}" if told else ""
+        return MotionStoppedError(f"{self.running.what} was stopped before its end{said}", message)
+
+    async def stop(self, timeout: float | None) -> MotionEnd | None:
+        """Stop it; see :meth:`stagewire.devices.Motion.stop`."""
+        table = self.action.halted_by
+        if table is None or not self.running.stop:
+            raise UnsupportedError(f"{self.running.what}: the unit has no message that stops it")
+        defaults = defaults_of(table)
+        given = {one.keyword: defaults[one.field] for one in table.given if one.field in defaults}
+        return await halt(self.endpoint, table, timeout, given)
+
+
+async def act(
+    endpoint: Endpoint, action: Action, timeout: float | None, given: Keywords
+) -> MotionEnd:
+    """Start a motion and wait for its end."""
+    ends = endpoint.connection.ends_of(action)
+    if ends is not None and endpoint.connection.silenced(endpoint.address, ends.completed):
+        raise _muted(f"{endpoint.name}: {action.name}")
+    started = await start(endpoint, action, timeout, given)
+    return await started.wait(None)
+
+
+async def start(
+    endpoint: Endpoint, action: Action, timeout: float | None, given: Keywords
+) -> Started:
+    """Start a motion; returns when it is with the line.
+
+    :param timeout: seconds that the whole motion may last.
+    """
+    what = f"{endpoint.name}: {action.name}"
+    seconds = endpoint.motion_seconds(timeout)
+    fields = fields_of(what, action.given, given, endpoint.scales())
+    message = endpoint.message(action.message, fields)
+    deadline = endpoint.deadline(seconds)
+    try:
+        targets = await targets_of(endpoint, what, action, fields, deadline)
+    except ReplyTimeoutError as error:
+        raise MotionTimeoutError(f"{what} was not sent: {error}") from None
+    ends = endpoint.connection.ends_of(action)
+    running = endpoint.running(action, what) or Running(what, b"", endpoint.now())
+    started = Started(endpoint, action, running, ends, deadline, targets)
+    if action.poll is not None:
+        async with endpoint.transport.lock((*endpoint.place, "motion"), what, deadline.left):
+            await _refuse_second(endpoint, what, action.poll, deadline)
+            await send_starting(endpoint, action, message, running, endpoint.part_of(deadline))
+    elif ends is None or endpoint.connection.silenced(endpoint.address, ends.completed):
+        await send_starting(endpoint, action, message, running, endpoint.part_of(deadline))
+    else:
+        await _begin(endpoint, message, ends, deadline.left, running)
+    return started
+
+
+async def _begin(
+    endpoint: Endpoint, message: Message, ends: Ends, seconds: float, running: Running
+) -> None:
+    motions, place, now = endpoint.connection.motions, endpoint.place, endpoint.transport.now
+
+    def ended(exchange: Exchange) -> None:
+        running.ended = now()
+        if not exchange.written or isinstance(exchange.error, MotionStoppedError | None):
+            motions.over(place, running)
+
+    await refuse_left(endpoint, running.what, seconds)
+    before = motions.at(place)
+    motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
+    try:
+        running.exchange = await framed_transport(endpoint).begin(
+            message, ends, endpoint.address, seconds, ended
+        )
+    except StagewireError:  # nothing was sent
+        motions.refused(place, running, before)
+        raise
+
+
+async def _refuse_second(endpoint: Endpoint, what: str, poll: Poll, deadline: Deadline) -> None:
+    """Raise where something that was started here still moves."""
+    running = endpoint.connection.motions.at(endpoint.place)
+    if running is None:
+        return
+    if await _is_busy(endpoint, poll, endpoint.part_of(deadline)):
+        raise MotionUnderWayError(
+            f"{what} was not sent: {running.what} is still under way; wait for its end or stop it first"
+        )
+    endpoint.connection.motions.over(endpoint.place, running)
+
+
+async def _is_busy(endpoint: Endpoint, poll: Poll, seconds: float) -> bool:
+    reply = await endpoint.transport.ask(poll.read(), (poll.reply,), endpoint.address, seconds)
+    return bool(getattr(reply, poll.field) != poll.value)
+
+
+async def _polled(endpoint: Endpoint, running: Running, poll: Poll, deadline: Deadline) -> None:
+    """Ask again and again, gently, until nothing moves."""
+    transport = endpoint.transport
+    while True:
+        await transport.pause(min(_POLL, deadline.left))
+        if running.stopped:
+            raise MotionStoppedError(f"{running.what} was stopped")
+        try:
+            busy = await _is_busy(endpoint, poll, endpoint.part_of(deadline))
+        except ReplyTimeoutError:  # one reply that is lost says nothing of the motion
+            busy = True
+        if running.stopped:
+            raise MotionStoppedError(f"{running.what} was stopped")
+        if not busy:
+            running.ended = transport.now()
+            endpoint.connection.motions.over(endpoint.place, running)
+            return
+        if deadline.over:
+            raise MotionTimeoutError(
+                f"{running.what}: still busy after {transport.now() - running.started:.3g} s; it may still "
+                "move: stop it, or wait for its end again"
+            )
+
+
+async def halt(
+    endpoint: Endpoint, action: Action, timeout: float | None, given: Keywords
+) -> MotionEnd | None:
+    """Stop what moves, before everything else that waits.
+
+    Returns None when it is with the line, where the controller says nothing more.
+    """
+    fields = fields_of(f"{endpoint.name}: {action.name}", action.given, given, endpoint.scales())
+    message = endpoint.message(action.message, fields)
+    connection, transport = endpoint.connection, endpoint.transport
+    ends = connection.ends_of(action)
+    if ends is not None and connection.silenced(endpoint.address, ends.completed):
+        ends = None
+    if isinstance(timeout, int | float) and timeout <= 0:
+        timeout = MOMENT  # a stop is sent whatever time is left
+    seconds = endpoint.seconds(timeout) if ends is None else endpoint.motion_seconds(timeout)
+    began = transport.now()
+    for _ in range(connection.stops - 1):
+        await transport.halt(message, None, endpoint.address, seconds)
+    reply = await transport.halt(message, ends, endpoint.address, seconds)
+    connection.motions.stopped(endpoint.place)
+    if reply is None:
+        return None
+    return MotionEnd(reply, connection.values_of(reply, endpoint.place), transport.now() - began)
+
+
+def _muted(what: str) -> UnsupportedError:
+    return UnsupportedError(
+        f"{what}: its end is not said while the messages at the end of moves are suspended; let them come "
+        "again, or start it without waiting and ask is_moving()"
+    )
+
+
+async def explained(endpoint: Endpoint, error: Unended, seconds: float) -> Unended:
+    """Return the same error with the states that the controller shows now and that may hinder a motion.
+
+    It takes a twentieth of the time of the motion at most, and no longer than any other call. No question is
+    asked after one that was not answered. A status that shows rest does not settle the motion: that is for
+    the caller to ask for. Whatever goes wrong here, the error remains what it was.
+
+    :param seconds: that the motion was given.
+    """
+    deadline = endpoint.deadline(min(seconds * _SHARE, endpoint.seconds(None)))
+    causes: list[str] = []
+    told = ""
+    for table in endpoint.connection.unit.diagnosis:
+        try:
+            values = await look(endpoint, table, deadline.left)
+        except ReplyTimeoutError:
+            if not told:
+                return _with(error, _SILENT, ())
+            break
+        except StagewireError:  # the line is lost or closed
+            return error
+        causes += [state.cause for state in endpoint.connection.unit.hindered(values.message)]
+        told = told or values.told(endpoint.connection.channel_field(type(values.message)))
+    if causes:
+        return _with(error, f"likely cause: {'; '.join(causes)}", tuple(causes))
+    return _with(error, f"its status shows no cause: {told}", ()) if told else error
+
+
+def _with(error: Unended, note: str, causes: tuple[str, ...]) -> Unended:
+    text = f"{error}; {note}"
+    if isinstance(error, ControllerFaultError):
+        return ControllerFaultError(text, error.code, error.fault, error.message, causes)
+    return MotionTimeoutError(text, causes)

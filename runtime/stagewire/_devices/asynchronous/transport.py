@@ -1,0 +1,193 @@
+"""The session below a device for asyncio, as its calls use it: with frames, or with commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias, TypeVar, cast
+
+from stagewire._codec.message import Message
+from stagewire._codec.protocol import Protocol
+from stagewire._devices import endpoint as endpoints
+from stagewire._devices.connection import Connection
+from stagewire._devices.endpoint import CONTROLLER
+from stagewire._devices.locks import AsyncLocks
+from stagewire._links.link import AsyncLink
+from stagewire._links.opening import open_async_link
+from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
+from stagewire._sessions.exchange import Exchange
+from stagewire._sessions.options import Ends
+from stagewire.errors import SessionClosedError
+
+S = TypeVar("S")
+
+
+class FramedTransport(AsyncLocks):
+    """A session of frames, and the locks of its calls.
+
+    :param session: that is open.
+    :param telling: the messages that :meth:`heard` returns.
+    :param guest: whether the link is another device's.
+    """
+
+    def __init__(
+        self, session: AsyncFramedSession, telling: tuple[type[Message], ...], guest: bool = False
+    ) -> None:
+        super().__init__()
+        self.session = session
+        self._guest = guest
+        self.now: Callable[[], float] = session.now
+        self._heard = session.subscribe(telling, limit=64) if telling else None
+
+    async def ask(self, message: Any, replies: Any, address: int, seconds: float) -> Message:
+        """Send a request and return what answers it."""
+        return (await self.session.ask(message, replies, address, seconds)).message
+
+    async def send(self, message: Any, address: int, seconds: float) -> None:
+        """Send what has no reply."""
+        await self.session.send(message, address, seconds)
+
+    async def begin(
+        self,
+        message: Any,
+        ends: Ends,
+        address: int,
+        seconds: float,
+        on_done: Callable[[Exchange], object],
+    ) -> Exchange:
+        """Begin a motion."""
+        return await self.session.begin(message, ends, address, seconds, on_done)
+
+    async def wait(self, exchange: Exchange, seconds: float | None) -> Message:
+        """Wait for the end of a motion."""
+        message: Message = (await self.session.wait(exchange, seconds)).message
+        return message
+
+    async def halt(
+        self, message: Any, ends: Ends | None, address: int, seconds: float
+    ) -> Message | None:
+        """Stop a motion, before everything else."""
+        frame = await self.session.halt(message, ends, address, seconds)
+        return None if frame is None else frame.message
+
+    async def pause(self, seconds: float) -> None:
+        """Wait so long."""
+        await self.session.pause(seconds)
+
+    def settled(self, address: int, channel: int | None) -> None:
+        """Note that nothing moves there."""
+        self.session.settled(address, channel)
+
+    def keep_alive(self, message: Any, addresses: tuple[int, ...]) -> None:
+        """Send a keep-alive message from now on; None: no more."""
+        self.session.keep_alive(message, addresses)
+
+    def tell(self, address: int, **context: str) -> None:
+        """Say what decides between layouts of messages from an address."""
+        self.session.tell(address, **context)
+
+    def heard(self) -> list[tuple[int, Message]]:
+        """Return the unsolicited messages since the last time, and who sent them; never waits."""
+        found: list[tuple[int, Message]] = []
+        while self._heard is not None and (event := self._heard.take()) is not None:
+            frame = cast(Any, event).frame
+            found.append((frame.source, frame.message))
+        return found
+
+    async def close(self) -> None:
+        """Send the last messages and close the link; of a guest only its own part."""
+        if not self._guest:
+            await self.session.close()
+            return
+        if self._heard is not None:
+            self._heard.close()
+        self.session = cast(AsyncFramedSession, _ClosedSession(self.session.url))
+
+
+class CommandTransport(AsyncLocks):
+    """A session of commands, and the locks of its calls; an address is an axis, or the controller itself.
+
+    :param session: that is open.
+    """
+
+    def __init__(self, session: AsyncCommandSession) -> None:
+        super().__init__()
+        self.session = session
+        self.now: Callable[[], float] = session.now
+
+    async def ask(self, message: Any, replies: Any, address: int, seconds: float) -> Message:
+        """Send a command and return its reply."""
+        return await self.session.ask(message, address, seconds)
+
+    async def send(self, message: Any, address: int, seconds: float) -> None:
+        """Send what has no reply."""
+        await self.session.send(message, None if address == CONTROLLER else address, seconds)
+
+    async def halt(
+        self, message: Any, ends: Ends | None, address: int, seconds: float
+    ) -> Message | None:
+        """Stop a motion, before everything else; nothing answers."""
+        await self.session.halt(message, address, seconds)
+        return None
+
+    async def pause(self, seconds: float) -> None:
+        """Wait so long."""
+        await self.session.pause(seconds)
+
+    def heard(self) -> list[tuple[int, Message]]:
+        """Return nothing: a controller of commands sends no unsolicited message."""
+        return []
+
+    async def close(self) -> None:
+        """Send the last commands and close the link."""
+        await self.session.close()
+
+
+Transport: TypeAlias = FramedTransport | CommandTransport
+Endpoint: TypeAlias = endpoints.Endpoint[Transport]
+
+
+def framed_transport(endpoint: Endpoint) -> FramedTransport:
+    """Return the transport of a controller whose messages have frames."""
+    assert isinstance(endpoint.transport, FramedTransport)  # the tables of others say no ends
+    return endpoint.transport
+
+
+class _ClosedSession:
+    """In place of its session: for a device that was closed, on a link that others go on to use."""
+
+    lost = False
+    closed = True
+    broken_at = None
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+
+    def __getattr__(self, name: str) -> Any:
+        raise SessionClosedError(f"this part of {self.url} was closed; nothing was sent")
+
+
+async def open_session(
+    kind: Callable[..., S],
+    protocol: Protocol,
+    link: str | AsyncLink,
+    connection: Connection[Any],
+    **more: object,
+) -> S:
+    """Open a link, and a session on it, as the user chose.
+
+    Raises :class:`~stagewire.errors.LinkOpenError`, and what the session refuses.
+    """
+    options = connection.session_options()
+    opened = await open_async_link(link, **connection.link_options())
+    try:
+        return kind(
+            protocol,
+            opened,
+            options=options,
+            log=connection.next_log(),
+            unit=connection.unit.name,
+            **more,
+        )
+    except BaseException:
+        await opened.close()
+        raise

@@ -1,0 +1,267 @@
+# Generated from _devices/asynchronous/targets.py by `python tools/unasync.py`; do not edit.
+
+"""Where a motion should end, before it is sent, and whether it has ended there.
+
+Targets are compared with the limits of the stage. The documents state no tolerance for the end. The default
+is a decision of this library: servos report the end of a move when their trajectory ends, some tens of counts
+before they stand on the target, and steppers report the counts that were commanded. Both are far below
+0.01 mm, and a limit switch is far above.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from math import floor
+from typing import Any, Final
+
+from stagewire._devices.endpoint import Deadline
+from stagewire._devices.limits import PER_MM, POSITION, in_mm
+from stagewire._devices.synchronous.calls import check_limits, look, moves, query, refuse_left
+from stagewire._devices.synchronous.transport import Endpoint
+from stagewire._devices.tables import Action, MotionEnd, Stored
+from stagewire._devices.values import InUnits, Values
+from stagewire.errors import (
+    LimitError,
+    MotionUnderWayError,
+    ReplyTimeoutError,
+    TargetNotReachedError,
+    UnknownScaleError,
+)
+from stagewire.quantities import Scale
+
+TOLERANCE_MM: Final = Fraction(1, 100)
+"""How far from its target a motion may end, where the scale of the position is known."""
+TOLERANCE_COUNTS: Final = 500
+"""How far, where no scale is known: 0.015 mm of the stages with the finest encoders of the document."""
+_PAUSE: Final = 0.1
+"""Seconds between two questions about what still moves."""
+
+
+def targets_of(
+    endpoint: Endpoint, what: str, action: Action, fields: Mapping[str, Any], deadline: Deadline
+) -> tuple[int, ...]:
+    """Return where a motion may end, in counts; empty where it has no target, or where that is unknown.
+
+    A target that the controller has stored is read. For a distance the position is read; where neither the
+    message nor what is stored states the direction, there is a target either way.
+
+    Raises :class:`~stagewire.errors.LimitError` for values that exceed the limits of the stage; for a target
+    outside the travel, if that is known, of two ways only if both lead out of it; and for a target that is
+    further than the travel from where the stage is, if only the length of the travel is known.
+    """
+    check_limits(endpoint, what, action.given, fields)  # asks nothing
+    if action.target is None:
+        return ()
+    if action.stored is None:
+        [entry] = [entry for entry in action.given if entry.target is not None]
+        counts = fields[entry.field]
+    else:
+        stored = _stored(endpoint, what, action.stored, deadline)
+        if stored is None:
+            return ()
+        counts = stored
+        _check_stored(endpoint, what, action, counts)
+    if action.target == "absolute":
+        _check_way(endpoint, what, counts, deadline)
+        return (counts,)
+    here = _position(endpoint, what, deadline)
+    if here is None:
+        return ()
+    directed = action.stored is None or _goes_as_stored(endpoint, action)
+    ways = (counts,) if directed or not counts else (counts, -counts)
+    _check_ways(endpoint, what, here, ways)
+    return tuple(here + way for way in ways)
+
+
+def position_in(values: Values[Any] | None) -> int | None:
+    """Return the position that a controller reported, in counts; None where it reported none."""
+    for value in () if values is None else vars(type(values)).values():
+        if isinstance(value, InUnits) and value.quantity == POSITION:
+            counts: int = getattr(values.message, value.field)  # type: ignore[union-attr]
+            return counts
+    return None
+
+
+def _stored(endpoint: Endpoint, what: str, stored: Stored, deadline: Deadline) -> int | None:
+    """Read what a controller has stored; None where it cannot be asked, or does not use it now."""
+    table = stored.table
+    if table.req is None or table.req.layout.message not in endpoint.connection.unit.messages:
+        return None
+    _refuse_second(endpoint, what, deadline)
+    message = (query(endpoint, table, endpoint.part_of(deadline), {})).message
+    if stored.when is not None:
+        field, value = stored.when
+        if getattr(message, field) != value:
+            return None
+    counts: int = getattr(message, stored.field)
+    return counts
+
+
+def _position(endpoint: Endpoint, what: str, deadline: Deadline) -> int | None:
+    """Ask where it is; None for a unit that cannot be asked."""
+    status = endpoint.connection.unit.status_query
+    if status is None:
+        return None
+    _refuse_second(endpoint, what, deadline)
+    return position_in(look(endpoint, status, endpoint.part_of(deadline)))
+
+
+def _refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
+    """Raise before anything is asked for a motion that would be refused."""
+    refuse_left(endpoint, what, deadline.left)
+    running = endpoint.connection.motions.at(endpoint.place)
+    if running is not None and running.exchange is not None:
+        raise MotionUnderWayError(
+            f"{what} was not sent: {running.what} is under way, or may be; wait for its end, stop it, or let "
+            "is_moving() see that nothing moves"
+        )
+
+
+def _check_stored(endpoint: Endpoint, what: str, action: Action, counts: int) -> None:
+    travel = endpoint.connection.limits(endpoint.place).travel
+    if travel is not None:
+        assert action.stored is not None
+        check = travel.check_place if action.target == "absolute" else travel.check_distance
+        check(f"{what}: {action.stored.field}, as it is stored", _in_mm(endpoint, counts))
+
+
+def _check_way(endpoint: Endpoint, what: str, counts: int, deadline: Deadline) -> None:
+    """Ask where the stage is, if only the length of its travel is known, and compare the way with that."""
+    travel = endpoint.connection.limits(endpoint.place).travel
+    if travel is None or travel.low is not None:
+        return
+    here = _position(endpoint, what, deadline)
+    if here is not None:
+        travel.check_way(what, _in_mm(endpoint, here), _in_mm(endpoint, counts))
+
+
+def _check_ways(endpoint: Endpoint, what: str, here: int, ways: tuple[int, ...]) -> None:
+    travel = endpoint.connection.limits(endpoint.place).travel
+    if travel is not None and all(_in_mm(endpoint, here + way) not in travel for way in ways):
+        way = " or ".join(f"{float(_in_mm(endpoint, way)):+.10g}" for way in ways)
+        raise LimitError(
+            f"{what}: from {float(_in_mm(endpoint, here)):.10g} mm {way} mm is outside the travel, {travel}; "
+            "nothing was sent"
+        )
+
+
+def _in_mm(endpoint: Endpoint, counts: int) -> Fraction:
+    """Return a position in mm; its scale is known where there is a travel."""
+    scales = endpoint.scales()
+    unit = scales.unit_of(POSITION)
+    return in_mm(scales.of(POSITION, unit).from_counts(counts), unit)
+
+
+def _goes_as_stored(endpoint: Endpoint, action: Action) -> bool:
+    """Say whether a motion is by the stored distance, sign and all: a message that could carry it does so.
+
+    A step that is stored for jogs, or for a command each way, is taken in a direction of the message's own.
+    """
+    id = action.message.layout.id
+    forms = [cls for cls in endpoint.connection.facts.protocol.messages if cls.layout.id == id]
+    return len(forms) > 1
+
+
+def checked(
+    endpoint: Endpoint, what: str, targets: tuple[int, ...], end: MotionEnd, deadline: Deadline
+) -> MotionEnd:
+    """Return how a motion ended, if it ended on its target, or on one of several.
+
+    The status is asked for where the end carries no position, and again where the position is off the target
+    while the bits of the controller still show motion, until they show none or the time is over.
+
+    Raises :class:`~stagewire.errors.TargetNotReachedError`, and
+    :class:`~stagewire.errors.ReplyTimeoutError` where the question gets no answer.
+    """
+    said, asked = end.values, False
+    tolerance = _tolerance(endpoint)
+    status = endpoint.connection.unit.status_query
+    while True:
+        position = position_in(said)
+        if position is not None and abs(_miss(targets, position)) <= tolerance:
+            return MotionEnd(end.message, said, end.seconds)
+        done = position is not None and (
+            not _shows_motion(endpoint, said) or (asked and deadline.over)
+        )
+        if done or status is None:
+            break
+        if asked:
+            endpoint.transport.pause(_PAUSE)
+        try:
+            said, asked = look(endpoint, status, endpoint.seconds(None)), True
+        except ReplyTimeoutError as error:
+            raise ReplyTimeoutError(f"{what} has ended, and nobody knows where: {error}") from None
+    if position is None:
+        return end  # the unit cannot say where it is
+    raise _missed(
+        endpoint, what, targets, position, tolerance, MotionEnd(end.message, said, end.seconds)
+    )
+
+
+def _miss(targets: tuple[int, ...], position: int) -> int:
+    """Return how far the nearest target is from a position, with its sign."""
+    return min((target - position for target in targets), key=abs)
+
+
+def _shows_motion(endpoint: Endpoint, values: Values[Any] | None) -> bool:
+    moving = None if values is None else endpoint.connection.unit.moving.get(type(values.message))
+    return moving is not None and moves(values.message, moving)  # type: ignore[union-attr]
+
+
+def _tolerance(endpoint: Endpoint) -> int:
+    """Return the tolerance in counts."""
+    choices, scale = endpoint.connection.choices, _scale(endpoint)
+    if choices.target_tolerance_counts is not None:
+        return choices.target_tolerance_counts
+    if scale is None or scale.unit not in PER_MM:
+        return TOLERANCE_COUNTS
+    mm = choices.target_tolerance_mm
+    length = (TOLERANCE_MM if mm is None else mm) * PER_MM[scale.unit]
+    return floor(abs(scale.counts_per_unit) * length)
+
+
+def _scale(endpoint: Endpoint) -> Scale | None:
+    scales = endpoint.scales()
+    try:
+        return scales.of(POSITION, scales.unit_of(POSITION))
+    except UnknownScaleError:
+        return None
+
+
+def _missed(
+    endpoint: Endpoint,
+    what: str,
+    targets: tuple[int, ...],
+    position: int,
+    tolerance: int,
+    end: MotionEnd,
+) -> TargetNotReachedError:
+    target, scale = position + _miss(targets, position), _scale(endpoint)
+
+    def shown(counts: int) -> str:
+        if scale is None:
+            return f"{counts} counts"
+        return f"{float(scale.from_counts(counts)):.6g} {scale.unit}"
+
+    states = (
+        [] if end.values is None else list(endpoint.connection.unit.hindered(end.values.message))
+    )
+    why = [state.cause for state in states]
+    if _shows_motion(endpoint, end.values):
+        why.append("its status still shows motion")
+    text = (
+        f"{what} ended at {shown(position)}, {shown(abs(target - position))} from its target, "
+        f"{shown(target)} (tolerance {shown(tolerance)})"
+    )
+    return TargetNotReachedError(
+        f"{text}: {'; '.join(why)}" if why else text,
+        target=target,
+        position=position,
+        tolerance=tolerance,
+        unit="" if scale is None else scale.unit,
+        target_in_units=None if scale is None else float(scale.from_counts(target)),
+        position_in_units=None if scale is None else float(scale.from_counts(position)),
+        limits=tuple(state.name for state in states if state.limit),
+        end=end,
+    )
