@@ -13,7 +13,7 @@ from stagewire_generator.lint.errata import check_errata
 from stagewire_generator.lint.framing import check_framing
 from stagewire_generator.lint.layouts import check_layouts, check_pages
 from stagewire_generator.lint.names import check_names
-from stagewire_generator.lint.witness import Comparison
+from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Protocol
 from stagewire_generator.overlays.composition import compose
 from stagewire_generator.reader import Files, overlay_folders, read_overlay

@@ -14,8 +14,6 @@ from stagewire_generator.diagnostics import Place
 
 Json = dict[str, Any]
 
-_ID_SIZES = {"header": 2, "slots": 1}  # kind of framing -> bytes of an id, where they are fixed
-
 
 @dataclass(frozen=True, slots=True)
 class Format:
@@ -368,6 +366,7 @@ class Protocol:
     name_prefix: str
     formats: Json  # name -> size, signed
     framing: Json  # with the size beside every format that it names
+    id_size: int  # bytes of an id on the wire
     contexts: Json
     chapters: tuple[Chapter, ...]
     messages: tuple[Message, ...]  # sorted by id, then name; those without an id last
@@ -393,5 +392,4 @@ class Protocol:
     @property
     def id_digits(self) -> int:
         """Hexadecimal digits of an id as it stands on the wire."""
-        fixed = _ID_SIZES.get(self.framing["kind"])
-        return 2 * (fixed or self.framing["id"].get("size", 1))
+        return 2 * self.id_size

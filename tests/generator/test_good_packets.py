@@ -18,7 +18,7 @@ from stagewire.protocols import Packet
 from stagewire_conformance import run
 from stagewire_generator import check, render
 from stagewire_generator.diagnostics import Diagnostics, SpecError
-from stagewire_generator.lint.witness import compare_witness
+from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Protocol
 from stagewire_generator.strict_yaml import load
 

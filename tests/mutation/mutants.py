@@ -21,9 +21,10 @@ from typing import Any
 
 from stagewire_conformance.hexes import octets
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.lint.witness import compare_witness
+from stagewire_generator.framing import part
 from stagewire_generator.lint.witness.chapters import compare_section
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
+from stagewire_generator.lint.witness.witness import Witness, compare_witness
 from stagewire_generator.model import Field, Format, Layout, Message, Protocol
 from stagewire_generator.reader import read
 from stagewire_generator.resolver.protocol import resolve
@@ -115,11 +116,12 @@ class Proof:
         if self.protocol.framing["kind"] == "slots":
             comparisons = [compare_witness(whole, self.witness)]
         else:  # without the lists of all messages, which are long and know no fields
+            witness: Witness = part(whole.framing["kind"], "witness")
             comparisons = [Comparison(whole, document) for document in self.witness]
             for comparison in comparisons:
                 for name, entry in comparison.document.data.get("messages", {}).items():
                     if name in names:
-                        compare_section(comparison, name, entry)
+                        compare_section(comparison, name, entry, witness.tables)
         return {
             place: (difference.printed, "" if difference.printed == NOTHING else difference.encoded)
             for comparison in comparisons

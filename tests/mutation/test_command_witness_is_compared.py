@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from mutants import Proof, proof_of
 
-from stagewire_generator.lint.witness import compare_witness
+from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Message, Protocol
 
 

@@ -9,7 +9,7 @@ from mutants import PROTOCOLS, Mutant, proof_of
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint import errata
-from stagewire_generator.lint.witness import compare_witness
+from stagewire_generator.lint.witness.witness import compare_witness
 
 # Fields that no table of formats and no example shows; see `python tests/mutation/mutants.py`.
 UNSEEN = ("not_used", "reserved", "future_use")

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from mutants import Proof, proof_of
 
-from stagewire_generator.lint.witness import compare_witness
+from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.strict_yaml import Document
 
 # Where it stands in the files of the witness (* is any key or row), and what else may be said there.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from stagewire_generator import model
+from stagewire_generator.framing import FRAMINGS, Rules, rules_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,38 +85,24 @@ _FORMATS = Data(
         "*/note": "text",
     }
 )
+
+
+def _framing(rules: Rules) -> dict[str, str | Names | Sequence | Entries]:
+    """Return the entries for the keys of one framing."""
+    return {
+        **dict.fromkeys(rules.keys, "framing"),
+        **{key: Sequence("framing") for key in rules.lists},
+        **{f"{key}/format": "format" for key in rules.formats},  # its size is a fact of its own
+        **{f"{key}/size": "framing" for key in rules.formats},
+        **{key: Names("framing", "enumeration") for key in rules.enumerations},
+    }
+
+
 _FRAMING = Data(
     {
         "kind": "framing",
         "page": "page",
-        "header_length": "framing",
-        "data_flag": "framing",
-        "maximum_length": "framing",
-        "host": "framing",
-        "devices": "framing",
-        "channel": "framing",
-        "prefix": "framing",
-        "terminator": "framing",
-        "axes": Names("framing", "enumeration"),
-        "order": Sequence("framing"),
-        "start": Sequence("framing"),
-        "length/format": "format",  # its size is a fact of its own
-        "length/size": "framing",
-        "length/counts": "framing",
-        "address/format": "format",
-        "address/size": "framing",
-        "id/format": "format",
-        "id/size": "framing",
-        "check/method": "framing",
-        "check/format": "format",
-        "check/size": "framing",
-        "check/covers": "framing",
-        "check/complement": "framing",
-        "check/polynomial": "framing",
-        "check/initial": "framing",
-        "check/reflected": "framing",
-        "check/final": "framing",
-        "end": Sequence("framing"),
+        **{key: entry for kind in FRAMINGS for key, entry in _framing(rules_of(kind)).items()},
     }
 )
 _CONTEXTS = Data(
@@ -264,6 +251,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "name_prefix": "name-prefix",
         "formats": _FORMATS,
         "framing": _FRAMING,
+        "id_size": Ignored("follows from the framing"),
         "contexts": _CONTEXTS,
         "chapters": Elsewhere("chapters"),
         "messages": Elsewhere("messages"),

@@ -9,6 +9,7 @@ import keyword
 from collections.abc import Iterable, Iterator
 
 from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Enumeration, Field, Json, Message, Protocol
 from stagewire_generator.strict_yaml import Document
 
@@ -125,7 +126,7 @@ def _asked(
         asked = message.exchange.get(key)
         if asked is None:
             continue
-        if key == "ends_when" and protocol.framing["kind"] != "slots":
+        if key == "ends_when" and not rules_of(protocol.framing["kind"]).polls:
             what = f"{message.name}: ends_when is for commands; here a message tells the end"
             diagnostics.add(message.place, "SW038", what)
         read = messages.get(asked["read"])
@@ -152,7 +153,7 @@ def _faults(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> N
     """Check that a message that reports a fault comes from a controller, in a frame of its own."""
     if "reports_fault" not in message.exchange:
         return
-    if protocol.framing["kind"] != "header":
+    if not rules_of(protocol.framing["kind"]).reports_faults:
         what = f"{message.name}: reports_fault is for frames with a header"
         diagnostics.add(message.place, "SW038", what)
     elif message.direction == "to_controller" or message.id is None:

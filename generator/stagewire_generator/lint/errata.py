@@ -10,7 +10,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.lint.witness import Comparison, compare_witness
+from stagewire_generator.lint.witness.comparison import Comparison
+from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Erratum, Protocol
 from stagewire_generator.strict_yaml import Document
 

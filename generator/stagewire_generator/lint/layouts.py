@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
 
@@ -45,8 +46,6 @@ def _pages(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, int]]:
 
 
 _SIZES = (1, 2, 3, 4, 8)
-# kind of framing -> the cure where no context can be given
-_NO_CONTEXT = {"packet": "give them different lengths: nothing else tells packets apart"}
 _REPLACE = (
     "to replace the message of the protocol, give the new one its name and list it under `overrides` in "
     "overlay.yaml; else one of the ids is wrong"
@@ -149,7 +148,7 @@ def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnost
                 layouts[-1].place,
                 "SW032",
                 f"{message.name}: {forms} have {length} bytes each and no context decides",
-                _NO_CONTEXT.get(protocol.framing["kind"], ""),
+                rules_of(protocol.framing["kind"]).same_length,
             )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Field, Json, Layout
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document, KeyPath
@@ -76,9 +77,6 @@ def resolve_field(
     )
 
 
-_WITH_PARAMETERS = ("header",)  # kinds of framing whose messages have two bytes for parameters
-
-
 def resolve_layouts(
     tables: Tables, document: Document, path: KeyPath, entry: Json
 ) -> tuple[Layout, ...]:
@@ -111,7 +109,7 @@ def header_layout(
     for offset, key in enumerate(("param1", "param2"), 2):
         param = entry.get(key)
         at = (*path, key)
-        if param is not None and tables.head.data["framing"]["kind"] not in _WITH_PARAMETERS:
+        if param is not None and not rules_of(tables.head.data["framing"]["kind"]).has_parameters:
             hint = "a field of the payload says it instead"
             tables.diagnostics.add(document.place(*at), "SW038", f"{key} of a header", hint)
             param = None

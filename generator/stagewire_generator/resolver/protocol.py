@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Json, Overlay, Protocol, Rule
 from stagewire_generator.naming import can_name_file, can_name_package
 from stagewire_generator.resolver.messages import (
@@ -24,18 +25,14 @@ from stagewire_generator.resolver.tables import (
 )
 from stagewire_generator.strict_yaml import Document
 
-_NUMBERS = ("length", "address", "id", "check")  # parts of a packet that have a format
-
 
 def resolve_framing(tables: Tables) -> Json:
     """Return the framing, with the ``size`` in bytes beside every name of a format, and no default.
 
-    Only packets name formats. Where one is unknown, a diagnostic says so and the size is left out.
+    Where a format is unknown, a diagnostic says so and the size is left out.
     """
     framing: Json = dict(tables.head.data["framing"])
-    if framing["kind"] != "packet":
-        return framing
-    for part in _NUMBERS:
+    for part in rules_of(framing["kind"]).formats:
         if part in framing:
             place = tables.head.place("framing", part)
             format = tables.format(framing[part]["format"], place)
@@ -114,6 +111,7 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
     define_rules(tables)
     controllers, stages = resolve_stages(tables)
     head = tables.head.data
+    framing = resolve_framing(tables)
     messages = sorted(tables.messages.values(), key=lambda m: (m.id is None, m.id or 0, m.name))
     return Protocol(
         name=head["protocol"],
@@ -126,7 +124,8 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         version=head["python"].get("version", "0.1.0"),
         name_prefix=head.get("name_prefix", ""),
         formats=tables.formats,
-        framing=resolve_framing(tables),
+        framing=framing,
+        id_size=rules_of(framing["kind"]).id_size or framing["id"].get("size", 1),
         contexts=head.get("contexts", {}),
         chapters=tuple(sorted(tables.chapters.values(), key=lambda c: (c.order, c.name))),
         messages=tuple(messages),

@@ -17,9 +17,8 @@ from typing import Any
 
 import jinja2
 
-__all__ = ["COMPILED", "compile_templates", "compiled_templates", "environment", "our_templates"]
-
 COMPILED = Path(__file__).parent / "compiled"
+_ROOMS = ("framings", "targets")
 _SETTINGS: dict[str, Any] = {
     "trim_blocks": True,
     "lstrip_blocks": True,
@@ -35,8 +34,9 @@ def environment(loader: jinja2.BaseLoader) -> jinja2.Environment:
 
 @cache
 def our_templates() -> tuple[Path, ...]:
-    """Return our own templates, of all targets, sorted by target and name."""
-    return tuple(sorted(Path(__file__).parent.glob("*/templates/*.j2")))
+    """Return our own templates, of all targets and framings, sorted by folder and name."""
+    ours = Path(__file__).parent.parent
+    return tuple(sorted(p for room in _ROOMS for p in ours.glob(f"{room}/*/templates/*.j2")))
 
 
 def compiled_templates(templates: tuple[Path, ...]) -> Path:

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.lint.witness import Comparison, compare_witness
+from stagewire_generator.lint.witness.comparison import Comparison
+from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Protocol
 from stagewire_generator.strict_yaml import load
 

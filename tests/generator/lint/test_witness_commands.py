@@ -18,7 +18,8 @@ import pytest
 from checkout import SMALL_SPECS
 from stagewire_generator import check
 from stagewire_generator.diagnostics import Diagnostics, SpecError
-from stagewire_generator.lint.witness import Comparison, compare_witness
+from stagewire_generator.lint.witness.comparison import Comparison
+from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Protocol
 from stagewire_generator.strict_yaml import Document, load
 

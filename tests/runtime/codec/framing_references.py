@@ -22,9 +22,8 @@ from stagewire.framing import (
     join_garbage,
 )
 from stagewire.protocols import Check, Shape
-from stagewire_generator.targets.vectors.packet_frame import Packets
-from stagewire_generator.targets.vectors.packet_reader import PacketReader
-from stagewire_generator.targets.vectors.slots_reader import SlotsReader
+from stagewire_generator.framings.packet.vectors_streams import PacketReader, Packets
+from stagewire_generator.framings.slots.vectors_streams import SlotsReader
 
 KINDS = {
     CommandReceived: "message",

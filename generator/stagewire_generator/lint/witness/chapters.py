@@ -3,30 +3,36 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from typing import TypeAlias
 
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.lint.witness.reading import (
-    FILLERS,
     find_field,
     limit,
     number,
     same_name,
     squash,
 )
-from stagewire_generator.model import Field, Json, Layout, Message
+from stagewire_generator.model import Field, Json, Message
 from stagewire_generator.strict_yaml import KeyPath
 
-__all__ = ["compare_section"]
+CompareTables: TypeAlias = Callable[[Comparison, Message, list[Json], KeyPath], None]
+"""Compares the byte tables of a message, whose path is given."""
 
-_WITH_HEADER = ("header",)  # kinds of framing whose byte tables begin with a header
 _LONGEST_RUN = 64  # values that "to" may stand for
 _SYMBOL = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+\Z")
 _BIT = re.compile(r"[1-9][0-9]?\Z")
 _NAME = re.compile(r"[A-Z][a-z]+[A-Za-z]*[0-9]*\Z")
 
 
-def compare_section(comparison: Comparison, name: str, entry: Json) -> None:
-    """Compare everything that the witness has of one message."""
+def compare_section(
+    comparison: Comparison, name: str, entry: Json, tables: CompareTables | None
+) -> None:
+    """Compare everything that the witness has of one message.
+
+    :param tables: compares its byte tables; None where its framing has no header that they could show.
+    """
     path: KeyPath = ("messages", name)
     message = comparison.messages.get(name)
     if message is None:
@@ -38,13 +44,11 @@ def compare_section(comparison: Comparison, name: str, entry: Json) -> None:
     at = (*path, "heading")
     comparison.same(f"heading/{name}/id", at, heading["id"], comparison.id_of(message))
     comparison.same(f"heading/{name}/page", at, heading["page"], message.pages[0])
-    tables = entry.get("tables", [])
-    if tables and comparison.protocol.framing["kind"] not in _WITH_HEADER:
+    printed = entry.get("tables", [])
+    if tables:
+        tables(comparison, message, printed, (*path, "tables"))
+    elif printed:
         comparison.misplace((*path, "tables"), f"{name}: tables of the bytes of a header")
-        tables = []
-    for index, table in enumerate(tables):
-        where = f"table/{name}" if index == 0 else f"table{index + 1}/{name}"
-        _table(comparison, where, message, table, (*path, "tables", index))
     if "rows" in entry:
         _rows(comparison, message, entry["rows"], (*path, "rows"))
     aliases = _by_row(message, entry.get("rows", []))
@@ -52,73 +56,6 @@ def compare_section(comparison: Comparison, name: str, entry: Json) -> None:
         _values(comparison, message, printed, aliases, (*path, "values", index))
     for index, printed in enumerate(entry.get("ranges", [])):
         _limits(comparison, message, printed, aliases, (*path, "ranges", index))
-
-
-def _table(
-    comparison: Comparison, where: str, message: Message, table: Json, path: KeyPath
-) -> None:
-    layout = _layout_of(message, table)
-    cells = table.get("header", [])
-    at = (*path, "header")
-    if message.id is not None and len(cells) == 6:
-        id = f"{message.id & 0xFF:02X} {message.id >> 8:02X}"
-        comparison.same(f"{where}/id", at, f"{cells[0]} {cells[1]}", id)
-    if layout is None:
-        return
-    data = layout.form != "header"
-    total = 6 + layout.length
-    for key, encoded in (
-        ("structure", total),
-        ("packet", layout.length),
-        ("last_offset", total - 1),
-    ):
-        if key in table:
-            comparison.same(f"{where}/{key}", (*path, key), table[key], encoded)
-    if len(cells) == 6:
-        if data:
-            length = f"{layout.length & 0xFF:02X} {layout.length >> 8:02X}"
-            comparison.same(f"{where}/length", at, f"{cells[2]} {cells[3]}", length)
-        else:
-            _param(comparison, f"{where}/param1", layout.param1, cells[2], at)
-            _param(comparison, f"{where}/param2", layout.param2, cells[3], at)
-        if data:
-            comparison.same("headers/bar", at, cells[4], "d|")
-        comparison.same(f"{where}/dest", at, cells[4].strip()[:1], "d")
-        comparison.same(f"{where}/source", at, cells[5].lower(), "s")
-    else:
-        comparison.same(f"{where}/cells", at, len(cells), 6)
-    if "columns" in table and data:
-        _columns(comparison, where, layout, table["columns"], (*path, "columns"))
-
-
-def _layout_of(message: Message, table: Json) -> Layout | None:
-    """Return the layout that a byte table shows."""
-    header = next((x for x in message.layouts if x.form == "header"), None)
-    data = next((x for x in message.layouts if x.form != "header"), None)
-    packed = "columns" in table or "packet" in table or table.get("structure", 0) > 6
-    return (data or header) if packed else (header or data)
-
-
-def _param(
-    comparison: Comparison, place: str, field: Field | None, cell: str, path: KeyPath
-) -> None:
-    if field is None:
-        if cell != "0" and squash(cell) not in FILLERS:
-            comparison.same(place, path, cell, "00")
-    elif field.constant is not None:
-        comparison.same(place, path, cell, f"{field.constant:02X}")
-    elif squash(cell) != squash(field.name):
-        comparison.differs(place, path, cell, field.name)
-
-
-def _columns(
-    comparison: Comparison, where: str, layout: Layout, columns: list[str], path: KeyPath
-) -> None:
-    if not comparison.same(f"{where}/columns", path, len(columns), len(layout.fields)):
-        return
-    for column, field in zip(columns, layout.fields, strict=True):
-        if not same_name(column, field):
-            comparison.differs(f"{where}/columns/{field.name}", path, column, field.name)
 
 
 def _rows(comparison: Comparison, message: Message, rows: list[list[str]], path: KeyPath) -> None:

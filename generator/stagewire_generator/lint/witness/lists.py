@@ -9,8 +9,6 @@ from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Json
 from stagewire_generator.strict_yaml import KeyPath
 
-__all__ = ["compare_contents", "compare_lists", "compare_summary"]
-
 _PREFIX = re.compile(r"[0-9]{2}")
 
 
@@ -183,3 +181,11 @@ def _formats(comparison: Comparison, data: Json) -> None:
             size = f"{formats[name]['size']} byte" if name in formats else "no such format"
             path = ("formats", index)
             comparison.same(f"formats/{name}", path, says.removesuffix("s"), size)
+
+
+MESSAGE_CHAPTERS = {
+    "contents": compare_contents,
+    "summary": compare_summary,
+    "lists": compare_lists,
+}
+"""Chapters of a document of messages that have a form of their own."""

@@ -1,21 +1,14 @@
-"""What a package looks like by the framing of its protocol: its messages, and files of its own."""
+"""What a C package looks like by the framing of its protocol: its messages, its own files, its tests."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stagewire_generator.model import Message, Protocol
-from stagewire_generator.targets.c.header_parser_view import header_parser_view
-from stagewire_generator.targets.c.header_view import header_message_view
-from stagewire_generator.targets.c.packet_shape import packet_shape_view
-from stagewire_generator.targets.c.packet_table_view import packet_table_view
-from stagewire_generator.targets.c.packet_view import packet_message_view
-from stagewire_generator.targets.c.slots_table_view import slots_table_view
-from stagewire_generator.targets.c.slots_view import slots_message_view
-
-__all__ = ["File", "Framing", "framing_of"]
+from stagewire_generator.framing import part
+from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.targets.vectors.subject import Subject
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +28,34 @@ class File:
 
 
 @dataclass(frozen=True, slots=True)
+class Tests:
+    """What the tests in C have to know of a framing.
+
+    :param calls: the template with what stands between a layout and its functions.
+    :param cut: the template with what cuts a stream into events.
+    :param trip: the template of the round trip of one layout.
+    :param trip_needs: the template of what these have in common.
+    :param data_at: where in the bytes of a layout its data begins.
+    :param meant: the layouts, side by side, that bytes could be meant for; all where nothing is.
+    :param form: the form of the layout that an object of the testee protocol is about.
+    :param envelope: members of the envelope beside addresses and extra bytes.
+    :param damaged: the refusal of what was damaged on the way, where a decoder can tell.
+    :param round_trip: what the round trips have to know of the protocol, as arguments of their view.
+    """
+
+    calls: str
+    cut: str
+    trip: str
+    trip_needs: str
+    data_at: Callable[[Protocol, Subject], int]
+    meant: Callable[[Protocol, tuple[Subject, ...], bytes, Json], Sequence[Subject]]
+    form: Callable[[Json], str] = lambda said: str(said.get("form", ""))
+    envelope: Callable[[Subject, Json], list[str]] = lambda of, said: []
+    damaged: str = ""
+    round_trip: Callable[[Protocol], dict[str, Any]] = lambda _: {}
+
+
+@dataclass(frozen=True, slots=True)
 class Framing:
     """What differs between packages by their framing.
 
@@ -43,50 +64,17 @@ class Framing:
     :param testee: the template of the package's part of the testee.
     :param files: what there is beside enumerations, flags and chapters. ``{package}`` in a path is the
         name of the package.
+    :param tests: what the tests have to know.
     """
 
     message: str
     message_view: Callable[[Protocol, Message], Any]
     testee: str
     files: tuple[File, ...]
+    tests: Tests
 
 
 def framing_of(protocol: Protocol) -> Framing:
     """Return what the framing of a protocol makes of its package."""
-    kind: str = protocol.framing["kind"]
-    return _FRAMINGS[kind]
-
-
-_FRAMINGS = {
-    "header": Framing(
-        message="header_message.h.j2",
-        message_view=header_message_view,
-        testee="header_testee.c.j2",
-        files=(
-            File("wire.h", "header_wire.h.j2", included=True),
-            File("parser.h", "header_parser.h.j2", included=True),
-            File("{package}.c", "header_parser.c.j2", header_parser_view),
-        ),
-    ),
-    "slots": Framing(
-        message="slots_message.h.j2",
-        message_view=slots_message_view,
-        testee="slots_testee.c.j2",
-        files=(
-            File("wire.h", "slots_wire.h.j2", slots_table_view, included=True),
-            File("parser.h", "slots_parser.h.j2", included=True),
-            File("replies.h", "slots_replies.h.j2", included=True),
-            File("{package}.c", "slots_parser.c.j2", slots_table_view),
-        ),
-    ),
-    "packet": Framing(
-        message="packet_message.h.j2",
-        message_view=packet_message_view,
-        testee="packet_testee.c.j2",
-        files=(
-            File("wire.h", "packet_wire.h.j2", packet_shape_view, included=True),
-            File("parser.h", "packet_parser.h.j2", included=True),
-            File("{package}.c", "packet_parser.c.j2", packet_table_view),
-        ),
-    ),
-}
+    framing: Framing = part(protocol.framing["kind"], "c")
+    return framing

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
+from stagewire_generator.framing import FRAMINGS
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.c.framing import File, framing_of
 from stagewire_generator.targets.c.quantities_view import quantities_view
@@ -15,8 +16,6 @@ from stagewire_generator.targets.c.testing.layouts import layouts_view
 from stagewire_generator.targets.c.testing.round_trip import round_trip_view
 from stagewire_generator.targets.c.view import package_view
 from stagewire_generator.targets.templates import Templates
-
-__all__ = ["render", "render_tests"]
 
 # What there is whatever the framing: one line a file.
 _FILES = (
@@ -41,7 +40,9 @@ _STATIC = Path(__file__).parent / "static"
 
 
 def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
-    """Return path -> text of the package."""
+    """Return path -> text of the package; nothing where its framing is not made in C."""
+    if not FRAMINGS[protocol.framing["kind"]].c:
+        return {}
     package = _Package(protocol, templates)
     framing = framing_of(protocol)
     listed = (*framing.files, *_FILES)
@@ -57,6 +58,8 @@ def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
 
 def render_tests(protocol: Protocol, templates: Templates) -> dict[str, str]:
     """Return path -> text of the tests: those of the package, and those that all packages share."""
+    if not FRAMINGS[protocol.framing["kind"]].c:
+        return {}
     package = _Package(protocol, templates)
     for file in (*_TESTS, File(_TESTEE, framing_of(protocol).testee, testee_view)):
         package.add(file.path, file.template, view=file.view(protocol))

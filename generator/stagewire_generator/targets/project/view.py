@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata
 
+from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.targets.project.escaping import markdown, toml
 from stagewire_generator.targets.project.requirement import requirement
-
-__all__ = ["ProjectView", "project_view"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +35,7 @@ def project_view(protocol: Protocol) -> ProjectView:
     tried = _tried(protocol)
     encode = _encode(protocol, *tried) if tried else ""
     ours = f"--protocol {protocol.name}"
+    options = [ours, *filter(None, [rules_of(protocol.framing["kind"]).decode])]
     return ProjectView(
         name=protocol.package.replace("_", "-"),
         package=protocol.package,
@@ -51,7 +50,7 @@ def project_view(protocol: Protocol) -> ProjectView:
         ),
         show=f"stagewire show {tried[0].name} {ours}" if tried else "",
         encode=encode,
-        decode=f"{encode} | stagewire decode - {ours}{_DECODE[protocol.framing['kind']]}",
+        decode=" ".join([encode, "| stagewire decode -", *options]),
     )
 
 
@@ -80,7 +79,8 @@ def _encode(protocol: Protocol, message: Message, layout: Layout) -> str:
     words = ["stagewire encode", message.name]
     if len(message.layouts) > 1:
         words.append(f"--form {layout.form}")
-    words += _ENCODE[protocol.framing["kind"]](protocol)
+    for key, option in rules_of(protocol.framing["kind"]).encode:
+        words += _option(protocol, key, option)
     words += [f"{field.name}={_value(field)}" for field in _given(layout)]
     return " ".join([*words, f"--protocol {protocol.name}"])
 
@@ -104,19 +104,9 @@ def _names(field: Field) -> list[str]:
     return [v.name for v in field.enum.values if field.minimum <= v.value <= field.maximum]
 
 
-def _axis(protocol: Protocol) -> list[str]:
-    axes = next(e for e in protocol.enumerations if e.name == protocol.framing["axes"])
-    return [f"--axis {axes.values[0].name}"]
-
-
-def _address(protocol: Protocol) -> list[str]:
-    return ["--address 1"] if "address" in protocol.framing else []
-
-
-# kind of framing -> what `stagewire encode` has to be told beside the fields, and `stagewire decode`
-_ENCODE: dict[str, Callable[[Protocol], list[str]]] = {
-    "header": lambda _: [],
-    "slots": _axis,
-    "packet": _address,
-}
-_DECODE = {"header": "", "slots": " --direction command", "packet": ""}
+def _option(protocol: Protocol, key: str, option: str) -> list[str]:
+    """Return an option of ``stagewire encode`` with the first name of what a key of the framing names."""
+    if key not in protocol.framing:
+        return []
+    tables = (e for e in protocol.enumerations if e.name == protocol.framing[key])
+    return [f"{option} {next((table.values[0].name for table in tables), 1)}"]

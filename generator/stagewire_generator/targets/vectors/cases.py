@@ -5,24 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 
+from stagewire_generator.framing import part
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.contents import UNNAMED, contents
 from stagewire_generator.targets.vectors.framing import Framing
-from stagewire_generator.targets.vectors.header import HeaderFraming
-from stagewire_generator.targets.vectors.packet import PacketFraming
 from stagewire_generator.targets.vectors.requests import bad_requests
-from stagewire_generator.targets.vectors.slots import SlotsFraming
 from stagewire_generator.targets.vectors.subject import Subject
 from stagewire_generator.targets.vectors.values import bad_values, is_optional, unfit_values
-
-__all__ = ["cases_of", "framing_of"]
-
-_FRAMINGS: dict[str, type[Framing]] = {
-    "header": HeaderFraming,
-    "slots": SlotsFraming,
-    "packet": PacketFraming,
-}
 
 
 @lru_cache(maxsize=2)
@@ -39,8 +29,8 @@ def cases_of(protocol: Protocol) -> tuple[Case, ...]:
 
 def framing_of(protocol: Protocol) -> Framing:
     """Return what frames the messages of a protocol, for its cases."""
-    kind: str = protocol.framing["kind"]
-    return _FRAMINGS[kind](protocol)
+    framing: type[Framing] = part(protocol.framing["kind"], "vectors")
+    return framing(protocol)
 
 
 def _cases(framing: Framing) -> Iterator[Case]:

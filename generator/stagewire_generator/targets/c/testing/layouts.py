@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.targets.c.framing import framing_of
 from stagewire_generator.targets.c.names import Names, names_of
 from stagewire_generator.targets.c.source import integer, string
-from stagewire_generator.targets.c.testing.framing import framing_of
 from stagewire_generator.targets.c.testing.values import filled
 from stagewire_generator.targets.vectors.cases import framing_of as frames_of
 from stagewire_generator.targets.vectors.subject import Subject
@@ -109,7 +109,7 @@ def index(names: Names, type: str) -> str:
 def layouts_view(protocol: Protocol) -> LayoutsView:
     """Make the view of all layouts."""
     layouts = tuple(_layouts(names_of(protocol), protocol))
-    return LayoutsView(layouts, framing_of(protocol).calls)
+    return LayoutsView(layouts, framing_of(protocol).tests.calls)
 
 
 def _layouts(names: Names, protocol: Protocol) -> Iterator[LayoutView]:

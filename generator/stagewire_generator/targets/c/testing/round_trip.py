@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from stagewire_generator.model import Field, Protocol
-from stagewire_generator.targets.c.packet_parts import PacketParts
-from stagewire_generator.targets.c.source import WIDTH, unsigned
-from stagewire_generator.targets.c.testing.framing import framing_of
+from stagewire_generator.targets.c.framing import framing_of
+from stagewire_generator.targets.c.source import WIDTH
 from stagewire_generator.targets.c.testing.layouts import LayoutView, layouts_view, subjects
 from stagewire_generator.targets.c.testing.values import can_hold, filled, literal, members
 from stagewire_generator.targets.vectors.subject import Subject
 from stagewire_generator.targets.vectors.values import greatest, least
-
-__all__ = ["RoundTripView", "TripView", "round_trip_view"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,32 +84,15 @@ def round_trip_view(protocol: Protocol) -> RoundTripView:
     """Make the view of the tests of all layouts."""
     views = layouts_view(protocol).layouts
     of = subjects(protocol).values()
-    framing, end = framing_of(protocol), protocol.framing.get("terminator", 0)
+    tests, end = framing_of(protocol).tests, protocol.framing.get("terminator", 0)
     axes = [subject.asked["axis"] for subject in of if "axis" in subject.asked]
     return RoundTripView(
         trips=tuple(_trip(view, subject, end) for view, subject in zip(views, of, strict=True)),
-        trip=framing.trip,
-        needs=framing.trip_needs,
+        trip=tests.trip,
+        needs=tests.trip_needs,
         axis=f"0x{axes[0]:02X}U" if axes else "",
-        **_of_packets(protocol),
+        **tests.round_trip(protocol),
     )
-
-
-def _of_packets(protocol: Protocol) -> dict[str, Any]:
-    """Return an address, and where in packets something can be changed; nothing of other protocols."""
-    framing = protocol.framing
-    if framing["kind"] != "packet":
-        return {}
-    parts = PacketParts(framing)
-    guarded = [part for part in ("check", "end") if part in framing]
-    damaged_at = parts.overhead - parts.offset(guarded[0]) if guarded else 0
-    size = parts.size("address") if "address" in framing else 0
-    address = int.from_bytes(range(1, size + 1), "little")
-    return {
-        "address": unsigned(address, size, 2 * size) if size else "",
-        "id_at": parts.offset("id"),
-        "damaged_at": damaged_at,
-    }
 
 
 def _trip(layout: LayoutView, of: Subject, terminator: int) -> TripView:

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from stagewire_generator.model import Json, Protocol
+from stagewire_generator.targets.c.framing import Tests, framing_of
 from stagewire_generator.targets.c.names import names_of
 from stagewire_generator.targets.c.source import string
 from stagewire_generator.targets.c.testing.conversions import Conversions
-from stagewire_generator.targets.c.testing.framing import Framing, framing_of
 from stagewire_generator.targets.c.testing.layouts import index, subjects
 from stagewire_generator.targets.c.testing.values import (
     CannotSayError,
@@ -58,7 +58,7 @@ class Vectors:
         self.protocol = protocol
         self.names = names_of(protocol)
         self._conversions = Conversions(protocol, self.names)
-        self.framing: Framing = framing_of(protocol)
+        self.framing: Tests = framing_of(protocol).tests
         self.subjects = subjects(protocol)
         self._every = tuple(self.subjects.values())
         self._frames = frames_of(protocol)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from stagewire_generator.framing import rules_of
 from stagewire_generator.model import (
     Field,
     FlagTable,
@@ -12,6 +13,7 @@ from stagewire_generator.model import (
     Protocol,
 )
 from stagewire_generator.targets.python.devices.arguments import table_class
+from stagewire_generator.targets.python.devices.framing import device_framing_of
 from stagewire_generator.targets.python.devices.hindrances_view import (
     hindrance_entries,
     hindrance_lists,
@@ -29,9 +31,6 @@ from stagewire_generator.targets.python.devices.rules_view import (
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
 from stagewire_generator.targets.python.documentation import where
 from stagewire_generator.targets.python.source import literal, long_text
-
-__all__ = ["FactsView", "facts_view", "messages_from"]
-
 
 _TOLD = {"identity": "identity", "bays": "bay_used"}
 
@@ -132,7 +131,7 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
         f"title={literal(entry['title'])}",
         f"page={entry['page']}",
         long_text("messages_from=", messages_from(protocol, entry), 8),
-        *_addresses(protocol, entry),
+        *device_framing_of(protocol).addresses(protocol, entry),
         f"messages={messages}",
         f"family={literal(entry['family'])}",
     ]
@@ -172,24 +171,6 @@ def _strings(head: str, names: list[str]) -> Nested:
     return Nested(f"{head}(", tuple(map(literal, names)), ")")
 
 
-def _addresses(protocol: Protocol, entry: Json) -> Iterator[Source]:
-    """Yield where a unit is reached: kind, its own address, those of its bays, channels of each."""
-    if protocol.framing["kind"] == "slots":
-        yield 'kind="line"'
-        return
-    known = protocol.units.get("addresses", {})
-    kind = entry.get("address", "generic_usb")
-    yield f"kind={literal(kind)}"
-    own = known.get("generic_usb" if kind == "generic_usb" else "motherboard")
-    yield f"address=0x{own['value'] if own else protocol.framing['devices'][0]:02X}"
-    if kind != "generic_usb" and "bays" in known:
-        first, last = known["bays"]["first"], known["bays"]["last"]
-        count = entry.get("bays", last - first + 1)
-        bays = tuple(f"0x{address:02X}" for address in range(first, last + 1)[:count])
-        yield Nested("bays=(", bays, ")")
-    yield f"channels={entry.get('channels', 1)}"
-
-
 def _moving(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
     """Yield what tells that something moves: bits of a status, what asks for it, or a question."""
     found: dict[str, tuple[int, Source]] = {}
@@ -199,7 +180,9 @@ def _moving(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator
             if mask:
                 value = f"({literal(field.name)}, 0x{mask:0{2 * field.format.size}X})"
                 found[message.name] = (layout.length, f"{class_of(message, layout)}: {value}")
-    if found and protocol.framing["kind"] == "header":  # a command asks whether an axis is idle
+    if (
+        found and not rules_of(protocol.framing["kind"]).polls
+    ):  # a command asks whether an axis is idle
         yield Nested("moving={", tuple(source for _, source in found.values()), "}")
     asked = [
         (length, call.constant)

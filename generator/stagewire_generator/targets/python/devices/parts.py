@@ -7,30 +7,14 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from stagewire_generator.model import Json, Protocol
+from stagewire_generator.targets.python.devices.framing import (
+    DEVICE,
+    DeviceFraming,
+    Shape,
+    device_framing_of,
+)
 from stagewire_generator.targets.python.devices.naming import METHODS, apart
 from stagewire_generator.targets.python.devices.plan import Call, Plan, camel_words
-
-__all__ = ["ClassPlan", "Part", "Parts", "UnitPlan", "parts_of"]
-
-Shape = Mapping[str, tuple[str, str]]
-"""Level (channel, bay, device) -> what the name of its class ends with, and its base in the runtime."""
-
-_DEVICE = "device"
-_SINGLE: dict[str, Shape] = {
-    "generic_usb": {_DEVICE: ("", "SingleChannelDevice")},
-    "rack": {"bay": ("Bay", "Bay"), _DEVICE: ("", "RackDevice")},
-    "bay": {_DEVICE: ("", "SingleChannelModule")},
-}
-_SEVERAL: dict[str, Shape] = {
-    "generic_usb": {"channel": ("Channel", "Channel"), _DEVICE: ("", "ChannelsDevice")},
-    "rack": {
-        "channel": ("Channel", "Channel"),
-        "bay": ("Bay", "ChannelsBay"),
-        _DEVICE: ("", "RackDevice"),
-    },
-    "bay": {"channel": ("Channel", "Channel"), _DEVICE: ("", "ModuleDevice")},
-}
-_AXES: Shape = {"channel": ("Axis", "Axis"), _DEVICE: ("", "AxesDevice")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,11 +124,12 @@ def _named(needed: Sequence[tuple[tuple[Call, ...], tuple[str, ...]]]) -> tuple[
 def _classes(
     protocol: Protocol, name: str, entry: Json, known: frozenset[str], parts: Iterable[Part]
 ) -> tuple[ClassPlan, ...]:
-    shape = _shape(protocol, entry)
+    framing = device_framing_of(protocol)
+    shape = framing.shape(protocol, entry)
     taken: dict[str, list[Part]] = {level: [] for level in shape}
     for part in parts:
         if part.verbs == _verbs(part.calls[0], known):
-            for level in _takers(protocol, part.calls, shape):
+            for level in _takers(framing, protocol, part.calls, shape):
                 taken[level].append(part)
     classes: list[ClassPlan] = []
     for level, (suffix, base) in shape.items():
@@ -153,29 +138,16 @@ def _classes(
     return tuple(classes)
 
 
-def _shape(protocol: Protocol, entry: Json) -> Shape:
-    if protocol.framing["kind"] == "slots":
-        return _AXES
-    several = entry.get("channels", 1) > 1 and "channel" in protocol.framing
-    return (_SEVERAL if several else _SINGLE)[entry.get("address", "generic_usb")]
-
-
-def _takers(protocol: Protocol, calls: Sequence[Call], shape: Shape) -> tuple[str, ...]:
+def _takers(
+    framing: DeviceFraming, protocol: Protocol, calls: Sequence[Call], shape: Shape
+) -> tuple[str, ...]:
     """Return the levels whose classes get a call: where its message goes, and whose channel it names."""
-    message, controller = calls[0].message, "bay" if "bay" in shape else _DEVICE
-    if _names_channel(protocol, calls):
+    message, controller = calls[0].message, "bay" if "bay" in shape else DEVICE
+    if framing.names_channel(protocol, calls):
         return ("channel",) if "channel" in shape else (controller,)
     if message.addressee == "every":
-        return tuple(dict.fromkeys((controller, _DEVICE)))
-    return (_DEVICE,) if message.addressee else (controller,)
-
-
-def _names_channel(protocol: Protocol, calls: Sequence[Call]) -> bool:
-    if protocol.framing["kind"] == "slots":
-        return calls[0].message.kind == "command"
-    channel = protocol.framing.get("channel")
-    layouts = [x for c in calls for m in c.members.values() for x in m.layouts]
-    return any(field.name == channel for layout in layouts for field in layout.all_fields)
+        return tuple(dict.fromkeys((controller, DEVICE)))
+    return (DEVICE,) if message.addressee else (controller,)
 
 
 def _method_names(classes: Iterable[Sequence[Part]]) -> Mapping[str, str]:

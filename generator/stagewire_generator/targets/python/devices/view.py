@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stagewire_generator.framing import FRAMINGS
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.python.devices.documentation import part_doc
 from stagewire_generator.targets.python.devices.facts_view import FactsView, facts_view
@@ -22,10 +23,6 @@ from stagewire_generator.targets.python.devices.tables_view import TableWriter
 from stagewire_generator.targets.python.devices.units_view import UnitClassView, unit_class_views
 from stagewire_generator.targets.python.devices.values_view import ValuesView, values_view
 from stagewire_generator.targets.python.source import exported, imported
-
-__all__ = ["DevicesView", "devices_view"]
-
-_FRAMINGS = frozenset({"header", "slots"})  # packets have no sessions
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +82,7 @@ class DevicesView:
 
 def devices_view(protocol: Protocol) -> DevicesView | None:
     """Make the view; None for a protocol without units, or whose framing has no sessions."""
-    if protocol.framing["kind"] not in _FRAMINGS or not protocol.units.get("units"):
+    if not FRAMINGS[protocol.framing["kind"]].devices or not protocol.units.get("units"):
         return None
     plan = plan_of(protocol)
     parts, tables, package = parts_of(plan), TableWriter(plan), protocol.package

@@ -1,0 +1,255 @@
+"""Messages that a header carries in C: a type and its accessors a layout, the parser, and the tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from stagewire_generator.model import Json, Layout, Message, Protocol
+from stagewire_generator.targets.c.documentation import message_doc
+from stagewire_generator.targets.c.entry_view import EntryView
+from stagewire_generator.targets.c.field_view import (
+    FieldView,
+    field_view,
+    initialiser,
+    parameter_view,
+    written,
+)
+from stagewire_generator.targets.c.framing import File, Framing, Tests
+from stagewire_generator.targets.c.names import Names, names_of
+from stagewire_generator.targets.c.source import call, definition, string
+from stagewire_generator.targets.vectors.subject import Subject
+
+HEADER_SIZE = 6
+
+
+@dataclass(frozen=True, slots=True)
+class HeaderLayoutView:
+    """One layout of a message.
+
+    :param type: the struct, and what its functions begin with.
+    :param initial: the definition of its initialiser.
+    :param assertion: that the struct has room for what is on the wire, where there is a packet.
+    :param write: the beginning of the function that writes its fields, up to the body.
+    :param written: the statements that write them.
+    :param framed: the statement that writes the whole frame.
+    :param checked: the expression that checks that bytes are a frame of it.
+    :param encode: the beginning of the function that checks, up to the body.
+    :param refused: what it refuses, a line of a condition each.
+    """
+
+    type: str
+    macro: str
+    doc: str
+    length: int
+    size: int
+    assertion: str
+    fields: tuple[FieldView, ...]
+    written: tuple[str, ...]
+    framed: str
+    checked: str
+    initial: str
+    refused: tuple[str, ...]
+    write: str
+    encode: str
+    encode_unchecked: str
+    decode: str
+
+
+@dataclass(frozen=True, slots=True)
+class HeaderMessageView:
+    """A message: its id, and its layouts; ``doc`` is that of one without any."""
+
+    name: str
+    macro: str
+    id: str
+    doc: str
+    layouts: tuple[HeaderLayoutView, ...]
+
+
+def header_message_view(protocol: Protocol, message: Message) -> HeaderMessageView:
+    """Make the view of a message."""
+    names = names_of(protocol)
+    undocumented = "layout not documented"
+    return HeaderMessageView(
+        name=message.name,
+        macro=names.macro(message.name),
+        id=f"0x{message.id:04X}U",
+        doc="" if message.layouts else message_doc(names, protocol, message, None, undocumented),
+        layouts=tuple(_layout(names, protocol, message, layout) for layout in message.layouts),
+    )
+
+
+def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) -> HeaderLayoutView:
+    assert message.id is not None
+    type, prefix = names.layout(message, layout), names.prefix
+    fields, head = _fields(names, layout), _head(layout, message.id)
+    kind = "header" if layout.form == "header" else "packet"
+    status, to = f"static inline {prefix}_status", [f"const {type} *message"]
+    to += [f"{prefix}_addresses addresses", "uint8_t *out", "size_t cap"]
+    size = f"{layout.length} bytes of data" if layout.length else "header only"
+    return HeaderLayoutView(
+        type=type,
+        macro=type.upper(),
+        doc=message_doc(names, protocol, message, layout, size),
+        length=layout.length,
+        size=HEADER_SIZE + layout.length,
+        assertion=_assertion(names, layout, type) if layout.length else "",
+        fields=fields,
+        written=written(fields, fields[0].offset),
+        framed=call(
+            f"{type}_write_fields",
+            ["message", f"{prefix}_begin_{kind}({head}, addresses, out)"],
+            ";",
+            4,
+        ),
+        checked=f"{prefix}_check_{kind}(frame, size, {head})",
+        initial=definition(f"{type.upper()}_INIT", initialiser(names, fields)),
+        refused=tuple(condition for field in fields for condition in field.refused),
+        write=call(
+            f"static inline void {type}_write_fields", [f"const {type} *message", "uint8_t *out"]
+        ),
+        encode=call(f"{status} {type}_encode", to),
+        encode_unchecked=call(f"{status} {type}_encode_unchecked", to),
+        decode=call(
+            f"{status} {type}_decode", ["const uint8_t *frame", "size_t size", f"{type} *message"]
+        ),
+    )
+
+
+def _assertion(names: Names, layout: Layout, type: str) -> str:
+    facts = [f"sizeof({type}) >= {layout.length}U", f"{type}_holds_its_packet"]
+    return call(f"{names.macro_prefix}_STATIC_ASSERT", facts, ";")
+
+
+def _head(layout: Layout, id: int) -> str:
+    """Return what a header is made from and checked against: the id, and above it the length of a packet."""
+    if layout.form == "header":
+        return f"0x{id:04X}U"
+    return f"UINT32_C(0x{layout.length << 16 | id:08X})"
+
+
+def _fields(names: Names, layout: Layout) -> tuple[FieldView, ...]:
+    """Return the fields of a layout: of a header form its two parameters, named or not."""
+    fields = []
+    if layout.form == "header":
+        parameters = ("param1", layout.param1), ("param2", layout.param2)
+        for offset, (name, field) in enumerate(parameters, 2):
+            fields.append(
+                field_view(names, field, offset) if field else parameter_view(name, offset)
+            )
+    fields += [field_view(names, field, HEADER_SIZE + field.offset) for field in layout.fields]
+    return tuple(fields)
+
+
+_DIRECTIONS = {"to_host": "TO_HOST", "to_controller": "TO_CONTROLLER", "both": "TO_BOTH"}
+
+
+@dataclass(frozen=True, slots=True)
+class HeaderParserView:
+    """The table, and what tells a device from other addresses.
+
+    :param entries: by id, then by length; an id with packets of several lengths has a row for each.
+    :param has_several: whether there is such an id.
+    :param devices: conditions on ``address``, one of which holds of a device.
+    """
+
+    entries: tuple[EntryView, ...]
+    has_several: bool
+    devices: tuple[str, ...]
+
+
+def header_parser_view(protocol: Protocol) -> HeaderParserView:
+    """Make the view of the parser and of its table."""
+    prefix = names_of(protocol).macro_prefix
+    messages = [message for message in protocol.messages if message.id is not None]
+    return HeaderParserView(
+        entries=tuple(entry for message in messages for entry in _entries(prefix, message)),
+        has_several=any(len(_lengths(message)) > 1 for message in messages),
+        devices=tuple(_conditions(protocol.framing["devices"])),
+    )
+
+
+def _entries(prefix: str, message: Message) -> Iterator[EntryView]:
+    """Yield the rows of a message, which are next to each other: no other has its id."""
+    forms = list(_forms(message))
+    for length in _lengths(message):
+        words = " | ".join(f"{prefix}_ENTRY_{form}" for form in forms)
+        code = f"{{0x{message.id:04X}U, {length}U, {words}}}"
+        yield EntryView(code, string(message.name))
+        if "SHORTER" not in forms:
+            forms.append("SHORTER")
+
+
+def _forms(message: Message) -> Iterator[str]:
+    """Yield the flags of the first row of a message."""
+    if not message.documented:  # framed without looking at its direction
+        yield "UNDOCUMENTED"
+        return
+    yield _DIRECTIONS[message.direction]
+    headers = [layout for layout in message.layouts if layout.form == "header"]
+    if headers:
+        yield "HEADER"
+    if any(layout.only_zero for layout in headers):
+        yield "ONLY_ZERO"
+
+
+def _lengths(message: Message) -> list[int]:
+    """Return the lengths of the packets of a message, sorted; 0 alone where it has none."""
+    return sorted({layout.length for layout in message.layouts if layout.form != "header"}) or [0]
+
+
+def _conditions(addresses: Iterable[int]) -> Iterator[str]:
+    """Yield a condition for each run of addresses without a gap."""
+    runs: list[list[int]] = []
+    for address in sorted(addresses):
+        if runs and address == runs[-1][-1] + 1:
+            runs[-1].append(address)
+        else:
+            runs.append([address])
+    for run in runs:
+        first, last = f"0x{run[0]:02X}U", f"0x{run[-1]:02X}U"
+        if first == last:
+            yield f"address == {first}"
+        elif run[0] == 0:  # no unsigned number is less
+            yield f"address <= {last}"
+        else:
+            yield f"(address >= {first} && address <= {last})"
+
+
+@lru_cache(maxsize=2)
+def _by_id(protocol: Protocol, every: tuple[Subject, ...]) -> dict[int, list[Subject]]:
+    """Return the layouts of all messages that have an id, by it."""
+    found: dict[int, list[Subject]] = {m.id: [] for m in protocol.messages if m.id is not None}
+    for of in every:
+        found[of.message.id or 0].append(of)
+    return found
+
+
+def _meant(
+    protocol: Protocol, every: tuple[Subject, ...], raw: bytes, said: Json
+) -> Sequence[Subject]:
+    """Return the layouts with the id of the bytes; none where it is that of a message without any."""
+    found = _by_id(protocol, every).get(int.from_bytes(raw[:2], "little"))
+    return every if len(raw) < 2 or found is None else found
+
+
+FRAMING = Framing(
+    message="header_message.h.j2",
+    message_view=header_message_view,
+    testee="header_testee.c.j2",
+    files=(
+        File("wire.h", "header_wire.h.j2", included=True),
+        File("parser.h", "header_parser.h.j2", included=True),
+        File("{package}.c", "header_parser.c.j2", header_parser_view),
+    ),
+    tests=Tests(
+        calls="header_calls.c.j2",
+        cut="header_cut.c.j2",
+        trip="header_trip.c.j2",
+        trip_needs="header_trip_needs.c.j2",
+        data_at=lambda protocol, of: 6,
+        meant=_meant,
+    ),
+)

@@ -1,0 +1,283 @@
+"""Python classes of messages that a header carries, one view a class, and their protocol object."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from stagewire_generator.model import Json, Layout, Message, Protocol
+from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.python.class_view import (
+    ClassView,
+    SharedView,
+    assignment,
+    constructor,
+    layout_call,
+    names_line,
+    packer_name,
+)
+from stagewire_generator.targets.python.devices.framing import DEVICE, DeviceFraming, Shape
+from stagewire_generator.targets.python.devices.nested import Nested, Source
+from stagewire_generator.targets.python.devices.plan import Call
+from stagewire_generator.targets.python.documentation import message_doc, where
+from stagewire_generator.targets.python.field_view import (
+    Slot,
+    code,
+    field_view,
+    packed,
+    type_of,
+    value_of,
+    wire_type,
+)
+from stagewire_generator.targets.python.framing import Framing, named, nameless
+from stagewire_generator.targets.python.source import (
+    SUPPORT,
+    WIDTH,
+    bracketed,
+    call,
+    docstring,
+    imported,
+    literal,
+    paragraph,
+    width,
+)
+
+
+def message_views(protocol: Protocol, message: Message) -> list[ClassView]:
+    """Make the views of all classes that a message becomes."""
+    if not message.documented:
+        return [_undocumented(protocol, message)]
+    names = message_classes(message)
+    views = [_plain(protocol, message, layout, names[layout.form]) for layout in message.layouts]
+    contextual = [layout for layout in message.layouts if layout.when]
+    if contextual:
+        views.append(_undecided(protocol, message, contextual))
+    return views
+
+
+def _slots(layout: Layout) -> list[Slot]:
+    """Return the fields of a class; a header parameter without a meaning is a bare name."""
+    slots: list[Slot] = []
+    if layout.form == "header":
+        for name, field in (("param1", layout.param1), ("param2", layout.param2)):
+            slots.append(field or name)
+    return [*slots, *layout.fields]
+
+
+def _plain(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
+    slots = _slots(layout)
+    fields = tuple(field_view(slot) for slot in slots)
+    header = layout.form == "header"
+    codes = "".join(code(slot) for slot in slots)
+    payload = f"<2x{codes}2x" if header else f"<6x{codes}"
+    frame = f"<H{codes}BB" if header else f"<LBB{codes}"
+    packer = packer_name(name)
+    values = [packed(slot) for slot in slots]
+    if header:
+        values = [_id(message), *values, "dest", "source"]
+    else:
+        values = [f"{layout.length} << 16 | {_id(message)}", "dest | 0x80", "source", *values]
+    more = []
+    if layout.when:
+        pairs = [f"{literal(k)}: {literal(v)}" for k, v in layout.when.items()]
+        more.append(bracketed("when={", pairs, "}", 8, WIDTH - 1))
+    if layout.only_zero:
+        more.append("only_zero=True")
+    more += _unsolicited(message)
+    return ClassView(
+        name=name,
+        kind="plain",
+        base="FramedMessage",
+        doc=_doc(protocol, message, layout),
+        slots=names_line("__slots__ = ", sorted(field.name for field in fields)),
+        layout=layout_call(message.name, _id(message), message.direction, layout.form, slots, more),
+        signature=constructor(slots, fields),
+        fields=fields,
+        packer=call(f"{packer} = Struct", [f'"{frame}"'], "", 0),
+        unpacker=call("_unpack = Struct", [f'"{payload}"'], ".unpack_from", 4),
+        unpack=assignment(fields),
+        pack=call(f"return {packer}.pack", values, "", 8),
+    )
+
+
+def _id(message: Message) -> str:
+    assert message.id is not None
+    return f"0x{message.id:04X}"
+
+
+def _unsolicited(message: Message) -> list[str]:
+    return ["unsolicited=True"] if message.exchange.get("unsolicited") else []
+
+
+def _undocumented(protocol: Protocol, message: Message) -> ClassView:
+    arguments = [
+        literal(message.name),
+        f"id={_id(message)}",
+        f"direction=Direction.{message.direction.upper()}",
+        'form="undocumented"',
+        'fields=("data", "param1", "param2")',
+        'optional=("param1", "param2")',
+        'unnamed=("param1", "param2")',
+        *_unsolicited(message),
+    ]
+    return ClassView(
+        name=message.class_name,
+        kind="empty",
+        base="UndocumentedMessage",
+        doc=_doc(protocol, message, None),
+        slots="__slots__ = ()",
+        layout=call("layout = Layout", arguments, "", 4, 0),
+    )
+
+
+def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> ClassView:
+    first, *others = layouts
+    shared = [
+        field
+        for field in first.fields
+        if all(
+            any(
+                (f.name, f.offset, f.format) == (field.name, field.offset, field.format)
+                for f in o.fields
+            )
+            for o in others
+        )
+    ]
+    arguments = [
+        literal(message.name),
+        f"id={_id(message)}",
+        f"direction=Direction.{message.direction.upper()}",
+        'form="data:undecided"',
+        'fields=("data",)',
+        f"length={first.length}",
+        *_unsolicited(message),
+    ]
+    choices = " or ".join(f"{k} {v}" for layout in layouts for k, v in layout.when.items())
+    text = (
+        f"``{message.name}`` ({_id(message)}) whose layout no context has decided; "
+        f"{where(protocol, message.pages[:1], message.overlay)}.\n\n    "
+        + paragraph(
+            f"{message.summary} Bytes do not tell its layouts apart ({choices}). The fields that all of "
+            "them share can be read; it encodes back from ``data`` alone.",
+            4,
+        )
+    )
+    views = tuple(
+        SharedView(
+            name=field.name,
+            type=type_of(field),
+            wire_type=wire_type(field),
+            format=f"<{code(field)}",
+            offset=field.offset,
+            returned=value_of(field, "value", "", 0),
+        )
+        for field in shared
+    )
+    return ClassView(
+        name=message.class_name + "Undecided",
+        kind="undecided",
+        base="UndecidedMessage",
+        doc=docstring(text),
+        slots="__slots__ = ()",
+        layout=call("layout = Layout", arguments, "", 4, 0),
+        shared=views,
+        shared_names=names_line("shared = ", [view.name for view in views]),
+    )
+
+
+def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
+    size = "layout not documented"
+    if layout is not None:
+        size = f"{layout.length} bytes of data" if layout.length else "header only"
+    return message_doc(protocol, message, layout, f"``{message.name}`` ({_id(message)})", size)
+
+
+def _framed_protocol(protocol: Protocol) -> str:
+    framing = protocol.framing
+    devices = [f"0x{d:02X}" for d in framing["devices"]]
+    lines = [
+        *named(protocol),
+        f"host=0x{framing['host']:02X}",
+        _frozenset("devices", devices),
+        nameless(protocol),
+    ]
+    if "channel" in framing:
+        lines.append(f"channel={literal(framing['channel'])}")
+    faults = _faults(protocol)
+    if faults:
+        lines.append(bracketed("faults={", faults, "}", 4, WIDTH - 1))
+    return call("PROTOCOL = FramedProtocol", lines, "", 0, 0)
+
+
+def _faults(protocol: Protocol) -> list[str]:
+    """Return the messages that report a fault, each with the places of what they say."""
+    places = {m.id: m.exchange.get("reports_fault", {}) for m in protocol.messages}
+    return [
+        f"0x{id:04X}: FaultPlaces({', '.join(f'{k}={v}' for k, v in at.items() if k != 'source')})"
+        for id, at in places.items()
+        if id is not None and at
+    ]
+
+
+def _framed_imports(protocol: Protocol) -> tuple[str, ...]:
+    faults = ["FaultPlaces"] if _faults(protocol) else []
+    return (imported(SUPPORT, [*faults, "FramedMessage", "FramedProtocol", "require as _require"]),)
+
+
+def _frozenset(name: str, items: list[str]) -> str:
+    line = f"{name}=frozenset({{{', '.join(items)}}})"
+    if 4 + width(line) + 1 <= WIDTH:
+        return line
+    return call(f"{name}=frozenset", [bracketed("{", items, "}", 8, 0)], "", 4, 0)
+
+
+FRAMING = Framing(
+    class_views=message_views,
+    message_base="FramedMessage",
+    imports=_framed_imports,
+    protocol=_framed_protocol,
+)
+
+
+_SINGLE: dict[str, Shape] = {
+    "generic_usb": {DEVICE: ("", "SingleChannelDevice")},
+    "rack": {"bay": ("Bay", "Bay"), DEVICE: ("", "RackDevice")},
+    "bay": {DEVICE: ("", "SingleChannelModule")},
+}
+_SEVERAL: dict[str, Shape] = {
+    "generic_usb": {"channel": ("Channel", "Channel"), DEVICE: ("", "ChannelsDevice")},
+    "rack": {
+        "channel": ("Channel", "Channel"),
+        "bay": ("Bay", "ChannelsBay"),
+        DEVICE: ("", "RackDevice"),
+    },
+    "bay": {"channel": ("Channel", "Channel"), DEVICE: ("", "ModuleDevice")},
+}
+
+
+def _shape(protocol: Protocol, entry: Json) -> Shape:
+    several = entry.get("channels", 1) > 1 and "channel" in protocol.framing
+    return (_SEVERAL if several else _SINGLE)[entry.get("address", "generic_usb")]
+
+
+def _addresses(protocol: Protocol, entry: Json) -> Iterator[Source]:
+    """Yield where a unit is reached: kind, its own address, those of its bays, channels of each."""
+    known = protocol.units.get("addresses", {})
+    kind = entry.get("address", "generic_usb")
+    yield f"kind={literal(kind)}"
+    own = known.get("generic_usb" if kind == "generic_usb" else "motherboard")
+    yield f"address=0x{own['value'] if own else protocol.framing['devices'][0]:02X}"
+    if kind != "generic_usb" and "bays" in known:
+        first, last = known["bays"]["first"], known["bays"]["last"]
+        count = entry.get("bays", last - first + 1)
+        bays = tuple(f"0x{address:02X}" for address in range(first, last + 1)[:count])
+        yield Nested("bays=(", bays, ")")
+    yield f"channels={entry.get('channels', 1)}"
+
+
+def _names_channel(protocol: Protocol, calls: Sequence[Call]) -> bool:
+    channel = protocol.framing.get("channel")
+    layouts = [x for c in calls for m in c.members.values() for x in m.layouts]
+    return any(field.name == channel for layout in layouts for field in layout.all_fields)
+
+
+DEVICES = DeviceFraming(_shape, _addresses, _names_channel)

@@ -1,0 +1,121 @@
+"""What frames with a header demand of a spec, and how their document is compared."""
+
+from __future__ import annotations
+
+from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.framing import Rules
+from stagewire_generator.lint.witness.comparison import Comparison
+from stagewire_generator.lint.witness.lists import MESSAGE_CHAPTERS
+from stagewire_generator.lint.witness.reading import FILLERS, same_name, squash
+from stagewire_generator.lint.witness.witness import Witness
+from stagewire_generator.model import Field, Json, Layout, Message, Protocol
+from stagewire_generator.strict_yaml import Document, KeyPath
+
+
+def check_header(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
+    """Check the addresses: they leave the bit free that announces a packet, and tell host from device."""
+    framing = protocol.framing
+    host, flag = framing["host"], framing["data_flag"]
+    channel = framing.get("channel")
+    fields = {field.name for m in protocol.messages for x in m.layouts for field in x.all_fields}
+    if channel is not None and channel not in fields:
+        what = f"no message has a field {channel}, which is to name the channel"
+        diagnostics.add(head.place("framing", "channel"), "SW021", what)
+    free = "an address leaves the bit free that announces a packet; see the document"
+    if host & flag:
+        what = f"the host's address {host:#04x} holds the data flag"
+        diagnostics.add(head.place("framing", "host"), "SW038", what, free)
+    for index, device in enumerate(framing["devices"]):
+        place = head.place("framing", "devices", index)
+        if device & flag:
+            diagnostics.add(place, "SW038", f"the address {device:#04x} holds the data flag", free)
+        if device == host:
+            what = f"{device:#04x} is the address of the host and of a device"
+            diagnostics.add(place, "SW038", what, "one of the two is wrong; see the document")
+
+
+def compare_tables(
+    comparison: Comparison, message: Message, tables: list[Json], path: KeyPath
+) -> None:
+    """Compare the byte tables of a message, each of which begins with a header."""
+    for index, table in enumerate(tables):
+        where = f"table/{message.name}" if index == 0 else f"table{index + 1}/{message.name}"
+        _table(comparison, where, message, table, (*path, index))
+
+
+def _table(
+    comparison: Comparison, where: str, message: Message, table: Json, path: KeyPath
+) -> None:
+    layout = _layout_of(message, table)
+    cells = table.get("header", [])
+    at = (*path, "header")
+    if message.id is not None and len(cells) == 6:
+        id = f"{message.id & 0xFF:02X} {message.id >> 8:02X}"
+        comparison.same(f"{where}/id", at, f"{cells[0]} {cells[1]}", id)
+    if layout is None:
+        return
+    data = layout.form != "header"
+    total = 6 + layout.length
+    for key, encoded in (
+        ("structure", total),
+        ("packet", layout.length),
+        ("last_offset", total - 1),
+    ):
+        if key in table:
+            comparison.same(f"{where}/{key}", (*path, key), table[key], encoded)
+    if len(cells) == 6:
+        if data:
+            length = f"{layout.length & 0xFF:02X} {layout.length >> 8:02X}"
+            comparison.same(f"{where}/length", at, f"{cells[2]} {cells[3]}", length)
+        else:
+            _param(comparison, f"{where}/param1", layout.param1, cells[2], at)
+            _param(comparison, f"{where}/param2", layout.param2, cells[3], at)
+        if data:
+            comparison.same("headers/bar", at, cells[4], "d|")
+        comparison.same(f"{where}/dest", at, cells[4].strip()[:1], "d")
+        comparison.same(f"{where}/source", at, cells[5].lower(), "s")
+    else:
+        comparison.same(f"{where}/cells", at, len(cells), 6)
+    if "columns" in table and data:
+        _columns(comparison, where, layout, table["columns"], (*path, "columns"))
+
+
+def _layout_of(message: Message, table: Json) -> Layout | None:
+    """Return the layout that a byte table shows."""
+    header = next((x for x in message.layouts if x.form == "header"), None)
+    data = next((x for x in message.layouts if x.form != "header"), None)
+    packed = "columns" in table or "packet" in table or table.get("structure", 0) > 6
+    return (data or header) if packed else (header or data)
+
+
+def _param(
+    comparison: Comparison, place: str, field: Field | None, cell: str, path: KeyPath
+) -> None:
+    if field is None:
+        if cell != "0" and squash(cell) not in FILLERS:
+            comparison.same(place, path, cell, "00")
+    elif field.constant is not None:
+        comparison.same(place, path, cell, f"{field.constant:02X}")
+    elif squash(cell) != squash(field.name):
+        comparison.differs(place, path, cell, field.name)
+
+
+def _columns(
+    comparison: Comparison, where: str, layout: Layout, columns: list[str], path: KeyPath
+) -> None:
+    if not comparison.same(f"{where}/columns", path, len(columns), len(layout.fields)):
+        return
+    for column, field in zip(columns, layout.fields, strict=True):
+        if not same_name(column, field):
+            comparison.differs(f"{where}/columns/{field.name}", path, column, field.name)
+
+
+RULES = Rules(
+    check=check_header,
+    kinds=("message",),
+    keys=("header_length", "data_flag", "maximum_length", "host", "devices", "channel"),
+    id_size=2,
+    has_parameters=True,
+    reports_faults=True,
+)
+WITNESS = Witness(MESSAGE_CHAPTERS, sections=True, tables=compare_tables)

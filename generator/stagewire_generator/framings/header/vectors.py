@@ -1,0 +1,341 @@
+"""Cases of frames that begin with a header.
+
+Some layouts are not told apart by their bytes: a context decides, or nothing does. What holds for every frame
+is looked at once: addresses, lengths, ids and contexts that are none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from stagewire_generator.framings.header.vectors_frames import (
+    ANNOUNCED,
+    MOST,
+    SIZE,
+    addresses,
+    data_frame,
+    header_frame,
+    id_of,
+    undocumented_cases,
+    unknown_id,
+)
+from stagewire_generator.framings.header.vectors_streams import layout_stream, stream_cases
+from stagewire_generator.model import Field, Format, Json, Layout, Message, Protocol
+from stagewire_generator.targets.vectors.case import Case
+from stagewire_generator.targets.vectors.framing import Framing
+from stagewire_generator.targets.vectors.subject import LEFT_OUT, Expected, Subject, make_case
+from stagewire_generator.targets.vectors.wire import fields_to_bytes
+
+
+def contexts(protocol: Protocol) -> dict[str, list[str]]:
+    """Return what decides on layouts, and its values that do."""
+    known: dict[str, set[str]] = {}
+    for message in protocol.messages:
+        for layout in message.layouts:
+            for key, value in layout.when.items():
+                known.setdefault(key, set()).add(value)
+    return {key: sorted(values) for key, values in sorted(known.items())}
+
+
+def context_cases(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]:
+    """Yield a layout that its context chooses, and one that contradicts it."""
+    when = dict(of.layout.when)
+    if not when:
+        return
+    about = "its form left out: the context says it"
+    yield of.encode("context", about, raw, context=when, form=LEFT_OUT)
+    for key, values in contexts(protocol).items():
+        for value in values:
+            if key in when and when[key] != value:
+                about = f"a form that the context {key} {value} contradicts"
+                name = f"context.{key}={value}"
+                yield of.encode(name, about, "bad_value", context=when | {key: value})
+
+
+def undecided_cases(framing: Framing, message: Message) -> Iterator[Case]:
+    """Yield a packet whose layout no context decides: what is sure of it, and its way back."""
+    layouts = [layout for layout in message.layouts if layout.when]
+    if not layouts:
+        return
+    of = framing.subject(message, layouts[0])
+    raw = framing.frame(of, of.plain.held)
+    packet = raw[SIZE:]
+    shared = {field.name: of.plain.held[field.name] for field in _shared(layouts)}
+    says = {**of.says, "form": "data:undecided", "fields": shared}
+    yield _case(
+        of, "decode", "plain", "no context", {"hex": raw.hex()}, {**says, "data": packet.hex()}
+    )
+    longer = framing.frame(of, of.plain.held, b"\xa5")
+    data = (packet + b"\xa5").hex()
+    about = "no context, and a byte beyond every layout"
+    yield _case(of, "decode", "extra", about, {"hex": longer.hex()}, {**says, "data": data})
+    for name, about, change, expected in _encoded(shared, packet, raw, longer):
+        asked = {**of.asked, "form": "data:undecided", **change}
+        yield _case(of, "encode", name, about, asked, expected)
+
+
+def _encoded(
+    shared: Json, packet: bytes, raw: bytes, longer: bytes
+) -> Iterator[tuple[str, str, Json, Expected]]:
+    data = packet.hex()
+    yield "data", "from its packet alone", {"data": data}, raw
+    yield "shared", "fields that its packet bears out", {"data": data, "fields": shared}, raw
+    for name, value in shared.items():
+        if isinstance(value, int):
+            other = {"data": data, "fields": {name: value + 1}}
+            yield f"{name}.other", f"{name} is another in its packet", other, "bad_value"
+    yield "extra", "bytes beyond every layout", {"data": data, "extra": "a5"}, longer
+    yield "longer", "a packet longer than every layout", {"data": data + "a5"}, longer
+    yield "short", "a packet shorter than every layout", {"data": data[:-2]}, "bad_length"
+    yield "missing", "no packet", {"fields": shared}, "missing_field"
+    unknown = {"data": data, "fields": {"no_such_field": 0}}
+    yield "unknown_field", "a field that it has not", unknown, "unknown_field"
+
+
+def _shared(layouts: list[Layout]) -> list[Field]:
+    """Return the fields that all candidates have, at the same place and in the same format."""
+    first, *others = layouts
+    return [
+        field
+        for field in first.fields
+        if all(
+            (field.name, field.offset, field.format)
+            in [(other.name, other.offset, other.format) for other in layout.fields]
+            for layout in others
+        )
+    ]
+
+
+def _case(
+    of: Subject, operation: str, name: str, about: str, more: Json, expected: Expected
+) -> Case:
+    id = f"{of.message.name}/data:undecided/{operation}/{name}"
+    return make_case(id, about, {"op": operation, **more}, expected)
+
+
+def protocol_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case]:
+    """Yield the cases of all frames; each kind of form is looked at in one layout."""
+    yield from _unknown(framing)
+    packets = [of for of in subjects if of.layout.form != "header" and not of.layout.when]
+    headers = [of for of in subjects if of.layout.form == "header"]
+    for of in (*headers[:1], *packets[:1]):
+        yield from _addresses(framing, of)
+        yield from _contexts(framing, of)
+    for of in packets[:1]:
+        yield from _packet_lengths(framing, of)
+    for of in headers[:1]:
+        yield from _announced(of)
+
+
+def _unknown(framing: Framing) -> Iterator[Case]:
+    host, device = framing.protocol.framing["host"], framing.protocol.framing["devices"][-1]
+    unknown = unknown_id(framing.protocol)
+    bare, packet = (
+        header_frame(unknown, 0, 0, device, host),
+        data_frame(unknown, b"\0", device, host),
+    )
+    for name, about, raw, code in (
+        ("id.header", "an id that no message has", bare, "unknown_message"),
+        ("id.packet", "such an id, with a packet", packet, "unknown_message"),
+        ("id.trailing", "such an id, and a byte too many", bare + b"\0", "unknown_message"),
+        ("empty", "no bytes", b"", "truncated"),
+        ("byte", "one byte", bare[:1], "truncated"),
+        ("header.cut", "a header without its last byte", bare[:-1], "truncated"),
+    ):
+        request = {"op": "decode", "hex": raw.hex()}
+        yield make_case(f"frame/decode/{name}", about, request, code)
+    request = {"op": "encode", "message": "NO_SUCH_MESSAGE", "dest": device, "source": host}
+    yield make_case(
+        "frame/encode/message", "a name that no message has", request, "unknown_message"
+    )
+
+
+def _addresses(framing: Framing, of: Subject) -> Iterator[Case]:
+    raw = framing.frame(of, of.plain.held)
+    announced = raw[4] & ANNOUNCED
+    for key, at, most in (("dest", 4, 0x7F), ("source", 5, 0xFF)):
+        for name, address in (("least", 0), ("greatest", most)):
+            there = bytes((address | announced if key == "dest" else address,))
+            framed = raw[:at] + there + raw[at + 1 :]
+            about = f"{key} at its {name}"
+            said: Json = of.answer(of.plain, **{key: address})
+            yield of.encode(f"{key}.{name}", about, framed, **{key: address})
+            yield of.decode(f"{key}.{name}", about, framed, said)
+        for name, about, value, code in (
+            ("below", "is less than nothing", -1, "out_of_range"),
+            ("beyond", "is no byte", 0x100, "out_of_range"),
+            ("missing", "is missing", LEFT_OUT, "missing_field"),
+            ("text", "is a text and no number", "1", "bad_value"),
+            ("true", "is true and no number", True, "bad_value"),
+        ):
+            yield of.encode(f"{key}.{name}", f"{key} {about}", code, **{key: value})
+
+
+def _contexts(framing: Framing, of: Subject) -> Iterator[Case]:
+    raw = framing.frame(of, of.plain.held)
+    known = contexts(framing.protocol)
+    wrong = [("unknown", "a context that decides nothing", {"no_such_context": "a"})]
+    for key, values in known.items():
+        wrong.append((f"{key}.unknown", f"no value of {key}", {key: "no_such_value"}))
+        about = f"a context that decides on others: {key} {values[0]}"
+        yield of.decode(f"context.{key}", about, raw, of.answer(of.plain), context={key: values[0]})
+        yield of.encode(f"context.{key}", about, raw, context={key: values[0]})
+    for name, about, context in wrong:
+        yield of.decode(f"context.{name}", about, raw, "bad_value", context=context)
+        yield of.encode(f"context.{name}", about, "bad_value", context=context)
+    about = "a context that is no text"
+    yield of.decode("context.number", about, raw, "bad_request", context={"a": 1})
+
+
+def _packet_lengths(framing: Framing, of: Subject) -> Iterator[Case]:
+    """Yield packets that are as long as packets can be, and longer."""
+    id, dest, source = id_of(of.message), of.asked["dest"], of.asked["source"]
+    lengths = {layout.length for layout in of.message.layouts}
+    room = MOST - of.layout.length
+    packet = framing.frame(of, of.plain.held)[SIZE:]
+    if room and of.layout.length == max(lengths):
+        longest = framing.frame(of, of.plain.held, bytes(room))
+        extra = "00" * room
+        yield of.encode("extra.most", "as long as a packet can be", longest, extra=extra)
+        answer = of.answer(of.plain, extra=extra)
+        yield of.decode("extra.most", "as long as a packet can be", longest, answer)
+    about = "longer than a packet can be"
+    yield of.encode("extra.above", about, "out_of_range", extra="00" * (room + 1))
+    beyond = data_frame(id, packet + bytes(room + 1), dest, source)
+    yield of.decode("length.above", about, beyond, "bad_length")
+    far = data_frame(id, packet, dest, source, declared=0xFFFF)
+    yield of.decode("length.most", "the greatest length that is declared", far, "truncated")
+
+
+def _announced(of: Subject) -> Iterator[Case]:
+    """Yield packets that the destination does not announce."""
+    id, dest, source = id_of(of.message), of.asked["dest"], of.asked["source"]
+    raw = header_frame(id, 1, 0, dest, source) + b"\0"
+    about = "a packet that the destination does not announce"
+    yield of.decode("unannounced", about, raw, "trailing")
+
+
+_BYTE = Format("byte", 1, False, "integer")
+
+
+class HeaderFraming(Framing):
+    """A header of six bytes, and perhaps a packet."""
+
+    def subject(self, message: Message, layout: Layout) -> Subject:
+        """Return a layout as the subject of cases."""
+        dest, source = addresses(self.protocol, message)
+        envelope = {"dest": dest, "source": source}
+        reading = {"context": dict(layout.when)} if layout.when else {}
+        return Subject(message, layout, _fields(layout), envelope, reading, envelope)
+
+    def frame(self, of: Subject, held: Json, extra: bytes = b"") -> bytes:
+        """Return the bytes of a frame that holds values, and bytes beyond the layout."""
+        content = fields_to_bytes(of.fields, held)
+        dest, source = of.asked["dest"], of.asked["source"]
+        if of.layout.form == "header":
+            param1, param2 = content
+            return header_frame(id_of(of.message), param1, param2, dest, source)
+        return data_frame(id_of(of.message), content + extra, dest, source)
+
+    def of_layout(self, of: Subject) -> Iterator[Case]:
+        """Yield frames that are too short or too long, and what is wrong with an address or a context."""
+        raw = self.frame(of, of.plain.held)
+        if of.layout.form == "header":
+            yield of.decode("cut", "", raw[:-1], "truncated")
+            yield of.decode("trailing", "", raw + b"\0", "trailing")
+            about = "bytes beyond a layout without packet"
+            yield of.encode("extra", about, "bad_value", extra="00")
+        else:
+            yield from self._lengths(of, raw)
+        about = "an address with the bit that announces a packet"
+        yield of.encode("dest.above", about, "out_of_range", dest=0x80)
+        yield from context_cases(self.protocol, of, raw)
+        yield from layout_stream(self.protocol, of, raw)
+
+    def _lengths(self, of: Subject, raw: bytes) -> Iterator[Case]:
+        first = of.fields[0].format.size if of.fields else 1
+        cuts = {
+            "cut.header": ("in the middle of its header", SIZE // 2),
+            "cut.packet": ("without its packet", SIZE),
+            "cut.field": ("without the last byte of its first field", SIZE + first - 1),
+            "cut": ("", len(raw) - 1),
+        }
+        ends = set()
+        for name, (about, end) in cuts.items():
+            if end not in ends:
+                ends.add(end)
+                yield of.decode(name, about, raw[:end], "truncated")
+        yield of.decode("trailing", "", raw + b"\0", "trailing")
+        lengths = _lengths(of.message)
+        dest, source = of.asked["dest"], of.asked["source"]
+        if of.layout.length == min(lengths):
+            short = data_frame(id_of(of.message), raw[SIZE:-1], dest, source)
+            about = "a packet that is a byte shorter than every layout"
+            yield of.decode("short", about, short, "bad_length")
+        if of.layout.length < MOST and of.layout.length + 1 not in lengths:
+            longer = self.frame(of, of.plain.held, b"\xa5")
+            answer = of.answer(of.plain, extra="a5")
+            about = "a packet that is a byte longer than its layout"
+            yield of.encode("extra", about, longer, extra="a5")
+            yield of.decode("extra", about, longer, answer)
+
+    def of_message(self, message: Message) -> Iterator[Case]:
+        """Yield forms that are left out, wrong or undecided, and a message without a layout."""
+        if message.id is None:
+            request = {"op": "encode", "message": message.name, "fields": {}}
+            about = "a message without an id"
+            yield make_case(f"{message.name}/encode/no_id", about, request, "unsupported")
+            return
+        if not message.documented:
+            yield from undocumented_cases(self.protocol, message)
+            return
+        of = self.subject(message, message.layouts[0])
+        raw = self.frame(of, of.plain.held)
+        about = "a form that it has not"
+        yield of.encode("form.unknown", about, "bad_length", form="no_such_form")
+        about = "its form left out"
+        expected = raw if len(message.layouts) == 1 else "bad_length"
+        yield of.encode("form.left_out", about, expected, form=LEFT_OUT)
+        dest, source = of.asked["dest"], of.asked["source"]
+        if not any(layout.form == "header" for layout in message.layouts):
+            bare = header_frame(message.id, 0, 0, dest, source)
+            about = "a header without the packet that it has"
+            yield of.decode("header_alone", about, bare, "bad_length")
+        if not _lengths(message):
+            for length in (0, 2):
+                packet = data_frame(message.id, bytes(length), dest, source)
+                about = f"a packet of {length} bytes where none belongs"
+                yield of.decode(f"packet_of_{length}", about, packet, "bad_length")
+        yield from undecided_cases(self, message)
+
+    def of_protocol(self) -> Iterator[Case]:
+        """Yield addresses, lengths, unknown messages and streams."""
+        documented = [message for message in self.protocol.messages if message.layouts]
+        subjects = [self.subject(m, layout) for m in documented for layout in m.layouts]
+        yield from protocol_cases(self, subjects)
+        yield from stream_cases(self, subjects)
+
+
+def _fields(layout: Layout) -> tuple[Field, ...]:
+    """Return what an encoder can be given; both parameters of a header, with a name or without."""
+    if layout.form != "header":
+        return layout.fields
+    named = (layout.param1, layout.param2)
+    unnamed = (
+        Field(
+            name=f"param{number}",
+            offset=1 + number,
+            format=_BYTE,
+            role="reserved",
+            minimum=_BYTE.minimum,
+            maximum=_BYTE.maximum,
+            page=0,
+            place=layout.place,
+        )
+        for number in (1, 2)
+    )
+    return tuple(field or other for field, other in zip(named, unnamed, strict=True))
+
+
+def _lengths(message: Message) -> set[int]:
+    return {layout.length for layout in message.layouts if layout.form != "header"}

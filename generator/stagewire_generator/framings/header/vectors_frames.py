@@ -1,0 +1,115 @@
+"""The bytes of a frame with a header; messages with an id and no layout keep theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.targets.vectors.case import Case
+from stagewire_generator.targets.vectors.subject import Expected, make_case
+from stagewire_generator.targets.vectors.wire import greatest_but
+
+SIZE: Final = 6  # bytes of the header
+MOST: Final = 255  # bytes of the longest packet
+ANNOUNCED: Final = 0x80  # the bit of the destination that says that a packet follows
+
+
+def header_frame(id: int, param1: int, param2: int, dest: int, source: int) -> bytes:
+    """Return a header that no packet follows."""
+    return id.to_bytes(2, "little") + bytes((param1, param2, dest, source))
+
+
+def data_frame(
+    id: int, packet: bytes, dest: int, source: int, declared: int | None = None
+) -> bytes:
+    """Return a header and its packet; ``declared`` is said of the packet in the place of its length."""
+    length = len(packet) if declared is None else declared
+    head = id.to_bytes(2, "little") + length.to_bytes(2, "little")
+    return head + bytes((dest | ANNOUNCED, source)) + packet
+
+
+def id_of(message: Message) -> int:
+    """Return the id of a message that has one."""
+    assert message.id is not None
+    return message.id
+
+
+def unknown_id(protocol: Protocol) -> int:
+    """Return an id that no message has."""
+    unknown = greatest_but((message.id for message in protocol.messages), 2)
+    assert unknown is not None  # no document names 65536 messages
+    return unknown
+
+
+def addresses(protocol: Protocol, message: Message) -> tuple[int, int]:
+    """Return destination and source of a message on its way between the host and the last of the devices."""
+    host, device = protocol.framing["host"], protocol.framing["devices"][-1]
+    return (host, device) if message.direction == "to_host" else (device, host)
+
+
+_PACKET = b"\1\2\3"
+
+
+def undocumented_frames(protocol: Protocol, message: Message) -> dict[bytes, tuple[str, str, Json]]:
+    """Return frames of a message without a layout -> name, what is looked at, and what a decoder says."""
+    envelope = addresses(protocol, message)
+    id = id_of(message)
+    says = {
+        "message": message.name,
+        "form": "undocumented",
+        "dest": envelope[0],
+        "source": envelope[1],
+    }
+    return {
+        header_frame(id, 0, 0, *envelope): (
+            "header", "a header without a packet", {**says, "fields": {}, "data": None}
+        ),
+        header_frame(id, 1, 2, *envelope): (
+            "parameters", "a header with parameters",
+            {**says, "fields": {"param1": 1, "param2": 2}, "data": None},
+        ),
+        data_frame(id, b"", *envelope): (
+            "empty", "an empty packet", {**says, "fields": {}, "data": ""}
+        ),
+        data_frame(id, _PACKET, *envelope): (
+            "data", "a packet", {**says, "fields": {}, "data": _PACKET.hex()}
+        ),
+        data_frame(id, bytes(MOST), *envelope): (
+            "longest", "the longest packet", {**says, "fields": {}, "data": "00" * MOST}
+        ),
+    }  # fmt: skip
+
+
+def undocumented_cases(protocol: Protocol, message: Message) -> Iterator[Case]:
+    """Yield its frames in both directions, and what they cannot be made of."""
+    frames = undocumented_frames(protocol, message)
+    for raw, (name, about, says) in frames.items():
+        yield _case(message, "decode", name, about, {"hex": raw.hex()}, says)
+        yield _case(message, "encode", name, about, says, raw)
+    raw = data_frame(id_of(message), _PACKET, *addresses(protocol, message))
+    says = frames[raw][2]
+    for name, about, cut, code in (
+        ("cut", "without its last byte", raw[:-1], "truncated"),
+        ("trailing", "a byte too many", raw + b"\0", "trailing"),
+    ):
+        yield _case(message, "decode", name, about, {"hex": cut.hex()}, code)
+    bare = {key: value for key, value in says.items() if key not in ("data", "fields")}
+    for name, about, more, code in (
+        ("nothing", "made of nothing", {}, "unsupported"),
+        ("both", "parameters and a packet", {"data": "01", "fields": {"param1": 1}}, "bad_value"),
+        ("extra", "bytes beyond no layout", {"data": "01", "extra": "00"}, "bad_value"),
+        ("too_long", "a packet that is too long", {"data": "00" * (MOST + 1)}, "out_of_range"),
+        ("param2.above", "param2 is no byte", {"fields": {"param2": 256}}, "out_of_range"),
+        ("unknown_field", "a named field", {"fields": {"no_such_field": 0}}, "unknown_field"),
+    ):
+        yield _case(message, "encode", name, about, {**bare, **more}, code)
+    without = {key: value for key, value in says.items() if key != "form"}
+    yield _case(message, "encode", "form.left_out", "its form left out", without, raw)
+
+
+def _case(
+    message: Message, operation: str, name: str, about: str, more: Json, expected: Expected
+) -> Case:
+    id = f"{message.name}/undocumented/{operation}/{name}"
+    return make_case(id, about, {"op": operation, **more}, expected)

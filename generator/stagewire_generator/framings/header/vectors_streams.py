@@ -1,0 +1,329 @@
+"""Streams of frames with headers: what a framer makes of them, whole, cut and damaged.
+
+The rule by which a stream is cut is written down here as slowly and simply as it can be said. At each
+position the header that stands there is looked at anew; nothing is searched for or remembered. The rule
+itself, with its reasons, is that of the library's framer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from stagewire_generator.framings.header.vectors_frames import (
+    ANNOUNCED,
+    MOST,
+    SIZE,
+    data_frame,
+    header_frame,
+    id_of,
+    undocumented_frames,
+    unknown_id,
+)
+from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.targets.vectors.case import Case
+from stagewire_generator.targets.vectors.contents import shown
+from stagewire_generator.targets.vectors.framing import Framing
+from stagewire_generator.targets.vectors.streams import (
+    Piece,
+    Scenario,
+    in_bytes,
+    join_garbage,
+    stream_answer,
+    stream_case,
+)
+from stagewire_generator.targets.vectors.subject import Subject
+from stagewire_generator.targets.vectors.wire import fields_from_bytes
+
+ENDS: Final = {
+    "host": frozenset({"to_host"}),
+    "device": frozenset({"to_controller"}),
+    "none": frozenset({"to_host", "to_controller"}),
+}
+"""Which end of the line listens -> the directions that it receives."""
+
+
+class HeaderReader:
+    """Reads streams for one end of the line."""
+
+    def __init__(self, protocol: Protocol, end: str) -> None:
+        host, devices = protocol.framing["host"], protocol.framing["devices"]
+        self._pairs = {
+            "to_host": {(host, device) for device in devices},
+            "to_controller": {(device, host) for device in devices},
+        }
+        self._tolerated = self._pairs["to_host"] | self._pairs["to_controller"] | {(0, 0)}
+        self._receives = ENDS[end]
+        self._messages = {message.id: message for message in protocol.messages}
+
+    def read(self, stream: bytes) -> list[Piece]:
+        """Return what a stream consists of; adjacent garbage is joined."""
+        return join_garbage(self._cut(stream))
+
+    def _cut(self, stream: bytes) -> Iterator[Piece]:
+        at, in_step = 0, True
+        while at < len(stream):
+            rest = stream[at:]
+            if len(rest) < SIZE:
+                yield "pending", rest
+                return
+            kind, size = self._in_step(rest) if in_step else self._out_of_step(rest)
+            if size > len(rest):
+                yield "pending", rest
+                return
+            if kind == "long":  # a damaged length, if a header that is ours stands inside
+                inside = range(1, size - SIZE + 1)
+                hit = any(self._out_of_step(rest[i:])[0] == "message" for i in inside)
+                kind, size = ("garbage", 1) if hit else ("message", size)
+            yield kind, rest[:size]
+            at, in_step = at + size, kind != "garbage"
+
+    def _in_step(self, rest: bytes) -> tuple[str, int]:
+        """Return what begins where a frame is due, and its bytes."""
+        message, word, announced, pair = self._header(rest)
+        garbage = "garbage", 1
+        if announced and word > MOST:
+            return garbage
+        size = SIZE + word if announced else SIZE
+        if message is None:
+            return ("unknown", size) if pair in self._right(*self._receives) else garbage
+        if not message.layouts:
+            receives = pair in self._right(*self._receives)
+            return ("undocumented", size) if receives else garbage
+        if not self._ours(message) or pair not in self._tolerated:
+            return garbage
+        if not announced:
+            return ("message", SIZE) if self._has_header(message, word) else garbage
+        lengths = _lengths(message)
+        if not lengths:
+            return garbage
+        fitting = [length for length in lengths if length <= word]
+        if not fitting:
+            return "bad_length", size
+        return ("message" if word - max(fitting) < SIZE else "long"), size
+
+    def _out_of_step(self, rest: bytes) -> tuple[str, int]:
+        """Return what begins where frames are looked for: a message that is exactly right, or nothing."""
+        message, word, announced, pair = self._header(rest)
+        if message is not None and self._ours(message):
+            if announced and word in _lengths(message) and pair in self._tolerated:
+                return "message", SIZE + word
+            right = pair in self._right(*self._ours(message))
+            if not announced and right and self._has_header(message, word):
+                return "message", SIZE
+        return "garbage", 1
+
+    def _header(self, rest: bytes) -> tuple[Message | None, int, bool, tuple[int, int]]:
+        """Return the message of a header, its second word, whether a packet follows, and its addresses."""
+        message = self._messages.get(rest[0] | rest[1] << 8)
+        announced = bool(rest[4] & ANNOUNCED)
+        return message, rest[2] | rest[3] << 8, announced, (rest[4] & ~ANNOUNCED, rest[5])
+
+    def _ours(self, message: Message) -> frozenset[str]:
+        """Return the directions of a message that this end receives."""
+        both = ("to_host", "to_controller")
+        return self._receives & {*(both if message.direction == "both" else (message.direction,))}
+
+    def _right(self, *directions: str) -> set[tuple[int, int]]:
+        return set().union(*(self._pairs[direction] for direction in directions))
+
+    def _has_header(self, message: Message, parameters: int) -> bool:
+        """Whether a header with these parameters may be the message, and no packet that lost its bit."""
+        header = next((layout for layout in message.layouts if layout.form == "header"), None)
+        if header is None or parameters in _lengths(message):
+            return False
+        return not (header.only_zero and parameters)
+
+
+def _lengths(message: Message) -> set[int]:
+    return {layout.length for layout in message.layouts if layout.form != "header"}
+
+
+_DAMAGE = b"\xff"
+
+
+def layout_stream(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]:
+    """Yield the plain frame of a layout as a stream in two chunks, at the end that receives it."""
+    end = {"to_host": "host", "to_controller": "device"}.get(of.message.direction, "none")
+    pieces = HeaderReader(protocol, end).read(raw)
+    expected = stream_answer(pieces, lambda _: of.answer(of.plain))
+    context = {"context": dict(of.layout.when)} if of.layout.when else {}
+    half = len(raw) // 2
+    yield of.stream("plain", "", [raw[:half], raw[half:]], expected, end=end, **context)
+
+
+def stream_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case]:
+    """Yield streams at each end of the line; they lead with a message that this end receives."""
+    protocol = framing.protocol
+    decided = [of for of in subjects if not of.layout.when]
+    decided.sort(key=lambda of: not of.layout.length)  # packets first: more of them can be damaged
+    for end, receives in ENDS.items():
+        ours = [of for of in decided if of.message.direction in (*receives, "both")]
+        if not ours:
+            continue
+        reader = HeaderReader(protocol, end)
+        decode = _Decoder(protocol, subjects)
+        for scenario in _scenarios(framing, ours, decided):
+            pieces = reader.read(b"".join(scenario[2]))
+            if all(decode.can(raw) for kind, raw in pieces if kind == "message"):
+                expected = stream_answer(pieces, decode)
+                yield stream_case(f"stream/{end}", scenario, expected, end=end)
+
+
+class _Decoder:
+    """Decodes what stands in a stream without any context."""
+
+    def __init__(self, protocol: Protocol, subjects: Sequence[Subject]) -> None:
+        self._subjects: dict[int, list[Subject]] = {}
+        for of in subjects:
+            self._subjects.setdefault(id_of(of.message), []).append(of)
+        self._undocumented = {
+            raw: says
+            for message in protocol.messages
+            if message.id is not None and not message.layouts
+            for raw, (_, _, says) in undocumented_frames(protocol, message).items()
+        }
+
+    def can(self, raw: bytes) -> bool:
+        """Whether bytes that are a message decide on its layout."""
+        return not self._layout(raw).layout.when
+
+    def __call__(self, raw: bytes) -> Json:
+        """Return what a decoder says of a frame."""
+        if raw in self._undocumented:
+            return self._undocumented[raw]
+        of = self._layout(raw)
+        header = of.layout.form == "header"
+        content = raw[2:4] if header else raw[SIZE:]
+        values = fields_from_bytes(of.fields, content)
+        says = {
+            **of.says,
+            "dest": raw[4] & ~ANNOUNCED,
+            "source": raw[5],
+            "fields": shown(of.fields, values),
+        }
+        extra = b"" if header else content[of.layout.length :]
+        return {**says, "extra": extra.hex()} if extra else says
+
+    def _layout(self, raw: bytes) -> Subject:
+        """Return the longest layout that a packet fills, or the one without a packet."""
+        forms = self._subjects[raw[0] | raw[1] << 8]
+        if not raw[4] & ANNOUNCED:
+            return next(of for of in forms if of.layout.form == "header")
+        packets = [of for of in forms if of.layout.form != "header"]
+        fitting = [of for of in packets if of.layout.length <= len(raw) - SIZE]
+        return max(fitting, key=lambda of: of.layout.length)
+
+
+def _scenarios(
+    framing: Framing, ours: Sequence[Subject], every: Sequence[Subject]
+) -> Iterator[Scenario]:
+    lead = ours[0]
+    raw = framing.frame(lead, lead.plain.held)
+    other = next((of for of in every if of.message.direction != lead.message.direction), lead)
+    yield "nothing", "nothing at all", []
+    yield "empty", "chunks without bytes", [b"", b""]
+    yield "bytes", "one byte at a time", in_bytes(raw + raw)
+    back = framing.frame(other, other.plain.held)
+    yield "both_ways", "a message of the other direction between two", [raw + back + raw]
+    astray = back[:4] + bytes((back[4] & ANNOUNCED | raw[4] & ~ANNOUNCED, raw[5])) + back[SIZE:]
+    yield "astray", "such a message with addresses of this direction, then a frame", [astray + raw]
+    yield "pending", "a second frame that is not all there", [raw + raw[:-1]]
+    yield "pending.header", "a second header that is not all there", [raw, raw[: SIZE - 1]]
+    yield "garbage.first", "a byte of garbage, then a frame", [_DAMAGE + raw]
+    yield "garbage.between", "garbage between two frames", [raw + 3 * _DAMAGE + raw]
+    yield "garbage.alone", "garbage alone", [12 * _DAMAGE]
+    yield "lost.first", "a frame that lost its first byte, then two", [raw[1:] + raw + raw]
+    yield "lost.last", "a frame that lost its last byte, then two", [raw[:-1] + raw + raw]
+    yield from _addressed(framing.protocol, raw)
+    yield from _unknown(framing.protocol, lead, raw)
+    if lead.layout.length:
+        yield from _packets(framing, lead, raw)
+    headers = [of for of in ours if of.layout.form == "header"]
+    if headers:
+        yield from _headers(framing, lead, headers)
+
+
+def _addressed(protocol: Protocol, raw: bytes) -> Iterator[Scenario]:
+    """Yield frames with other addresses than their direction has."""
+    flag, dest, source = raw[4] & ANNOUNCED, raw[4] & ~ANNOUNCED, raw[5]
+    framing = protocol.framing
+    known = {framing["host"], *framing["devices"]}
+    foreign = next((address for address in range(0x7F, 0, -1) if address not in known), 0)
+    for name, about, pair in (
+        ("unswapped", "addresses the wrong way round", (source & ~ANNOUNCED, dest)),
+        ("zero", "addresses that are zero", (0, 0)),
+        ("foreign", "an address that no device has", (foreign, source)),
+    ):
+        there = raw[:4] + bytes((pair[0] | flag, pair[1])) + raw[SIZE:]
+        yield f"addresses.{name}", f"{about}, then a right frame", [there + raw]
+        yield f"garbage.{name}", "the same behind a byte of garbage", [_DAMAGE + there + raw]
+
+
+def _unknown(protocol: Protocol, lead: Subject, raw: bytes) -> Iterator[Scenario]:
+    """Yield ids that no message has, and messages without a layout."""
+    unknown = unknown_id(protocol)
+    dest, source = lead.asked["dest"], lead.asked["source"]
+    bare = header_frame(unknown, 0, 0, dest, source)
+    yield "unknown.header", "an unknown header, then a frame", [bare + raw]
+    packet = data_frame(unknown, raw, dest, source)
+    yield "unknown.packet", "an unknown packet that holds a frame, then a frame", [packet + raw]
+    yield (
+        "unknown.garbage",
+        "an unknown header behind garbage, then a frame",
+        [_DAMAGE + bare + raw],
+    )
+    foreign = header_frame(unknown, 0, 0, dest, dest)
+    yield "unknown.addresses", "an unknown header that nobody sends, then a frame", [foreign + raw]
+    for message in protocol.messages:
+        if message.id is not None and not message.layouts:
+            for frame, (name, about, _) in undocumented_frames(protocol, message).items():
+                ending = f"{message.name}.{name}"
+                yield ending, f"{message.name}, {about}, then a frame", [frame + raw]
+
+
+def _packets(framing: Framing, lead: Subject, raw: bytes) -> Iterator[Scenario]:
+    """Yield packets of other lengths than their layout has, and headers that lost what announces one."""
+    id, dest, source = id_of(lead.message), lead.asked["dest"], lead.asked["source"]
+    packet = raw[SIZE:]
+    short = data_frame(id, b"", dest, source)
+    yield "short", "a packet shorter than every layout, then a frame", [short + raw]
+    for surplus in (1, SIZE - 1, SIZE):
+        if lead.layout.length + surplus <= MOST:
+            longer = framing.frame(lead, lead.plain.held, b"\xa5" * surplus)
+            about = f"a packet with {surplus} bytes more, then a frame"
+            yield f"extra.{surplus}", about, [longer + raw]
+    declared = min(len(packet) + len(raw), MOST)
+    damaged = data_frame(id, packet, dest, source, declared)
+    about = "a length that reaches over the next frame"
+    yield "length.damaged", about, [damaged + raw + raw]
+    beyond = data_frame(id, packet, dest, source, MOST + 1)
+    yield "length.above", "a length that no packet has, then a frame", [beyond + raw]
+    bare = raw[:4] + bytes((dest, source))
+    yield "unannounced", "a packet that lost its announcement, then a frame", [bare + packet + raw]
+
+
+def _headers(framing: Framing, lead: Subject, headers: Sequence[Subject]) -> Iterator[Scenario]:
+    """Yield headers without a packet, and what only looks like one."""
+    bare = framing.frame(headers[0], headers[0].plain.held)
+    yield "header", "two headers", [bare, bare]
+    yield "header.garbage", "a header behind a byte of garbage, then one", [_DAMAGE + bare + bare]
+    zero = bare[:4] + b"\0\0"
+    about = "a header with addresses that are zero, behind a byte of garbage, then a right one"
+    yield "header.zero", about, [_DAMAGE + zero + bare]
+    long = framing.frame(lead, lead.plain.held, bare) if lead.layout.length else b""
+    if SIZE < len(long) <= SIZE + MOST:
+        about = "a length that reaches over a whole header, then a frame"
+        yield "length.header", about, [long + framing.frame(lead, lead.plain.held)]
+    for of in headers:
+        lengths = [layout.length for layout in of.message.layouts if layout.form != "header"]
+        if lengths:
+            spelt = framing.frame(of, of.plain.held)
+            spelt = spelt[:2] + lengths[0].to_bytes(2, "little") + spelt[4:]
+            about = "a header whose parameters spell the length of a packet, then a right one"
+            yield f"{of.message.name}.spelt", about, [spelt + bare]
+        if of.layout.only_zero:
+            other = framing.frame(of, of.plain.held)
+            other = other[:2] + b"\0\1" + other[4:]
+            about = "a header that has only zeros, with a one in it, then a right one"
+            yield f"{of.message.name}.not_zero", about, [other + bare]

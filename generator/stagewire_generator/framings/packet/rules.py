@@ -1,0 +1,169 @@
+"""What packets demand of a spec: whether their parts fit together, and whether every message fits in."""
+
+from __future__ import annotations
+
+from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.framing import Rules
+from stagewire_generator.lint.witness.lists import MESSAGE_CHAPTERS
+from stagewire_generator.lint.witness.witness import Witness
+from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.strict_yaml import Document
+
+_ALWAYS = ("start", "length", "id", "payload")
+_NUMBERS = ("length", "address", "id", "check")
+_NOT_COVERED = ("check", "end")
+_WORDS = ("polynomial", "initial", "final")
+_LONGEST = 4  # bytes of a length, an address or an id
+_SEE = "correct the order, or what stands beside it"
+
+
+def check_packets(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
+    """Check order, numbers and check of a packet, and what the messages ask of it.
+
+    :param head: the file of the protocol, for the places of what is wrong in it.
+    """
+    rules = _Rules(protocol, head, diagnostics)
+    rules.order()
+    rules.references()
+    if rules.numbers():
+        rules.length()
+        rules.check()
+        for message in protocol.messages:
+            rules.id(message)
+    for message in protocol.messages:
+        _layouts(message, diagnostics)
+
+
+class _Rules:
+    """The rules of one framing, each a method."""
+
+    def __init__(self, protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
+        self.framing: Json = protocol.framing
+        self.formats: Json = protocol.formats
+        self.order_of_parts: list[str] = self.framing["order"]
+        self.head = head
+        self.diagnostics = diagnostics
+
+    def refuse(self, what: str, *path: str, code: str = "SW038", hint: str = _SEE) -> None:
+        """Note what is wrong with the framing, at ``path`` in it."""
+        place = self.head.place("framing", *path)
+        self.diagnostics.add(place, code, f"framing: {what}", hint)
+
+    def order(self) -> None:
+        """Check that start is first and end last, length and id before the payload, a check behind it."""
+        order = self.order_of_parts
+        for part in _ALWAYS:
+            if part not in order:
+                self.refuse(f"{part} is not in the order", "order")
+        for part in order:
+            if part != "payload" and part not in self.framing:
+                self.refuse(f"{part} is in the order, and nothing says what it is", "order")
+        for part in ("address", "check", "end"):
+            if part in self.framing and part not in order:
+                self.refuse(f"{part} is not in the order", part)
+        if "start" in order and order[0] != "start":
+            self.refuse("start is not the first", "order")
+        if "end" in order and order[-1] != "end":
+            self.refuse("end is not the last", "order")
+        if "payload" not in order:
+            return
+        payload = order.index("payload")
+        for part in ("length", "id"):
+            if part in order and order.index(part) > payload:
+                self.refuse(f"{part} stands behind the payload", "order")
+        if "check" in order and order.index("check") < payload:
+            self.refuse("check stands before the payload", "order")
+
+    def references(self) -> None:
+        """Check that the length counts and the check covers what is in the packet."""
+        counts = self.framing["length"]["counts"]
+        self._parts(counts, "length", "counts")
+        if "payload" not in counts:
+            self.refuse("the length does not count the payload", "length", "counts")
+        covers = self.framing.get("check", {}).get("covers", [])
+        self._parts(covers, "check", "covers")
+        for part in _NOT_COVERED:
+            if part in covers:
+                self.refuse(f"the check cannot cover {part}", "check", "covers")
+
+    def _parts(self, named: list[str], part: str, key: str) -> None:
+        for other in named:
+            if other not in self.order_of_parts:
+                self.refuse(f"{part}.{key} names {other}, which is not in the order", part, key)
+
+    def numbers(self) -> bool:
+        """Check that numbers are short and have no sign; return whether the size of all is known."""
+        numbers = [part for part in _NUMBERS if part in self.framing]
+        for part in numbers:
+            name = self.framing[part]["format"]
+            hint = "name another format"
+            if self.formats.get(name, {}).get("signed"):
+                self.refuse(f"{part} is a {name}, which has a sign", part, "format", hint=hint)
+            if part != "check" and self.framing[part].get("size", 0) > _LONGEST:
+                what = f"{part} is a {name}; it has at most {_LONGEST} bytes"
+                self.refuse(what, part, "format", hint=hint)
+        return all("size" in self.framing[part] for part in numbers)
+
+    def length(self) -> None:
+        """Check that the length of the longest payload can be written."""
+        sizes = {part: self.framing[part]["size"] for part in _NUMBERS if part in self.framing}
+        sizes |= {part: len(self.framing.get(part, ())) for part in ("start", "end")}
+        sizes["payload"] = self.framing["maximum_length"]
+        most = sum(sizes.get(part, 0) for part in self.framing["length"]["counts"])
+        size = self.framing["length"]["size"]
+        if most >= 1 << 8 * size:
+            what = f"a length of {most} does not fit into {size} byte{'s' * (size > 1)}"
+            hint = "lessen maximum_length, or choose a longer format"
+            self.refuse(what, "length", code="SW033", hint=hint)
+
+    def check(self) -> None:
+        """Check that an exclusive or has one byte, and that the numbers of a CRC fit it."""
+        check = self.framing.get("check", {})
+        size = check.get("size", 0)
+        if check.get("method") == "xor" and size != 1:
+            self.refuse("the exclusive or of bytes is one byte", "check", "format")
+        for word in _WORDS:
+            if check.get(word, 0) >= 1 << 8 * size:
+                what = f"{word} {check[word]:#x} has more than {8 * size} bits"
+                hint = "correct the number, or the format of the check"
+                self.refuse(what, "check", word, code="SW033", hint=hint)
+
+    def id(self, message: Message) -> None:
+        """Check that the id of a message can be written."""
+        size = self.framing["id"]["size"]
+        if message.id is not None and message.id >= 1 << 8 * size:
+            what = f"{message.name}: the id {message.id:#x} in {size} byte{'s' * (size > 1)}"
+            hint = "correct the id, or the format of the id in protocol.yaml"
+            self.diagnostics.add(message.place, "SW033", what, hint)
+
+
+def _layouts(message: Message, diagnostics: Diagnostics) -> None:
+    """Check that a message is a payload and nothing else, and that its length alone tells the forms apart."""
+    if message.id is not None and not message.documented:
+        what = f"{message.name}: a packet without a layout"
+        hint = "give it a layout; `header: {}` is one without a payload"
+        diagnostics.add(message.place, "SW038", what, hint)
+    for layout in message.layouts:
+        where = f"{message.name} ({layout.form})"
+        if layout.only_zero:
+            hint = "remove it: there are no parameters that could be zero"
+            diagnostics.add(layout.place, "SW038", f"{where}: only_zero", hint)
+        if layout.when:
+            hint = "give the layouts different lengths, and remove the `when`"
+            diagnostics.add(layout.place, "SW038", f"{where}: a `when`, in a packet", hint)
+
+
+RULES = Rules(
+    check=check_packets,
+    kinds=("message",),
+    keys=(
+        "maximum_length",
+        "length/counts",
+        *(f"check/{key}" for key in ("method", "covers", "complement", "reflected", *_WORDS)),
+    ),
+    lists=("order", "start", "end"),
+    formats=_NUMBERS,
+    same_length="give them different lengths: nothing else tells packets apart",
+    encode=(("address", "--address"),),
+)
+WITNESS = Witness(MESSAGE_CHAPTERS, sections=True)
