@@ -12,6 +12,7 @@ import importlib
 import io
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 
 import typer
@@ -110,7 +111,10 @@ def main(arguments: Sequence[str]) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        command(arguments)(list(arguments), prog_name="stagewire")
+        with warnings.catch_warnings():
+            warnings.simplefilter("default", FutureWarning)
+            warnings.showwarning = _warn
+            command(arguments)(list(arguments), prog_name="stagewire")
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else OK if end.code is None else WRONG
     except CalledWronglyError as error:
@@ -133,6 +137,19 @@ def _open_what_is_closed() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+
+
+def _warn(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: object = None,
+    line: object = None,
+) -> None:
+    """Print the text of a warning alone: the source of the command says nothing to a user."""
+    with contextlib.suppress(OSError):
+        print(printable(f"warning: {message}"), file=sys.stderr)
 
 
 def _fail(problem: object, code: int) -> int:

@@ -70,20 +70,18 @@ _PLACES = {  # first key of a file, or second of worked examples -> where files 
     b"chapter": "messages/",
     b"errata": "errata/",
     b"rules": "rules.yaml",
+    b"examples": "examples.yaml",
+    b"captures": "captures.yaml",
 }
 _OF_PROTOCOL = {
     **_PLACES,
     b"protocol": "protocol.yaml",
     b"overlay": "overlays/NAME/overlay.yaml",
-    b"examples": "conformance/examples/",
-    b"captures": "conformance/captures/",
 }
 _OF_OVERLAY = {
     **_PLACES,
     b"protocol": "examples.yaml",
     b"overlay": "overlay.yaml",
-    b"examples": "examples.yaml",
-    b"captures": "captures.yaml",
 }
 
 

@@ -1,14 +1,15 @@
 """Find the files of a spec, load them strictly and hold them against their schemas.
 
 A spec is a folder with one folder per protocol in it (a folder that holds ``protocol.yaml``), or such a
-folder itself. Which kind a file is follows from where it stands; worked examples and captures stand
-in a folder ``conformance`` beside the spec, in it, or in that of the protocol; the innermost counts.
-An overlay is a folder in ``overlays`` with files of the same kinds, its examples and captures included.
+folder itself. The place of a file in it decides its kind. An overlay is a folder in ``overlays`` with files
+of the same kinds. Version 0.1 had worked examples and captures in a folder ``conformance`` beside the spec,
+in it, or in that of the protocol; for one release they are still read there, with a warning.
 """
 
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
@@ -30,23 +31,24 @@ _KINDS = {
     "errata": "errata/*.yaml",
     "rules": "rules.yaml",
     "printed": "printed/*.yaml",
+    "examples": "examples.yaml",
+    "captures": "captures.yaml",
 }
 # The same below the folder of an overlay
 _KINDS_OF_OVERLAYS = {
     "overlay": "overlay.yaml",
     **{kind: pattern for kind, pattern in _KINDS.items() if kind != "protocol"},
-    "examples": "examples.yaml",
-    "captures": "captures.yaml",
 }
 _PARTS = frozenset({"stages", "units"})  # of these an overlay has what it changes
 _LINK = "is a link out of the folder of the spec"
-_BESIDE = {"examples": "examples/{}.yaml", "captures": "captures/{}.yaml"}
+_OF_WIRE = frozenset({"examples", "captures"})  # their bytes are quoted as they came
+_IN_0_1 = "conformance"  # the folder of examples and captures
 
 
 def protocol_folders(spec: Path) -> list[Path]:
     """Return the folders of the protocols in ``spec``, sorted."""
     alone = (spec / "protocol.yaml").is_file()
-    if alone or spec.name in ("", ".."):  # what stands beside is found by the name and the parent
+    if alone or spec.name in ("", ".."):  # the folder is known by its name and its parent
         spec = Path(os.path.abspath(spec))
     if alone:
         return [spec]
@@ -63,6 +65,7 @@ def read(folder: Path, diagnostics: Diagnostics, progress: Callable[[str], None]
     found = list(_find(folder))
     astray = strays(folder, {path for _, path, _ in found})
     _refuse_strays(astray, folder, folder.parent, diagnostics)
+    _warn_of_old_places(found, folder, diagnostics)
     return _read(found, diagnostics, progress)
 
 
@@ -99,6 +102,27 @@ def _refuse_strays(
         diagnostics.add(Place(name), "SW008", "stands where nothing is read", hint)
 
 
+def _warn_of_old_places(
+    found: Iterable[tuple[str, Path, Path]], folder: Path, diagnostics: Diagnostics
+) -> None:
+    """Warn of files in the places of 0.1; refuse those of which there is a new one as well."""
+    for kind, path, root in found:
+        if kind not in _OF_WIRE or path.parent == folder:
+            continue
+        name, place = path.relative_to(root).as_posix(), f"{folder.name}/{kind}.yaml"
+        if os.path.lexists(folder / f"{kind}.yaml"):
+            hint = f"move its entries to {place} and delete it"
+            diagnostics.add(
+                Place(name), "SW008", f"is the place of 0.1, and there is {place}", hint
+            )
+        else:
+            warnings.warn(
+                f"{name}: move it to {place}; the next release will not read it here",
+                FutureWarning,
+                stacklevel=2,
+            )
+
+
 def _read(
     found: Iterable[tuple[str, Path, Path]],
     diagnostics: Diagnostics,
@@ -112,7 +136,7 @@ def _read(
         if leads_out(path, root):  # diagnostics quote what they find: it could be any file
             diagnostics.add(Place(name), "SW008", _LINK)
             continue
-        document = strict_yaml.load(path, name, diagnostics, any_byte=kind in _BESIDE)
+        document = strict_yaml.load(path, name, diagnostics, any_byte=kind in _OF_WIRE)
         if document is not None and fits_schema(document, kind, diagnostics, part=kind in parts):
             files.setdefault(kind, []).append(document)
     return files
@@ -130,13 +154,13 @@ def _find(folder: Path) -> Iterator[tuple[str, Path, Path]]:
     for kind, pattern in _KINDS.items():
         for path in sorted(folder.glob(pattern)):
             yield kind, path, root
-    for beside in (folder / "conformance", root / "conformance", root.parent / "conformance"):
-        if not beside.is_dir():
+    for old in (folder / _IN_0_1, root / _IN_0_1, root.parent / _IN_0_1):
+        if not old.is_dir():
             continue
-        for kind, pattern in _BESIDE.items():
-            path = beside / pattern.format(folder.name)
+        for kind in sorted(_OF_WIRE, reverse=True):
+            path = old / kind / f"{folder.name}.yaml"
             if os.path.lexists(path):
-                yield kind, path, beside.parent
+                yield kind, path, old.parent
         return
 
 

@@ -43,7 +43,6 @@ def make_repository(top: Path, good: Path, change: Edit, monkeypatch: pytest.Mon
     monkeypatch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(top.parents[1]))
     shutil.copytree(good / "tiny", top / "spec" / "tiny")
-    shutil.copytree(good / "conformance", top / "conformance")
     monkeypatch.chdir(top)
     git("init", "--quiet")
     commit()

@@ -93,7 +93,7 @@ def test_what_it_is_held_against_is_wrong(stagewire: Stagewire, new: Path, forma
         (".", ["./spec/", "--against", "HEAD~1"]),
         ("spec", [".", "--against", "HEAD"]),
         ("spec/tiny", [".", "--against", "HEAD"]),
-        ("conformance", ["../spec", "--against", "HEAD"]),
+        ("spec/tiny", ["../../spec", "--against", "HEAD"]),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else value,
 )
@@ -132,7 +132,7 @@ def test_evidence_of_an_earlier_change_does_not_count(
 
 def test_examples_beside_the_spec_are_evidence(stagewire: Stagewire, repository: Path) -> None:
     edit(repository / "spec", *WIRE)
-    path = repository / "conformance" / "examples" / "tiny.yaml"
+    path = repository / "spec" / "tiny" / "examples.yaml"
     text = path.read_text(encoding="utf-8")
     claim = "{flag: state_bits.at_rest, bit: 2}"
     path.write_text(text.replace("claim: {prose: true}", f"claim: {claim}"), encoding="utf-8")
@@ -163,7 +163,6 @@ def test_called_wrongly(
 
 def test_a_spec_that_the_revision_does_not_have(stagewire: Stagewire, repository: Path) -> None:
     shutil.copytree("spec", "other")
-    shutil.copytree("conformance", "other/conformance")
     result = stagewire("check", "other", "--against", "HEAD")
     assert result.code == 2
     assert "the revision HEAD has no folder other" in result.err

@@ -39,19 +39,18 @@ def spec(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of the good spec, as projects lay it out; the test stands above it."""
     top = tmp_path / "project"
     shutil.copytree(GOOD / "tiny", top / "spec" / "tiny")
-    shutil.copytree(GOOD / "conformance", top / "conformance")
     monkeypatch.chdir(top)
     return Path("spec")
 
 
 @pytest.fixture
 def broken(spec: Path) -> Path:
-    """The copy with two errors in one file and one beside the spec."""
+    """The copy with two errors in one file and one in another."""
     path = spec / "tiny" / "stages.yaml"
     path.write_text(
         path.read_text(encoding="utf-8") + "stages: {}\ncontrollers: {}\n", encoding="utf-8"
     )
-    Path("conformance/captures/tiny.yaml").write_text("]", encoding="utf-8")
+    Path("spec/tiny/captures.yaml").write_text("]", encoding="utf-8")
     return spec
 
 
@@ -146,7 +145,7 @@ def test_json(stagewire: Stagewire, broken: Path) -> None:
     data = as_data(result.out)
     assert (data["ok"], data["protocols"]) == (False, {})
     assert [(d["file"], d["line"], d["column"], d["code"]) for d in data["diagnostics"]] == [
-        ("conformance/captures/tiny.yaml", 1, 1, "SW001"),
+        ("spec/tiny/captures.yaml", 1, 1, "SW001"),
         ("spec/tiny/stages.yaml", LINES + 1, 1, "SW002"),
         ("spec/tiny/stages.yaml", LINES + 2, 1, "SW002"),
     ]
@@ -175,7 +174,7 @@ def test_github(stagewire: Stagewire, broken: Path) -> None:
         "title": "SW002: duplicate key",
     }
     assert commands[1].message.endswith("\nhint: keep one of the two entries")
-    assert commands[0].properties["file"] == "conformance/captures/tiny.yaml"
+    assert commands[0].properties["file"] == "spec/tiny/captures.yaml"
 
 
 def test_nothing_is_annotated_when_all_is_right(stagewire: Stagewire, spec: Path) -> None:
@@ -190,7 +189,7 @@ def test_nothing_is_annotated_when_all_is_right(stagewire: Stagewire, spec: Path
         ("spec", "."),
         ("spec", "tiny"),
         ("spec/tiny", "."),
-        ("conformance", "../spec"),
+        ("spec/tiny", "../../spec"),
     ],
 )
 def test_where_the_files_are(
@@ -207,7 +206,7 @@ def test_where_the_files_are(
     top = Path.cwd()
     (top / ".git").mkdir()
     monkeypatch.chdir(folder)
-    wanted = ["conformance/captures/tiny.yaml", "spec/tiny/stages.yaml"]
+    wanted = ["spec/tiny/captures.yaml", "spec/tiny/stages.yaml"]
     out = stagewire("check", argument, "--format", "github").out
     files = [command.properties["file"] for command in workflow_commands(out)]
     assert sorted(set(files)) == wanted
@@ -246,7 +245,7 @@ def test_junit(stagewire: Stagewire, broken: Path) -> None:
     cases = as_cases(result.out)
     assert len(cases) == FILES
     failed = {name: case.result for name, case in cases.items() if not case.is_passed}
-    assert set(failed) == {"conformance/captures/tiny.yaml", "spec/tiny/stages.yaml"}
+    assert set(failed) == {"spec/tiny/captures.yaml", "spec/tiny/stages.yaml"}
     [failure] = failed["spec/tiny/stages.yaml"]
     assert failure.message.startswith("SW002 ")
     assert failure.message.endswith(" (and 1 more)")
@@ -391,3 +390,17 @@ def test_explain(stagewire: Stagewire, name: str) -> None:
         f"cure: {code.hint}",
         f"docs/diagnostics.md#{name.lower()}",
     ]
+
+
+def test_a_file_in_its_place_of_0_1_is_named_in_one_plain_line(
+    stagewire: Stagewire, spec: Path
+) -> None:
+    old = Path("conformance/captures/tiny.yaml")
+    old.parent.mkdir(parents=True)
+    (spec / "tiny" / "captures.yaml").rename(old)
+    done = stagewire("check", "spec")
+    assert done.code == 0
+    assert done.err == (
+        "warning: conformance/captures/tiny.yaml: move it to tiny/captures.yaml; the next release will not "
+        "read it here\n"
+    )

@@ -94,13 +94,10 @@ def test_one_change(stagewire: Stagewire, old: Path, new: Path) -> None:
 def test_several_protocols_are_told_apart(stagewire: Stagewire, old: Path, new: Path) -> None:
     for spec in (old, new):
         shutil.copytree(spec / "tiny", spec / "other")
-        for kind in ("examples", "captures"):
-            path = spec / "conformance" / kind / "tiny.yaml"
+        for name in ("examples", "captures", "protocol"):
+            path = spec / "other" / f"{name}.yaml"
             text = path.read_text(encoding="utf-8").replace("protocol: tiny", "protocol: other")
-            (path.parent / "other.yaml").write_text(text, encoding="utf-8")
-        head = spec / "other" / "protocol.yaml"
-        text = head.read_text(encoding="utf-8").replace("protocol: tiny", "protocol: other")
-        head.write_text(text.replace("stagewire_tiny", "stagewire_other"), encoding="utf-8")
+            path.write_text(text.replace("stagewire_tiny", "stagewire_other"), encoding="utf-8")
     edit(new, *EDITS["doc"])
     edit(new, "../other/units.yaml", "Tiny coil", "Other coil")
     result = stagewire("diff", old, new)

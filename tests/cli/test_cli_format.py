@@ -54,9 +54,10 @@ def test_format_is_quiet_about_what_is_right(stagewire: Stagewire, spec: Path) -
 
 
 def test_format_with_examples_beside_the_spec(stagewire: Stagewire, spec: Path) -> None:
-    """They stand beside the spec as often as in it, and belong to it."""
-    (spec / "conformance").rename("conformance")
+    """In their places of 0.1 they are formatted for one release."""
     captures = Path("conformance/captures/tiny.yaml")
+    captures.parent.mkdir(parents=True)
+    (spec / "tiny" / "captures.yaml").rename(captures)
     result = stagewire("format", "--check", "spec")
     assert result.code == 1
     assert f"would change: {captures}\n" in result.out

@@ -90,8 +90,7 @@ def test_the_inputs_are_spec_templates_and_generator(stagewire: Stagewire, here:
 def test_a_spec_from_within(
     stagewire: Stagewire, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The folder is found however it is named; so are the examples beside it."""
-    shutil.move(here / "spec" / "conformance", here / "conformance")
+    """The folder is found however it is named."""
     for folder, name in (
         ("spec", "."),
         ("spec/tiny", "."),
@@ -101,7 +100,7 @@ def test_a_spec_from_within(
         monkeypatch.chdir(here / folder)
         assert stagewire("check", name).code == 0, name
         listed = stagewire("generate", "--spec", name, "--list-inputs").out.splitlines()
-        assert str(here / "conformance" / "examples" / "tiny.yaml") in listed
+        assert str(here / "spec" / "tiny" / "examples.yaml") in listed
         assert str(here / "spec" / "tiny" / "messages" / "core.yaml") in listed
 
 
@@ -180,9 +179,8 @@ def test_folders_with_the_same_names(stagewire: Stagewire, here: Path, old: str,
     for folder in ("one", "two"):
         shutil.copytree(SMALL_SPECS / "good_packets", here / folder)
     (here / "two" / "carousel").rename(here / "two" / "other")
-    examples = here / "two" / "conformance" / "examples"
-    (examples / "carousel.yaml").rename(examples / "other.yaml")
-    for path in (here / "two" / "other" / "protocol.yaml", examples / "other.yaml"):
+    for name in ("protocol.yaml", "examples.yaml"):
+        path = here / "two" / "other" / name
         text = path.read_text(encoding="utf-8")
         assert old in text
         path.write_text(text.replace(old, "protocol: other") if old else text, encoding="utf-8")
@@ -197,9 +195,7 @@ def test_folders_with_the_same_prefix_in_c(stagewire: Stagewire, here: Path) -> 
     shutil.copytree(here / "spec", here / "two")
     (here / "two" / "tiny").rename(here / "two" / "other")
     for kind in ("examples", "captures"):
-        folder = here / "two" / "conformance" / kind
-        (folder / "tiny.yaml").rename(folder / "other.yaml")
-        replace_in(folder / "other.yaml", "protocol: tiny", "protocol: other")
+        replace_in(here / "two" / "other" / f"{kind}.yaml", "protocol: tiny", "protocol: other")
     head = here / "two" / "other" / "protocol.yaml"
     replace_in(head, "protocol: tiny", "protocol: other")
     replace_in(head, "package: stagewire_tiny", "package: tiny")

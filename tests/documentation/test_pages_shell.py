@@ -18,8 +18,6 @@ from checkout import ROOT
 
 PARTS = (
     "spec",
-    "conformance/examples",
-    "conformance/captures",
     "generated",
     "examples/python",
     "examples/javascript",

@@ -57,9 +57,7 @@ def apply(case: Path, spec: Path) -> None:
         return
     found = _REPLACES.findall(texts(case)[case])
     assert len(found) == 1, f"{case.name} does not say what it replaces"
-    beside = found[0].startswith("conformance/")
-    folder = spec if beside else spec / PROTOCOLS[over(case)]
-    shutil.copyfile(case, folder / found[0])
+    shutil.copyfile(case, spec / PROTOCOLS[over(case)] / found[0])
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)

@@ -39,8 +39,8 @@ def test_progress(good_spec: Path) -> None:
         "tiny/rules.yaml",
         "tiny/printed/core.yaml",
         "tiny/printed/extra.yaml",
-        "conformance/examples/tiny.yaml",
-        "conformance/captures/tiny.yaml",
+        "tiny/examples.yaml",
+        "tiny/captures.yaml",
         "tiny: names and layouts",
         "tiny: witness and errata",
     ]
@@ -63,11 +63,53 @@ def test_errata_that_rest_on_examples_that_are_not_there(spec: Path) -> None:
         "tiny/errata/core.yaml:23:3: SW041 tiny-lamp-again names no place, and no worked example refers "
         "to it"
     ]
-    shutil.rmtree(spec / "conformance" / "examples")
+    (spec / "tiny" / "examples.yaml").unlink()
     with pytest.raises(SpecError) as caught:
         check(spec)
     [found] = caught.value.diagnostics
     assert str(found) == (
         "tiny/errata/core.yaml:23:3: SW006 2 errata rest on worked examples, and there are none\n"
-        "    hint: put conformance/examples/tiny.yaml beside the spec"
+        "    hint: put examples.yaml into the folder tiny"
     )
+
+
+def to_the_place_of_0_1(spec: Path, kind: str) -> Path:
+    """Move the examples or captures of the good spec to where 0.1 had them."""
+    old = spec / "conformance" / kind / "tiny.yaml"
+    old.parent.mkdir(parents=True)
+    return (spec / "tiny" / f"{kind}.yaml").rename(old)
+
+
+@pytest.mark.parametrize("kind", ["examples", "captures"])
+def test_examples_and_captures_in_the_places_of_0_1_are_read_with_a_warning(
+    spec: Path, kind: str
+) -> None:
+    [new] = check(spec)
+    to_the_place_of_0_1(spec, kind)
+    said = rf"^conformance/{kind}/tiny\.yaml: move it to tiny/{kind}\.yaml; the next release"
+    with pytest.warns(FutureWarning, match=said):
+        [old] = check(spec)
+    assert (old.examples, old.captures) == (new.examples, new.captures)
+
+
+@pytest.mark.parametrize("kind", ["examples", "captures"])
+def test_a_file_in_both_places_is_refused(spec: Path, kind: str) -> None:
+    old = to_the_place_of_0_1(spec, kind)
+    shutil.copy(old, spec / "tiny" / f"{kind}.yaml")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert str(caught.value.diagnostics[0]) == (
+        f"conformance/{kind}/tiny.yaml:1:1: SW008 is the place of 0.1, and there is tiny/{kind}.yaml\n"
+        f"    hint: move its entries to tiny/{kind}.yaml and delete it"
+    )
+
+
+def test_a_link_out_of_the_spec_is_not_followed_in_the_place_of_0_1(
+    spec: Path, tmp_path: Path
+) -> None:
+    to_the_place_of_0_1(spec, "examples")
+    (spec / "conformance" / "examples").rename(tmp_path / "outside")
+    (spec / "conformance" / "examples").symlink_to(tmp_path / "outside")
+    with pytest.warns(FutureWarning), pytest.raises(SpecError) as caught:
+        check(spec)
+    assert "SW008" in {found.code for found in caught.value.diagnostics}

@@ -91,7 +91,7 @@ def test_it_has_every_key_of_the_language(good_commands: Path) -> None:
         "vocabulary",
     ):  # fmt: skip
         assert shown["printed"] >= definition("printed", "$defs", name, "properties").keys()
-    path = good_commands / "conformance" / "examples" / "turtle.yaml"
+    path = good_commands / "turtle" / "examples.yaml"
     examples = yaml.safe_load(path.read_text(encoding="utf-8"))["examples"].values()
     assert {e["kind"] for e in examples} == {"tx", "rx", "keyboard", "stream", "statement"}
     assert {e.get("notation", "hex") for e in examples} == {"hex", "decimal", "hash"}

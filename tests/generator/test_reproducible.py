@@ -70,8 +70,6 @@ def trees(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         given = str(spec)
         if name in ("with a blank", "deep"):
             shutil.copytree(spec, folder / "spec")
-            if not (spec / "conformance").exists():
-                shutil.copytree(ROOT / "conformance", folder / "conformance")
             given = "spec" if name == "deep" else "./spec"
         running[name] = subprocess.Popen(
             [

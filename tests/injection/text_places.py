@@ -57,7 +57,7 @@ class Place:
             self.path[0] == "document"
             or (self.path[0] in ("commands", "setup_commands") and self.path[-1] == "title")
         )
-        of_bytes = self.file.startswith("conformance/") and "fields" in self.path
+        of_bytes = Path(self.file).stem in ("examples", "captures") and "fields" in self.path
         return self.free and not ("/printed/" in self.file or of_bytes or of_commands)
 
 

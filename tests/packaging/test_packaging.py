@@ -317,8 +317,6 @@ def test_the_generator_of_the_wheel_checks_and_compares(unpacked: Path, tmp_path
     """The schemas come with the wheel, not with the spec."""
     for name in ("asi_ms2000", "thorlabs_apt"):
         shutil.copytree(ROOT / "spec" / name, tmp_path / "spec" / name)
-    for kind in ("examples", "captures"):
-        shutil.copytree(ROOT / "conformance" / kind, tmp_path / "conformance" / kind)
     done = python(unpacked, COMMAND, "check", tmp_path / "spec", hidden=())
     assert done.returncode == 0, done.stdout + done.stderr
     assert "thorlabs_apt: ok; " in done.stdout

@@ -1,7 +1,7 @@
 """A spec out of a git repository, as a revision has it.
 
 Nothing is checked out: the files are read from the object store, byte for byte, into a temporary folder.
-Only what the pipeline reads is taken: the spec, and the worked examples and captures beside it.
+Only what the pipeline reads is taken: the spec, and worked examples and captures in their places of 0.1.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -21,7 +22,7 @@ from stagewire_generator.reader import locate
 
 _REVISION = re.compile(r"((?:[^:{}]|\{[^{}]*\})+)(?::(.*))?", re.DOTALL)  # HEAD@{12:30}:path
 _LINKS = {"120000": "a symbolic link", "160000": "a submodule"}  # by the mode of a file in git
-_BESIDE = ("conformance/examples", "conformance/captures")
+_IN_0_1 = ("conformance/examples", "conformance/captures")
 _HEAD = 200  # bytes that hold the line before a file's contents: id, kind, size
 _DEPTH = ("in", "side")  # folders above the extracted ones: the reader looks beside the spec
 
@@ -84,7 +85,9 @@ def revision(name: str, spec: str = "spec") -> Iterator[Revision]:
         root = Path(temporary, *_DEPTH).resolve()
         root.mkdir(parents=True)
         _extract(sha, rev, folder, root)
-        yield Revision(rev, root / folder, root)
+        with warnings.catch_warnings():  # nobody can move a file of the past
+            warnings.simplefilter("ignore", FutureWarning)
+            yield Revision(rev, root / folder, root)
 
 
 def _repository() -> tuple[str, str]:
@@ -101,9 +104,9 @@ def _repository() -> tuple[str, str]:
 
 
 def _extract(sha: str, rev: str, folder: PurePosixPath, root: Path) -> None:
-    """Write what the pipeline reads: what is in ``folder``, and what is beside it."""
-    parents = list(folder.parents)[:2]  # beside the spec; a level higher for a single protocol
-    wanted = [folder, *(parent / beside for parent in parents for beside in _BESIDE)]
+    """Write what the pipeline reads: the files in ``folder``, and those of 0.1 beside it."""
+    parents = list(folder.parents)[:2]  # of the spec, or of a single protocol
+    wanted = [folder, *(parent / old for parent in parents for old in _IN_0_1)]
     files: dict[PurePosixPath, str] = {}
     exists = False
     for mode, id, name in _listed(sha):

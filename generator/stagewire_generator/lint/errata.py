@@ -57,7 +57,7 @@ def check_errata(
     unborne = [e for e in errata if not e.places and e.id not in referred]
     if unborne and not files.get("examples"):
         what = f"{len(unborne)} errata rest on worked examples, and there are none"
-        hint = f"put conformance/examples/{protocol.name}.yaml beside the spec"
+        hint = f"put examples.yaml into the folder {protocol.name}"
         if overlay:
             hint = f"put examples.yaml into the folder of the overlay {overlay}"
         diagnostics.add(unborne[0].place, "SW006", what, hint)

@@ -95,7 +95,7 @@ def add_erratum(spec: Path, protocol: str, facts: dict[str, Any]) -> None:
 
 
 def add_example(spec: Path, protocol: str, name: str, facts: dict[str, Any]) -> None:
-    path = spec / "conformance" / "examples" / f"{protocol}.yaml"
+    path = spec / protocol / "examples.yaml"
     entry = yaml.safe_dump({name: facts}, default_flow_style=True, width=1000)
     text = path.read_text(encoding="utf-8").rstrip("\n")
     path.write_text(f"{text}\n  {entry.strip()[1:-1]}\n", encoding="utf-8")

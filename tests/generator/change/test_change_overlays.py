@@ -248,10 +248,9 @@ def erratum(on: str, folder: str, subject: str = "Something") -> list[Edit]:
     :param folder: of the protocol or of an overlay.
     """
     prefix = folder.partition("/")[0]
-    examples = f"{folder}/examples.yaml" if "/" in folder else f"conformance/examples/{folder}.yaml"
     return [
         {"in": f"{folder}/errata/more.yaml", "old": "", "new": ERRATUM.format(on, subject, prefix)},
-        {"in": examples, "old": "examples:\n", "new": STATEMENT.format(prefix)},
+        {"in": f"{folder}/examples.yaml", "old": "examples:\n", "new": STATEMENT.format(prefix)},
     ]
 
 

@@ -52,7 +52,6 @@ def repository(git: Git, good_spec: Path) -> Path:
     """Two commits: the good spec, as projects lay it out, and one with another title."""
     top = Path.cwd()
     shutil.copytree(good_spec / "tiny", top / "spec" / "tiny")
-    shutil.copytree(good_spec / "conformance", top / "conformance")
     commit(git)
     head = top / "spec" / "tiny" / "protocol.yaml"
     head.write_text(head.read_text(encoding="utf-8").replace("title: Tiny", "title: Small"))
@@ -130,9 +129,9 @@ def test_nothing_stays_after_an_error(repository: Path, temporary: Path) -> None
         ("spec", "HEAD", "."),
         ("spec", "HEAD", "../spec"),
         ("spec/tiny", "HEAD", "."),
-        ("conformance", "HEAD", "../spec"),
-        ("conformance", "HEAD:spec", "nowhere"),
-        ("conformance", "HEAD:../spec", "nowhere"),
+        ("spec/tiny", "HEAD", "../../spec"),
+        ("spec/tiny", "HEAD:spec", "nowhere"),
+        ("spec/tiny", "HEAD:../../spec", "nowhere"),
     ],
 )
 def test_which_folder_is_meant(
@@ -240,6 +239,7 @@ def test_a_symbolic_link_is_refused(repository: Path, git: Git, path: str, tmp_p
     there = tmp_path / "there"
     if (repository / path).exists():
         (repository / path).rename(there)
+    (repository / path).parent.mkdir(exist_ok=True)
     (repository / path).symlink_to(there)
     commit(git)
     assert f"HEAD:{path} is a symbolic link" in refused("HEAD")
@@ -280,6 +280,7 @@ def test_an_object_that_is_missing(repository: Path, git: Git) -> None:
     [
         ("spec/tiny/units.yaml", "spec", "HEAD:spec/tiny/units.yaml:1:1"),
         ("spec/tiny/units.yaml", "spec/tiny", "HEAD:spec/tiny/units.yaml:1:1"),
+        ("spec/tiny/examples.yaml", "spec", "HEAD:spec/tiny/examples.yaml:1:1"),
         ("conformance/examples/tiny.yaml", "spec", "HEAD:conformance/examples/tiny.yaml:1:1"),
         ("spec/conformance/examples/tiny.yaml", "spec", "HEAD:spec/conformance/examples/tiny.yaml:1:1"),
         ("spec/tiny/conformance/examples/tiny.yaml", "spec",
@@ -290,6 +291,8 @@ def test_places_are_named_as_in_the_repository(
     repository: Path, git: Git, path: str, spec: str, place: str
 ) -> None:
     (repository / path).parent.mkdir(parents=True, exist_ok=True)
+    if "conformance" in path:
+        (repository / "spec" / "tiny" / "examples.yaml").unlink()
     (repository / path).write_text("", encoding="utf-8")
     commit(git)
     with revision("HEAD", spec) as extracted:
@@ -300,8 +303,8 @@ def test_places_are_named_as_in_the_repository(
 
 
 def test_the_place_of_a_folder_without_a_protocol(repository: Path) -> None:
-    with revision("HEAD:conformance") as extracted:
+    with revision("HEAD:spec/tiny/messages") as extracted:
         with pytest.raises(SpecError) as caught:
             check(extracted.spec)
         [diagnostic] = caught.value.diagnostics
-        assert str(extracted.named(diagnostic).place) == "HEAD:conformance:1:1"
+        assert str(extracted.named(diagnostic).place) == "HEAD:spec/tiny/messages:1:1"

@@ -224,6 +224,8 @@ def test_kind_by_place_else_by_the_schema_that_is_named(tmp_path: Path) -> None:
         "toy/overlays/later/overlay.yaml": "overlay",
         "toy/overlays/later/examples.yaml": "examples",
         "toy/overlays/later/errata/any.yaml": "errata",
+        "toy/examples.yaml": "examples",
+        "toy/captures.yaml": "captures",
         "conformance/examples/toy.yaml": "examples",
         "conformance/captures/toy.yaml": "captures",
         "toy/other.yaml": None,

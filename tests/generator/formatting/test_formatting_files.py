@@ -40,9 +40,8 @@ def test_files_of_every_kind_are_found() -> None:
     kinds = {kind_of(path, path.read_text(encoding="utf-8")) for path in FILES}
     assert kinds == set(KINDS)
     found = {name(path) for path in FILES}
-    assert {"spec/thorlabs_apt/protocol.yaml", "conformance/captures/thorlabs_apt.yaml"} <= found
+    assert {"spec/thorlabs_apt/protocol.yaml", "spec/thorlabs_apt/captures.yaml"} <= found
     assert {name(path) for path in (ROOT / "spec").rglob("*.yaml")} <= found
-    assert {name(path) for path in (ROOT / "conformance").rglob("*.yaml")} <= found
 
 
 @pytest.mark.parametrize("path", FILES, ids=name)

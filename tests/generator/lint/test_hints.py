@@ -83,7 +83,7 @@ def test_hint_of_half_a_chapter(spec: Path) -> None:
         ("overlays/second/captures/captures.yaml", "overlays/second/captures.yaml"),
         ("overlay/second/overlay.yaml", "overlays/NAME/overlay.yaml"),
         ("controllers.yaml", "stages.yaml"),
-        ("captures/tiny.yaml", "conformance/captures/"),
+        ("captures/tiny.yaml", "captures.yaml"),
     ],
 )
 def test_hint_where_a_file_belongs(

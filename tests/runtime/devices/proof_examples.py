@@ -16,7 +16,6 @@ from stagewire import End
 from stagewire.protocols import DATA_FLAG, load_protocol
 from stagewire_conformance.hexes import octets
 
-EXAMPLES = ROOT / "conformance/examples"
 CALLS = Path(__file__).parent / "worked_calls"
 
 
@@ -28,8 +27,9 @@ def read(folder: Path, protocol: str) -> Any:
     return plain_yaml.read(folder / f"{protocol}.yaml")
 
 
+@cache
 def examples(protocol: str) -> dict[str, Any]:
-    found: dict[str, Any] = read(EXAMPLES, protocol)["examples"]
+    found: dict[str, Any] = plain_yaml.read(ROOT / "spec" / protocol / "examples.yaml")["examples"]
     return found
 
 

@@ -1,6 +1,6 @@
 """What a user writes for the worked examples of the documents puts the documents' bytes on the wire.
 
-``worked_calls/`` has the calls, ``conformance/examples/`` the bytes, which nothing of ours has made.
+``worked_calls/`` has the calls, ``spec/*/examples.yaml`` the bytes, which nothing of ours has made.
 """
 
 from __future__ import annotations

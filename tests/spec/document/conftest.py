@@ -15,7 +15,7 @@ import plain_yaml
 from . import extract, text
 
 SPEC = text.ROOT / "spec"
-EXAMPLES = text.ROOT / "conformance" / "examples" / "thorlabs_apt.yaml"
+EXAMPLES = text.ROOT / "spec" / "thorlabs_apt" / "examples.yaml"
 UNREADABLE = Path(__file__).parent / "unreadable.yaml"
 CHAPTERS = ("generic", "motor", "motor_2", "solenoid", "piezo")
 

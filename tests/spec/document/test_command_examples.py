@@ -16,7 +16,7 @@ from .text import Document
 
 Json = dict[str, Any]
 
-EXAMPLES = text.ROOT / "conformance" / "examples" / "asi_ms2000.yaml"
+EXAMPLES = text.ROOT / "spec" / "asi_ms2000" / "examples.yaml"
 
 SECTION = re.compile(r"SETUP CONTROL COMMANDS$|LOW LEVEL FORMAT$|COMMAND LISTING$|Command: [A-Z]")
 COMMAND = re.compile(r"Command: (\d.*)$")

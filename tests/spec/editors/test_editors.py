@@ -43,7 +43,7 @@ def test_right_files_have_no_squiggles(server: LanguageServer) -> None:
     found = squiggles(server)
     assert {
         "spec/asi_ms2000/protocol.yaml",
-        "conformance/examples/thorlabs_apt.yaml",
+        "spec/thorlabs_apt/examples.yaml",
     } <= found.keys()
     assert {path: said for path, said in found.items() if said} == {}
     assert server.messages == []

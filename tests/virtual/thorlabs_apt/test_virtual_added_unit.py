@@ -43,8 +43,6 @@ def registry(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """The registry that is generated from the spec with these lines."""
     folder = tmp_path_factory.mktemp("added")
     shutil.copytree(ROOT / "spec", folder / "spec")
-    shutil.copytree(ROOT / "conformance" / "examples", folder / "conformance" / "examples")
-    shutil.copytree(ROOT / "conformance" / "captures", folder / "conformance" / "captures")
     path = folder / "spec" / "thorlabs_apt" / "units.yaml"
     text = path.read_text("utf-8")
     added = "".join(f"  {name}: {line}\n" for name, line in LINES.items())
