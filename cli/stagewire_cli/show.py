@@ -1,7 +1,4 @@
-"""``stagewire show``: what the registry says of a name.
-
-For a packet also its parts, as a table: where each one stands, and what it holds.
-"""
+"""``stagewire show``: what the registry says of a name; of a message also how its framing carries it."""
 
 from __future__ import annotations
 
@@ -12,59 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stagewire.protocols import Check, Crc, PacketProtocol, Shape, Sum
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.framings import framing_of
 from stagewire_cli.output import console, table
 from stagewire_cli.protocols import one_or_all
 from stagewire_cli.rendering import spelled_id
-from stagewire_conformance.hexes import spaced
 from stagewire_conformance.registry import Registry, registry_of
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
-
-
-def parts_table(shape: Shape, id: int) -> Table:
-    """Return the parts of the packets that carry the message with this id."""
-    shown = table("offset", "part", "bytes", "holds", right=("offset", "bytes"))
-    for offset, part, size, holds in _rows(shape, id):
-        shown.add_row(offset, part, size, holds)
-    return shown
-
-
-def _rows(shape: Shape, id: int) -> Iterator[tuple[str, str, str, str]]:
-    holds = {
-        "start": spaced(shape.start),
-        "length": f"number of bytes in {', '.join(shape.counts)}",
-        "address": "address of the controller",
-        "id": f"{id:#0{2 + 2 * shape.id}x}",
-        "payload": f"the fields; at most {shape.maximum} bytes",
-        "check": _check(shape),
-        "end": spaced(shape.end),
-    }
-    behind = False
-    for part in shape.order:
-        offset = shape.place(part, 0).start
-        size = "n" if part == "payload" else str(shape.sizes[part])
-        yield f"{offset}+n" if behind else str(offset), part, size, holds[part]
-        behind = behind or part == "payload"
-
-
-def _check(shape: Shape) -> str:
-    return "" if shape.check is None else f"{_method(shape.check)} of {', '.join(shape.covers)}"
-
-
-def _method(check: Check) -> str:
-    if isinstance(check, Crc):
-        digits = 2 + 2 * check.size
-        return (
-            f"CRC (polynomial {check.polynomial:#0{digits}x}, initial {check.initial:#0{digits}x}, "
-            f"{'reflected' if check.reflected else 'not reflected'}, final {check.final:#0{digits}x})"
-        )
-    if isinstance(check, Sum):
-        return "sum" if check.complement == "none" else f"{check.complement}' complement of the sum"
-    return "exclusive or"
 
 
 EXAMPLE = """\b
@@ -116,10 +69,9 @@ def show(
         registry = registries[choice]
         if kind == "message":
             _message(out, registry, entry)
-            one = protocols[choice]
-            if isinstance(one, PacketProtocol) and entry["id"] is not None:
-                out.print("\npacket, its payload of n bytes")
-                out.print(parts_table(one.shape, entry["id"]))
+            framing = framing_of(protocols[choice])
+            if framing is not None and entry["id"] is not None:
+                framing.show(out, entry["id"])
             continue
         entry = _placed(entry, registry.document(entry.get("overlay", "")).get("sections"))
         if kind == "enumeration":

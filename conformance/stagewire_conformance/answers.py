@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import typing
 from functools import singledispatch
 from typing import Any, TypeAlias
 
@@ -16,10 +17,19 @@ from stagewire.protocols import (
     UndocumentedMessage,
 )
 
-__all__ = ["ADDRESSES", "Decoded", "RefusalError", "frame_answer", "message_of", "refusal"]
-
 Json = dict[str, Any]
-Decoded: TypeAlias = Frame | CommandFrame | Reply | Packet
+
+
+class Carrier(typing.Protocol):
+    """What carries a message, such as a frame, a command or a packet."""
+
+    @property
+    def message(self) -> Message:
+        """The message."""
+        ...
+
+
+Decoded: TypeAlias = Carrier | Reply
 """What bytes decode to, however they are framed."""
 
 ADDRESSES = ("dest", "source", "axis", "address")
@@ -54,7 +64,8 @@ def message_of(decoded: Decoded) -> Message:
 def frame_answer(frame: object) -> Json:
     """Return what a decoded frame, command, reply or packet says.
 
-    Integers are integers, byte strings hex, text is text; bytes beyond the layout are ``extra``.
+    Integers are integers, byte strings hex, text is text; bytes beyond the layout are ``extra``. What carries
+    the messages of another framing is registered where its codec is.
     """
     raise TypeError(f"{frame!r} is nothing that a protocol decodes to")
 
@@ -68,7 +79,7 @@ def _(frame: Frame) -> Json:
         "form": message.layout.form,
         "dest": frame.dest,
         "source": frame.source,
-        "fields": _fields(message),
+        "fields": fields_answer(message),
     }
     if isinstance(message, UndecidedMessage):
         # The whole payload: it encodes back from this alone.
@@ -91,7 +102,7 @@ def _(frame: CommandFrame) -> Json:
     }
     if frame.axis is not None:
         answer["axis"] = frame.axis
-    answer["fields"] = _fields(message)
+    answer["fields"] = fields_answer(message)
     if frame.extra:
         answer["extra"] = frame.extra.hex()
     return answer
@@ -104,7 +115,7 @@ def _(packet: Packet) -> Json:
     answer: Json = {"message": layout.message, "form": layout.form}
     if packet.address is not None:
         answer["address"] = packet.address
-    answer["fields"] = _fields(packet.message)
+    answer["fields"] = fields_answer(packet.message)
     if packet.extra:
         answer["extra"] = packet.extra.hex()
     return answer
@@ -118,11 +129,11 @@ def _(reply: Reply) -> Json:
         "message": layout.message,
         "kind": layout.kind,
         "form": layout.form,
-        "fields": _fields(reply),
+        "fields": fields_answer(reply),
     }
 
 
-def _fields(message: Message) -> Json:
+def fields_answer(message: Message) -> Json:
     """Return the fields of a message.
 
     A header parameter without a name is shown when it is not zero, or when leaving it out would

@@ -17,10 +17,9 @@ from checkout import TESTS
 from invented_packets import PROTOCOL, SHAPES, SetAngle, Stop, protocol_of
 from stagewire.protocols import Packet, Protocol
 from stagewire_cli.errors import CalledWronglyError
-from stagewire_cli.framings.packet import PacketTask
+from stagewire_cli.framings.packet import PacketTask, parts_table
 from stagewire_cli.rendering import frame_line
 from stagewire_cli.selection import Selection
-from stagewire_cli.show import parts_table
 from stagewire_conformance.answers import frame_answer
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import abc
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stagewire.capture import Heading
 from stagewire.errors import BadValueError, CodecError
@@ -14,6 +14,9 @@ from stagewire.protocols import Protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.task import Task
 from stagewire_conformance.framings import codec_of
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 Json = dict[str, Any]
 
@@ -78,6 +81,9 @@ class Framing(abc.ABC):
         :param name: of the message.
         :param given: the options of ``stagewire encode`` that were given.
         """
+
+    def show(self, out: Console, id: int) -> None:  # noqa: B027 - not every framing has more to show
+        """Print how a message with an id is framed, where the registry's entry does not show it."""
 
     def _refuse_others(self, given: Json, *allowed: str) -> None:
         for key in given:

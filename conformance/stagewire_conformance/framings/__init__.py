@@ -1,8 +1,7 @@
 """The operations of the testee on one protocol: decode, encode and stream, from and to JSON values.
 
-There is one codec for each way in which messages are framed: :mod:`.framed` for frames that a header
-begins, :mod:`.commands` for commands in slots, :mod:`.packets` for packets in a shape of their own. Which one
-serves a protocol follows from its class.
+There is one codec for each framing, in a module that is named as ``framing.kind`` in ``protocol.yaml``. Which
+one serves a protocol follows from its class.
 """
 
 from __future__ import annotations
@@ -10,8 +9,9 @@ from __future__ import annotations
 from functools import cache
 
 from stagewire.errors import UnsupportedError
+from stagewire.framing import Event
 from stagewire.protocols import CommandProtocol, FramedProtocol, PacketProtocol, Protocol
-from stagewire_conformance.framings.base import ENDS, EVENT_NAMES, Codec
+from stagewire_conformance.framings.base import ENDS, EVENTS, Codec
 from stagewire_conformance.framings.header import FramedCodec
 from stagewire_conformance.framings.packet import PacketCodec
 from stagewire_conformance.framings.slots import CommandCodec
@@ -23,6 +23,11 @@ _CODECS: dict[type[Protocol], type[Codec]] = {
     CommandProtocol: CommandCodec,
     PacketProtocol: PacketCodec,
 }
+
+EVENT_NAMES: dict[type[Event], str] = EVENTS | {
+    event: name for codec in _CODECS.values() for event, name in codec.events.items()
+}
+"""The name that the testee protocol and captures have for every event of every framer."""
 
 KEYS = {
     operation: {

@@ -1,56 +1,25 @@
-"""The base of the codecs of all framings, and the names of their events in the testee protocol.
-
-Recorded sessions also have lines of text; the testee protocol does not, because a testee cuts one format.
-"""
+"""The base of the codecs of all framings: a protocol, spoken to in the JSON values of the testee protocol."""
 
 from __future__ import annotations
 
 import abc
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 from stagewire.errors import BadValueError
-from stagewire.framing import (
-    BadCommandLength,
-    BadLength,
-    BadPacketLength,
-    CommandReceived,
-    End,
-    Event,
-    Garbage,
-    PacketReceived,
-    Received,
-    ReplyReceived,
-    TextReceived,
-    Undocumented,
-    Unknown,
-    UnknownCommand,
-    UnknownPacket,
-    join_garbage,
-)
+from stagewire.framing import End, Event, Garbage, join_garbage
 from stagewire.protocols import Layout, Protocol
 from stagewire_conformance.answers import Decoded, frame_answer
 from stagewire_conformance.hexes import from_hex
 from stagewire_conformance.registry import registry_of
 
-EVENT_NAMES: dict[type[Event], str] = {
-    Received: "message",
-    CommandReceived: "message",
-    ReplyReceived: "message",
-    PacketReceived: "message",
-    Undocumented: "undocumented",
-    Unknown: "unknown",
-    UnknownCommand: "unknown",
-    UnknownPacket: "unknown",
-    BadLength: "bad_length",
-    BadCommandLength: "bad_length",
-    BadPacketLength: "bad_length",
-    Garbage: "garbage",
-    TextReceived: "text",
-}
+EVENTS: dict[type[Event], str] = {Garbage: "garbage"}
+"""The events of every framing, and their names."""
 
+Part: TypeAlias = tuple[str, range]
+"""A part of the bytes of a message: its name, and where it is."""
 
 Json = dict[str, Any]
 Context = Mapping[str, str]
@@ -80,6 +49,9 @@ class Codec(abc.ABC):
 
     keys: ClassVar[Mapping[str, Mapping[str, type]]]
     """Operation -> what its requests may say beside what every protocol needs, with types."""
+
+    events: ClassVar[Mapping[type[Event], str]]
+    """The events of its framers besides :data:`EVENTS`, and their names in the testee protocol."""
 
     def __init__(self, protocol: Protocol) -> None:
         self.protocol = protocol
@@ -125,8 +97,19 @@ class Codec(abc.ABC):
     def event_answer(self, event: Event, request: Mapping[str, Any]) -> Json:
         """Return one event of a stream as the object that a testee answers with."""
         decoded = self.received(event, request)
-        answer: Json = {"event": EVENT_NAMES[type(event)]}
+        answer: Json = {"event": {**EVENTS, **self.events}[type(event)]}
         return answer | ({"hex": event.raw.hex()} if decoded is None else frame_answer(decoded))
+
+    def field_place(self, layout: Layout, offset: int, size: int) -> range:
+        """Return where a field is in the bytes of a message.
+
+        :param offset: where it is in the payload.
+        """
+        return range(offset, offset + size)
+
+    def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:
+        """Yield the parts of the bytes of a message that are no fields, for people."""
+        yield from ()
 
     @abc.abstractmethod
     def reading(self, wanted: Mapping[str, Any]) -> Json:
@@ -171,3 +154,11 @@ class Codec(abc.ABC):
                 except ValueError as error:
                     raise BadValueError(f"{layout.message}.{name}: {error}") from None
         return made
+
+
+def in_a_row(*parts: tuple[str, int]) -> Iterator[Part]:
+    """Yield parts that follow one another from the first byte on, each with its size."""
+    at = 0
+    for name, size in parts:
+        yield name, range(at, at + size)
+        at += size

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 from stagewire.errors import BadLengthError, BadValueError, MissingFieldError
-from stagewire.framing import Event, Received, Undocumented
-from stagewire.protocols import Frame, FramedProtocol, UndecidedMessage, UndocumentedMessage
-from stagewire_conformance.framings.base import ENDS, Codec, Context, Json, Reader
+from stagewire.framing import BadLength, Event, Received, Undocumented, Unknown
+from stagewire.protocols import (
+    HEADER_SIZE,
+    Frame,
+    FramedProtocol,
+    Layout,
+    UndecidedMessage,
+    UndocumentedMessage,
+)
+from stagewire_conformance.framings.base import ENDS, Codec, Context, Json, Part, Reader, in_a_row
 from stagewire_conformance.hexes import from_hex
-
-__all__ = ["FramedCodec"]
 
 
 class FramedCodec(Codec):
@@ -27,6 +32,12 @@ class FramedCodec(Codec):
         },
         "stream": {"end": str, "context": dict},
     }  # fmt: skip
+    events: ClassVar[Mapping[type[Event], str]] = {
+        Received: "message",
+        Undocumented: "undocumented",
+        Unknown: "unknown",
+        BadLength: "bad_length",
+    }
 
     def decoded(self, raw: bytes, request: Mapping[str, Any]) -> Frame:
         """Return the frame that all of the bytes are; ``context`` decides between layouts."""
@@ -55,6 +66,15 @@ class FramedCodec(Codec):
         layout = self.protocol.message_class(wanted["message"], wanted.get("form")).layout
         context = wanted.get("context") or dict(layout.when)
         return {"context": context} if context else {}
+
+    def field_place(self, layout: Layout, offset: int, size: int) -> range:
+        """Return where a field is, after the header."""
+        return super().field_place(layout, HEADER_SIZE + offset, size)
+
+    def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:
+        """Yield the parts of the header."""
+        middle = [("param1", 1), ("param2", 1)] if layout.form == "header" else [("length", 2)]
+        yield from in_a_row(("id", 2), *middle, ("dest", 1), ("source", 1))
 
     def _frame(self, request: Mapping[str, Any]) -> Frame:
         name = request["message"]

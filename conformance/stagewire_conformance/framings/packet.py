@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 from stagewire.errors import MissingFieldError
-from stagewire.framing import Event, PacketReceived
-from stagewire.protocols import Packet, PacketProtocol
-from stagewire_conformance.framings.base import Codec, Json, Reader
+from stagewire.framing import BadPacketLength, Event, PacketReceived, UnknownPacket
+from stagewire.protocols import Layout, Packet, PacketProtocol
+from stagewire_conformance.framings.base import Codec, Json, Part, Reader
 from stagewire_conformance.hexes import from_hex
-
-__all__ = ["PacketCodec"]
 
 
 class PacketCodec(Codec):
@@ -23,6 +21,11 @@ class PacketCodec(Codec):
         # the address is a value like the fields: whether it is right is the codec's to say
         "encode": {"form": str, "fields": dict, "extra": str, "address": object},
         "stream": {"end": str},  # packets look alike at both ends
+    }
+    events: ClassVar[Mapping[type[Event], str]] = {
+        PacketReceived: "message",
+        UnknownPacket: "unknown",
+        BadPacketLength: "bad_length",
     }
 
     def keys_of(self, operation: str) -> Mapping[str, type]:
@@ -54,6 +57,18 @@ class PacketCodec(Codec):
             raise MissingFieldError(f"{name} lacks address")
         extra = from_hex(request.get("extra") or "")
         return Packet(message, request.get("address"), extra).encode()
+
+    def field_place(self, layout: Layout, offset: int, size: int) -> range:
+        """Return where a field is in a packet."""
+        payload = self.protocol.shape.place("payload", 0).start
+        return super().field_place(layout, payload + offset, size)
+
+    def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:
+        """Yield the parts of a packet but for its payload."""
+        shape = self.protocol.shape
+        for part in shape.order:
+            if part != "payload":
+                yield part, shape.place(part, len(raw) - shape.least)
 
     def reading(self, wanted: Mapping[str, Any]) -> Json:
         """Return nothing: a packet says all of itself."""

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, NoReturn
 
 from stagewire.errors import BadValueError, MissingFieldError
-from stagewire.framing import CommandReceived, Event, ReplyReceived
+from stagewire.framing import (
+    BadCommandLength,
+    CommandReceived,
+    Event,
+    ReplyReceived,
+    TextReceived,
+    UnknownCommand,
+)
 from stagewire.protocols import (
     FORMS,
     SLOTS,
     Command,
     CommandFrame,
     CommandProtocol,
+    Layout,
     Reply,
     SetupCommand,
 )
 from stagewire_conformance.answers import RefusalError
-from stagewire_conformance.framings.base import Codec, Json, Reader
+from stagewire_conformance.framings.base import Codec, Json, Part, Reader, in_a_row
 from stagewire_conformance.hexes import from_hex
-
-__all__ = ["DIRECTIONS", "CommandCodec"]
 
 DIRECTIONS = ("command", "reply")
 
@@ -38,6 +44,13 @@ class CommandCodec(Codec):
         },
         "stream": {"end": str, "command": str},
     }  # fmt: skip
+    events: ClassVar[Mapping[type[Event], str]] = {
+        CommandReceived: "message",
+        ReplyReceived: "message",
+        UnknownCommand: "unknown",
+        BadCommandLength: "bad_length",
+        TextReceived: "text",  # in recorded sessions; a testee cuts one format
+    }
 
     def decoded(self, raw: bytes, request: Mapping[str, Any]) -> CommandFrame | Reply:
         """Return the command that all of the bytes are, or the reply to ``command``."""
@@ -84,6 +97,18 @@ class CommandCodec(Codec):
         if self._form(wanted) != "reply":
             return {}
         return {"direction": "reply", "command": wanted["message"]}
+
+    def field_place(self, layout: Layout, offset: int, size: int) -> range:
+        """Return where a field is: after the slots of a command; a reply is its data."""
+        return super().field_place(layout, offset + (layout.form != "reply") * SLOTS, size)
+
+    def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:
+        """Yield the parts of a command; a reply has none."""
+        if layout.kind == "setup":
+            yield from in_a_row(("prefix", 1), ("command", 1))
+        elif layout.form != "reply":
+            yield "terminator", range(len(raw) - 1, len(raw))
+            yield from in_a_row(("axis", 1), ("command", 1), ("size", 1))
 
     def reader(self, request: Mapping[str, Any]) -> Reader:
         """Return a framer of commands, or at the host's end a decoder of the one reply that is due."""

@@ -6,7 +6,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import Field, Layout
+from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.python.documentation import message_doc
 from stagewire_generator.targets.python.field_view import (
     FieldView,
     Slot,
@@ -24,17 +26,6 @@ from stagewire_generator.targets.python.source import (
     literal,
     tuple_of,
 )
-
-__all__ = [
-    "ClassView",
-    "SharedView",
-    "assignment",
-    "constructor",
-    "layout_call",
-    "names_line",
-    "packer_name",
-    "payload_view",
-]
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,3 +168,49 @@ def payload_view(
         unpacked=read_from,
         packed=packed_into,
     )
+
+
+def payload_views(protocol: Protocol, message: Message, base: str) -> list[ClassView]:
+    """Make the views of all classes of a message that is a payload, one for each length of it."""
+    names = message_classes(message)
+    return [
+        _with_fields(protocol, message, layout, names[layout.form], base)
+        if layout.fields
+        else _empty(protocol, message, layout, names[layout.form], base)
+        for layout in message.layouts
+    ]
+
+
+def _empty(protocol: Protocol, message: Message, layout: Layout, name: str, base: str) -> ClassView:
+    return ClassView(
+        name=name,
+        kind="empty",
+        base=base,
+        doc=_doc(protocol, message, layout),
+        slots="__slots__ = ()",
+        layout=_layout(protocol, message, layout),
+    )
+
+
+def _with_fields(
+    protocol: Protocol, message: Message, layout: Layout, name: str, base: str
+) -> ClassView:
+    doc, made = _doc(protocol, message, layout), _layout(protocol, message, layout)
+    words = ("message", "the bytes of a payload", "the bytes of the payload")
+    return payload_view(name, base, doc, made, layout, words)
+
+
+def _layout(protocol: Protocol, message: Message, layout: Layout) -> str:
+    id = _id(protocol, message)
+    return layout_call(message.name, id, message.direction, layout.form, layout.fields, [])
+
+
+def _id(protocol: Protocol, message: Message) -> str:
+    assert message.id is not None
+    return f"0x{message.id:0{protocol.id_digits}X}"
+
+
+def _doc(protocol: Protocol, message: Message, layout: Layout) -> str:
+    size = f"{layout.length} byte{'s' * (layout.length > 1)} of payload"
+    named = f"``{message.name}`` ({_id(protocol, message)})"
+    return message_doc(protocol, message, layout, named, size if layout.length else "no payload")
