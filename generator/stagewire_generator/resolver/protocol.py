@@ -125,7 +125,7 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         name_prefix=head.get("name_prefix", ""),
         formats=tables.formats,
         framing=framing,
-        id_size=rules_of(framing["kind"]).id_size or framing["id"].get("size", 1),
+        id_size=rules_of(framing["kind"]).id_size or framing.get("id", {}).get("size", 1),
         contexts=head.get("contexts", {}),
         chapters=tuple(sorted(tables.chapters.values(), key=lambda c: (c.order, c.name))),
         messages=tuple(messages),

@@ -15,7 +15,13 @@ from markdown_blocks import blocks
 
 PAGE = ROOT / "docs" / "contributing.md"
 BLOCKS = tuple(blocks(PAGE))
-WALKS = ("A message in ten minutes", "A correction of what was transcribed")
+ROOMS = ("runtime", "generator", "virtual", "conformance", "cli")
+WALKS = {
+    "A message in ten minutes": (),
+    "A correction of what was transcribed": (),
+    "A framing, room by room": ROOMS,
+}
+"""Sections with a walk, and the rooms whose code it changes."""
 
 GIT = {
     "GIT_AUTHOR_NAME": "Reader",
@@ -28,10 +34,10 @@ GIT = {
 
 
 @pytest.fixture
-def walk(tmp_path: Path) -> Walk:
-    """A reader in a checkout with all that the walks need; its generated packages are those in use."""
+def walk(tmp_path: Path, section: str) -> Walk:
+    """A reader in a checkout with all that a walk needs; its generated packages are those in use."""
     folder = tmp_path / "stagewire"
-    for part in ("spec", "generated"):
+    for part in ("spec", "generated", *WALKS[section]):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / part, folder / part, ignore=ignored)
     shutil.copy(ROOT / ".gitignore", folder)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib import metadata
 
-from stagewire_generator.framing import rules_of
+from stagewire_generator.framing import FRAMINGS, rules_of
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.targets.project.escaping import markdown, toml
 from stagewire_generator.targets.project.requirement import requirement
@@ -27,6 +27,7 @@ class ProjectView:
     show: str  # commands to try; empty where there is no message to try them with
     encode: str
     decode: str
+    in_c: bool  # whether there is a C package, too
 
 
 def project_view(protocol: Protocol) -> ProjectView:
@@ -51,6 +52,7 @@ def project_view(protocol: Protocol) -> ProjectView:
         show=f"stagewire show {tried[0].name} {ours}" if tried else "",
         encode=encode,
         decode=" ".join([encode, "| stagewire decode -", *options]),
+        in_c=bool(FRAMINGS[protocol.framing["kind"]].c),
     )
 
 
