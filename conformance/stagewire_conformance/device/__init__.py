@@ -7,11 +7,11 @@
     checks = plan(declared, allowed, only=["answers"])
     report = run(link, checks, declared, allowed, seed=1)
 
-A **check** looks at one thing that a controller has to do. It is a function that gets a :class:`.Trial`,
-and a :class:`.Check` that says of it what it covers, what it needs and what it does. Checks are made, for
-whatever is declared, by a **kind** (:class:`.Kind`): one module below ``checks/`` each, one row of the report
-and the rules of the document that it holds a controller to. ``docs/conformance-checks.md`` shows how one is
-written.
+A **check** looks at one thing that a controller has to do. It is a function that gets a :class:`.Trial`. A
+decorator (:meth:`.Kind.check`) declares what it covers, what it needs and what it does, and makes a
+:class:`.Check` of it for each place of a controller. A **kind** (:class:`.Kind`) is a row of the report, with
+the rules of the document that its checks hold a controller to. ``docs/conformance-checks.md`` shows how a
+check is written.
 
 What a check can rely on:
 

@@ -1,18 +1,21 @@
-"""A check, and the kind that it belongs to; :mod:`stagewire_conformance.device` says how one is written."""
+"""A check, the kind that it belongs to, and the decorator that declares one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Final, TypeVar
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["Check", "Kind", "Need"]
+
+ALLOWED: Final = "the range that is allowed"
+"""What a check with motion does is said within it, where no range was given."""
 
 
 class Need(StrEnum):
@@ -21,23 +24,6 @@ class Need(StrEnum):
     SETTINGS = "settings"
     MOTION = "motion"
     EEPROM = "eeprom"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Kind:
-    """A family of checks: one row of the table of what the suite looks at.
-
-    :param name: such as ``answers``; the ids of its checks begin with it.
-    :param title: one sentence that holds for a controller that passes.
-    :param rules: the rules of the protocol that it holds a controller to, by their slugs.
-    :param make: makes its checks of what is declared and of what is allowed. Their ids depend on what is
-        declared alone.
-    """
-
-    name: str
-    title: str
-    rules: tuple[str, ...]
-    make: Callable[[Declared, Permissions], Iterable[Check]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,3 +61,117 @@ class Check:
     def held_to(self) -> tuple[str, ...]:
         """The rules that the controller is held to, by their slugs."""
         return self.rules or (self.kind.rules if self.kind else ())
+
+
+_F = TypeVar("_F", bound=Callable[..., None])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One check of several that are declared together: where it looks, and how it differs from the others.
+
+    :param name: follows the name of the kind in its id.
+    :param words: for the names in braces in the title and in what will be done; ``{range}`` is the range that
+        was allowed.
+    :param arguments: of the function that is declared.
+    :param messages: that it covers besides those of the declaration.
+    :param needs: besides those of the declaration.
+    :param rules: in place of those of the declaration.
+    :param seconds: in place of those of the declaration.
+    :param skip: see :class:`Check`.
+    :param lacks: see :class:`Check`.
+    """
+
+    name: str = ""
+    words: Mapping[str, object] = field(default_factory=dict)
+    arguments: Mapping[str, object] = field(default_factory=dict)
+    messages: Iterable[str] = ()
+    needs: frozenset[Need] = frozenset()
+    rules: tuple[str, ...] | None = None
+    seconds: float | None = None
+    skip: str = ""
+    lacks: str = ""
+
+
+def once(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    """Give the one case of a check of the whole controller."""
+    yield Case()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """A family of checks: one row of the table of what the suite looks at.
+
+    :param name: such as ``answers``; the ids of its checks begin with it.
+    :param title: one sentence that holds for a controller that passes.
+    :param rules: the rules of the protocol that it holds a controller to, by their slugs.
+
+    Its checks are functions that :meth:`check` decorates.
+    """
+
+    name: str
+    title: str
+    rules: tuple[str, ...] = ()
+    _makers: list[Callable[[Declared, Permissions], Iterable[Check]]] = field(
+        default_factory=list, init=False, repr=False, compare=False
+    )
+
+    def check(
+        self,
+        title: str,
+        *,
+        messages: tuple[str, ...] = (),
+        needs: Iterable[Need] = (),
+        does: str = "",
+        seconds: float = 0.1,
+        rules: tuple[str, ...] = (),
+        name: str = "",
+        each: Callable[[Declared, Permissions], Iterable[Case]] = once,
+    ) -> Callable[[_F], _F]:
+        """Declare a function that looks at one thing as a check; a decorator.
+
+        The function gets the trial, and the arguments of its case by keyword.
+
+        :param each: gives the cases of a controller that is declared, in the order in which they run.
+        :param name: follows the name of the case in the id.
+
+        All others: see :class:`Check`.
+        """
+
+        def checks(run: _F, declared: Declared, allowed: Permissions) -> Iterator[Check]:
+            for case in each(declared, allowed):
+                words = {"range": allowed.motion or ALLOWED, **case.words}
+                yield Check(
+                    id="/".join(filter(None, (self.name, case.name, name))),
+                    title=title.format(**words),
+                    messages=tuple(dict.fromkeys((*messages, *case.messages))),
+                    run=partial(run, **case.arguments),
+                    needs=frozenset(needs) | case.needs,
+                    does=does.format(**words),
+                    seconds=seconds if case.seconds is None else case.seconds,
+                    rules=rules if case.rules is None else case.rules,
+                    skip=case.skip,
+                    lacks=case.lacks,
+                )
+
+        return self.declare(checks)
+
+    def declare(
+        self, checks: Callable[[_F, Declared, Permissions], Iterable[Check]]
+    ) -> Callable[[_F], _F]:
+        """Return a decorator that adds the checks of a function: what other decorators are made of.
+
+        :param checks: makes the checks of the function, of what is declared, and of what is allowed. Their
+            ids depend on what is declared alone.
+        """
+
+        def add(run: _F) -> _F:
+            self._makers.append(partial(checks, run))
+            return run
+
+        return add
+
+    def make(self, declared: Declared, allowed: Permissions) -> Iterator[Check]:
+        """Give its checks of a controller, in the order in which their functions are declared."""
+        for make in self._makers:
+            yield from make(declared, allowed)

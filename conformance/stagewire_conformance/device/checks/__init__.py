@@ -8,8 +8,6 @@ from typing import Final
 from stagewire.protocols import Protocol
 from stagewire_conformance.device.check import Kind
 
-__all__ = ["kinds_of"]
-
 _PACKAGES: Final = {"thorlabs_apt": "apt", "asi_ms2000": "ms2000"}
 
 

@@ -15,8 +15,6 @@ from stagewire_conformance.device.checks.apt import (
     settings,
 )
 
-__all__ = ["KINDS"]
-
 KINDS: Final[tuple[Kind, ...]] = (
     *reading.KINDS,
     *settings.KINDS,

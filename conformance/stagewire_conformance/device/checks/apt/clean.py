@@ -6,8 +6,10 @@ are not held to what this one found.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.check import Case
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.requests import Request, a_request
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
@@ -15,9 +17,9 @@ from stagewire_conformance.device.checks.apt.wording import described, joined, r
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["SILENCE", "clean", "clean_request", "identity_of", "is_error", "unheeded"]
 
 SILENCE: Final = 0.2
 """Seconds in which an answer that should not come would have come."""
@@ -110,3 +112,15 @@ def _put_into_step(trial: Trial, request: Request) -> None:
         trial.line.send_bytes(bytes(zeros), "zeros, to end what the controller may be waiting for")
         if trial.line.ask(request.message, request.place.address, wait=_PATIENCE) is not None:
             return
+
+
+def before_clean_request(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    """Give the case of a check that sends something odd before a clean request, which has to be answered.
+
+    It is skipped where no request could show that all is well.
+    """
+    request = clean_request(declared)
+    if request is None:
+        yield Case(skip="no request is claimed that could show that all is well")
+    else:
+        yield Case(messages=request.messages)

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["ENABLED_SETS", "enable_state", "put_back", "switch"]
 
 _TRIES: Final = 2
 """Times that it is put back, where it is not seen to be there."""

@@ -19,15 +19,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.trial import Trial
 
-__all__ = [
-    "ask_all",
-    "judge_addresses",
-    "judge_answer",
-    "judge_message",
-    "judge_unasked",
-    "with_value",
-]
-
 
 def ask_all(trial: Trial, request: Request, wait: float = 1.0, after: float = 0.03) -> list[Heard]:
     """Ask, and return all that came up to ``after`` seconds behind the reply.

@@ -11,8 +11,6 @@ from stagewire.protocols import FramedMessage
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Target
 
-__all__ = ["Request", "a_request", "ask_for", "requests_of"]
-
 
 @dataclass(frozen=True)
 class Request:

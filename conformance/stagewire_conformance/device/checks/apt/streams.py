@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["Stream", "stream_of", "streams_of"]
-
 
 class Stream:
     """The status messages of a place, from the start to the stop.

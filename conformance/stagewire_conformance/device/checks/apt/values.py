@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.registry import Json
 
-__all__ = ["Fault", "faults_of", "is_readable", "unused_parameters"]
 
 _ALWAYS_ZERO: Final = frozenset({"min_velocity", "jog_min_velocity"})
 """Start velocities, which are always zero (pages 30 and 32): stated of the controller, not of the field."""

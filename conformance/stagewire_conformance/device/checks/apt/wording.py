@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["described", "joined", "raw_of"]
 
 _SHOWN: Final = 4
 """Messages that a sentence names, at most."""

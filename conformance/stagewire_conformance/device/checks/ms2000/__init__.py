@@ -14,8 +14,6 @@ from stagewire_conformance.device.checks.ms2000 import (
     settings,
 )
 
-__all__ = ["KINDS"]
-
 KINDS: Final[tuple[Kind, ...]] = (
     *reading.KINDS,
     *settings.KINDS,

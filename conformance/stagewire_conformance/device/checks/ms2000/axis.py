@@ -12,8 +12,6 @@ from stagewire_ms2000 import messages as m
 from stagewire_ms2000.enumerations import Busy
 from stagewire_ms2000.flags import StatusBits
 
-__all__ = ["DITHER", "Axis", "line_of"]
-
 DITHER: Final = 5
 """Counts, half a micrometre, by which a servo at rest may wander; the document does not say."""
 

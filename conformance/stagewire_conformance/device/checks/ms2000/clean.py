@@ -11,8 +11,6 @@ from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import messages as m
 
-__all__ = ["Clean"]
-
 _REQUESTS: Final[tuple[Command, ...]] = (
     m.ReadMaximumSpeed(), m.ReadRampTime(), m.ReadIncrementValue(), m.ReadIdentification(), m.ReadStatus(),
 )  # fmt: skip

@@ -11,8 +11,6 @@ from typing import Final
 
 from stagewire_ms2000 import PROTOCOL
 
-__all__ = ["END", "HARMLESS", "harmless_bytes", "harmless_value"]
-
 END: Final = bytes((PROTOCOL.marks.terminator,))
 """What ends a command."""
 _LINE: Final = b"\n\r\x11\x13"

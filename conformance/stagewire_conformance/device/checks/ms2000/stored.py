@@ -15,8 +15,6 @@ from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m
 
-__all__ = ["INCREMENT", "RAMP_TIME", "STORED", "TOP_SPEED", "Stored", "keep"]
-
 _NEAR: Final = 10_000
 """Counts, a millimetre, from the present increment to those that are tried."""
 _LEAST_RAMP: Final = 51

@@ -17,8 +17,6 @@ from stagewire_conformance.device.checks.apt.motion import (
     velocity,
 )
 
-__all__ = ["KINDS"]
-
 KINDS: Final[tuple[Kind, ...]] = (
     home.KIND,
     targeted.ABSOLUTE,

@@ -5,13 +5,13 @@ Bays differ by the address of their messages alone, channels of a module by the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import JITTER, Axis
-from stagewire_conformance.device.checks.apt.motion.making import motor_checks
-from stagewire_conformance.device.checks.apt.motion.moving import (
+from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import (
     COMPLETED,
     absolute,
     distances,
@@ -20,14 +20,26 @@ from stagewire_conformance.device.checks.apt.motion.moving import (
 from stagewire_conformance.device.checks.apt.motion.rules import APART
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.permissions import Permissions
+    pass
 
-__all__ = ["KIND"]
 
 _SECONDS: Final = 0.25
 
 
+KIND = Kind(
+    name="move-alone",
+    title="Of several motors only the one that is told to moves",
+    rules=("absolute-move", *APART),
+)
+
+
+@motor_check(
+    KIND,
+    "Of {} only the motor that is told to moves, and only it says so",
+    messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
+    does="moves one motor after the other within {}, and back",
+    at_least=2,
+)
 def _run(axes: Sequence[Axis]) -> None:
     for axis, way in distances(axes, _SECONDS).items():
         target = axis.start + way
@@ -45,24 +57,3 @@ def _run(axes: Sequence[Axis]) -> None:
             )
         if not arrived:
             return
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motor_checks(
-        declared,
-        allowed,
-        "move-alone",
-        title="Of {} only the motor that is told to moves, and only it says so",
-        messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-        run=_run,
-        does="moves one motor after the other within {}, and back",
-        at_least=2,
-    )
-
-
-KIND = Kind(
-    name="move-alone",
-    title="Of several motors only the one that is told to moves",
-    rules=("absolute-move", *APART),
-    make=_make,
-)

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["HELD", "JITTER", "POLL", "Axis", "Status"]
 
 POLL: Final = 0.05
 """Seconds between two looks at a motor in motion."""

@@ -7,23 +7,23 @@ it goes back to where it stood. Where it was not homed before, its positions fro
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judging import judge_end, judge_rest
-from stagewire_conformance.device.checks.apt.motion.making import motor_checks
+from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.rules import APART, MOTION_BITS
 from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.checks.apt.motion.motor_check import Motor
+    from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.permissions import Permissions
 
-__all__ = ["KIND"]
 
 _HOMED: Final = "MOT_MOVE_HOMED"
 _STOPPED: Final = "MOT_MOVE_STOPPED"
@@ -40,6 +40,45 @@ _LOOKS: Final = 3
 _TOLD: Final = "MOT_MOVE_HOME"
 
 
+def _lacks(declared: Declared, allowed: Permissions, motor: Motor) -> str:
+    place, channel = motor
+    if not place.connected_to(channel).homes:
+        return f"the PICS says that channel {channel} of {place.name} does not home"
+    if allowed.motion is None:
+        return ""
+    low, high = declared.reach(place, channel, allowed.motion)
+    if low <= 0 <= high:
+        return ""
+    return f"homing goes to 0: allow a range that includes it, not {allowed.motion}"
+
+
+KIND = Kind(
+    name="home",
+    title="A motor homes, says so once, and counts from there",
+    rules=(
+        "home-starts",
+        "home-no-response",
+        "home-completed",
+        "position-after-homing",
+        "position-counter-absolute",
+        "encoder-counter-after-homing",
+        "stop-any-move",
+        *MOTION_BITS,
+        *APART,
+    ),
+)
+
+
+@motor_check(
+    KIND,
+    "MOT_MOVE_HOME homes {}, and the end is told once",
+    messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED),
+    does="homes all motors at once, stopping each on its way first: each runs to its switch or "
+    "index mark wherever that is, counts from there as 0, and goes back to where it stood",
+    seconds=10.0,
+    lacks=_lacks,
+    also=("MOT_REQ_POSCOUNTER", "MOT_GET_POSCOUNTER"),
+)
 def _home(axes: Sequence[Axis]) -> None:
     safe = []
     for axis in axes:
@@ -149,50 +188,3 @@ def _way_back(axis: Axis, before: Status, way: Sequence[Status], now: Status) ->
         return stood
     nearest = max(axis.low, min(now.position, axis.high))  # it may tremble at the end of the range
     return nearest if abs(now.position - nearest) <= _NEAR else now.position
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    def lacks(place: Target, channel: int) -> str:
-        if not place.connected_to(channel).homes:
-            return f"the PICS says that channel {channel} of {place.name} does not home"
-        if allowed.motion is None:
-            return ""
-        low, high = declared.reach(place, channel, allowed.motion)
-        holds = low <= 0 <= high
-        return (
-            ""
-            if holds
-            else f"homing goes to 0: allow a range that includes it, not {allowed.motion}"
-        )
-
-    return motor_checks(
-        declared,
-        allowed,
-        "home",
-        title="MOT_MOVE_HOME homes {}, and the end is told once",
-        messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED),
-        run=_home,
-        does="homes all motors at once, stopping each on its way first: each runs to its switch or "
-        "index mark wherever that is, counts from there as 0, and goes back to where it stood",
-        seconds=10.0,
-        lacks=lacks,
-        also=("MOT_REQ_POSCOUNTER", "MOT_GET_POSCOUNTER"),
-    )
-
-
-KIND = Kind(
-    name="home",
-    title="A motor homes, says so once, and counts from there",
-    rules=(
-        "home-starts",
-        "home-no-response",
-        "home-completed",
-        "position-after-homing",
-        "position-counter-absolute",
-        "encoder-counter-after-homing",
-        "stop-any-move",
-        *MOTION_BITS,
-        *APART,
-    ),
-    make=_make,
-)

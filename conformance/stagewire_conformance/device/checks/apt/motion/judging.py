@@ -15,7 +15,6 @@ from stagewire_conformance.device.checks.apt.wording import raw_of
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
 
-__all__ = ["judge_course", "judge_end", "judge_place", "judge_rest"]
 
 _TELLING_SPEED = 3.0
 """A velocity as it is told that has to be told as more than 0."""

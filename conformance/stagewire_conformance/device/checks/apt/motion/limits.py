@@ -9,25 +9,25 @@ positions say nothing of where the ends are. Brushless controllers have no param
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HardLimit, MoveDirection, StopMode
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judging import judge_end, judge_rest
-from stagewire_conformance.device.checks.apt.motion.making import motor_checks
-from stagewire_conformance.device.checks.apt.motion.moving import COMPLETED, absolute, move
+from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute, move
 from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
 from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
 
 if TYPE_CHECKING:
+    from stagewire_conformance.device.checks.apt.motion.motor_check import Motor
     from stagewire_conformance.device.declared import Declared, Target, Travel
     from stagewire_conformance.device.permissions import Permissions
 
-__all__ = ["KIND"]
 
 _PARAMETERS: Final = "MOT_SET_LIMSWITCHPARAMS"
 _APPROACH: Final = 0.3
@@ -85,6 +85,51 @@ def _ways(declared: Declared, allowed: Permissions, place: Target, channel: int)
     return [way for way, lies in ((-1, low == travel.low), (1, high == travel.high)) if lies]
 
 
+def _lacks(declared: Declared, allowed: Permissions, motor: Motor) -> str:
+    place, channel = motor
+    what = f"channel {channel} of {place.name}"
+    travel = place.travel_of(channel)
+    if not place.connected_to(channel).limit_switches:
+        return f"the PICS says that {what} has no limit switches"
+    if travel is None:
+        return f"the PICS declares no travel of {what}, so nobody knows where its ends are"
+    if allowed.motion and not _ways(declared, allowed, place, channel):
+        return f"no end of the travel of {what} ({travel} counts) lies within {allowed.motion}"
+    return ""
+
+
+KIND = Kind(
+    name="limits",
+    title="A limit switch stops a motion, and is told",
+    rules=(
+        "velocity-move-until-limit",
+        "velocity-move-completed",
+        "status-bits-limits",
+        "dc-status-bits-limits",
+    ),
+)
+
+
+@motor_check(
+    KIND,
+    "A limit switch of {} stops a motion and is told",
+    messages=(
+        "MOT_MOVE_VELOCITY",
+        "MOT_MOVE_ABSOLUTE",
+        "MOT_REQ_LIMSWITCHPARAMS",
+        "MOT_GET_LIMSWITCHPARAMS",
+        "MOT_SET_VELPARAMS",
+        "MOT_REQ_VELPARAMS",
+        "MOT_GET_VELPARAMS",
+        COMPLETED,
+    ),
+    does="runs all motors at once slowly into the limit switch at an end of the travel that lies within "
+    "{}, and goes back",
+    settings=True,
+    seconds=8.0,
+    lacks=_lacks,
+    only=_PARAMETERS,
+)
 def _run(axes: Sequence[Axis]) -> None:
     homed = [axis for axis in axes if _is_homed(axis)]
     shown = [absolute(axis, axis.start + axis.distance(axis.start, _APPROACH)) for axis in homed]
@@ -186,53 +231,3 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
         f"say that its {name} limit switch is active",
         came=status.heard.raw,
     )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    def lacks(place: Target, channel: int) -> str:
-        what = f"channel {channel} of {place.name}"
-        travel = place.travel_of(channel)
-        if not place.connected_to(channel).limit_switches:
-            return f"the PICS says that {what} has no limit switches"
-        if travel is None:
-            return f"the PICS declares no travel of {what}, so nobody knows where its ends are"
-        if allowed.motion and not _ways(declared, allowed, place, channel):
-            return f"no end of the travel of {what} ({travel} counts) lies within {allowed.motion}"
-        return ""
-
-    return motor_checks(
-        declared,
-        allowed,
-        "limits",
-        title="A limit switch of {} stops a motion and is told",
-        messages=(
-            "MOT_MOVE_VELOCITY",
-            "MOT_MOVE_ABSOLUTE",
-            "MOT_REQ_LIMSWITCHPARAMS",
-            "MOT_GET_LIMSWITCHPARAMS",
-            "MOT_SET_VELPARAMS",
-            "MOT_REQ_VELPARAMS",
-            "MOT_GET_VELPARAMS",
-            COMPLETED,
-        ),
-        run=_run,
-        does="runs all motors at once slowly into the limit switch at an end of the travel that lies within "
-        "{}, and goes back",
-        settings=True,
-        seconds=8.0,
-        lacks=lacks,
-        only=_PARAMETERS,
-    )
-
-
-KIND = Kind(
-    name="limits",
-    title="A limit switch stops a motion, and is told",
-    rules=(
-        "velocity-move-until-limit",
-        "velocity-move-completed",
-        "status-bits-limits",
-        "dc-status-bits-limits",
-    ),
-    make=_make,
-)

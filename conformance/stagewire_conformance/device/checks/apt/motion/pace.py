@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["Pace", "jog_pace_of", "pace_of", "status_velocity"]
 
 _PATIENCE: Final = 5.0
 """Seconds that a move may take beyond twice of what it should."""

@@ -9,8 +9,6 @@ from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, 
 if TYPE_CHECKING:
     from stagewire_conformance.device.checks.apt.motion.axis import Axis
 
-__all__ = ["change", "present"]
-
 
 def present(axis: Axis, setting: str) -> Values:
     """Return the values of a parameter set, by the name of its SET."""

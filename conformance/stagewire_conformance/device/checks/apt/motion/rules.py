@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["APART", "COMPLETION", "MOTION_BITS"]
-
 MOTION_BITS: Final = ("status-bits-motion", "dc-status-bits-motion")
 """What the status says of a motor that moves, and of one that does not."""
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt.enumerations import StopMode
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import JITTER, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judging import judge_end, judge_rest
-from stagewire_conformance.device.checks.apt.motion.making import motor_checks
-from stagewire_conformance.device.checks.apt.motion.moving import (
+from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import (
     COMPLETED,
     Move,
     absolute,
@@ -23,10 +23,8 @@ from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
 from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.permissions import Permissions
+    pass
 
-__all__ = ["KIND"]
 
 _STOPPED: Final = "MOT_MOVE_STOPPED"
 _SECONDS: Final = 1.0
@@ -41,6 +39,28 @@ _AFTER: Final = 0.15
 """Seconds after which a motor that was stopped is looked at again."""
 
 
+KIND = Kind(
+    name="move-stop",
+    title="A stop ends a move where it is, and is told once",
+    rules=(
+        "stop-any-move",
+        "stop-mode-values",
+        "stop-completed",
+        "stop-no-response",
+        "move-stopped-status",
+        *MOTION_BITS,
+    ),
+)
+
+
+@motor_check(
+    KIND,
+    "MOT_MOVE_STOP ends moves of {}, at once and with a profile, which is told once",
+    messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE"),
+    does="begins moves of all motors within {} and stops them on their way, once at once and once with a "
+    "profile",
+    seconds=3.0,
+)
 def _run(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _SECONDS)
     for axis, way in ways.items():
@@ -147,32 +167,3 @@ def _was_over(axis: Axis, start: int, target: int, seen: Watched) -> bool:
     names = [end.name for end in seen.ends]
     missed = abs(axis.status().position - target)
     return names == [COMPLETED, _STOPPED] and missed <= axis.tolerance(target - start)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motor_checks(
-        declared,
-        allowed,
-        "move-stop",
-        title="MOT_MOVE_STOP ends moves of {}, at once and with a profile, which is told once",
-        messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE"),
-        run=_run,
-        does="begins moves of all motors within {} and stops them on their way, once at once and once with a "
-        "profile",
-        seconds=3.0,
-    )
-
-
-KIND = Kind(
-    name="move-stop",
-    title="A stop ends a move where it is, and is told once",
-    rules=(
-        "stop-any-move",
-        "stop-mode-values",
-        "stop-completed",
-        "stop-no-response",
-        "move-stopped-status",
-        *MOTION_BITS,
-    ),
-    make=_make,
-)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judging import judge_place, judge_rest
-from stagewire_conformance.device.checks.apt.motion.making import motor_checks
-from stagewire_conformance.device.checks.apt.motion.moving import (
+from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import (
     COMPLETED,
     absolute,
     distances,
@@ -20,16 +20,33 @@ from stagewire_conformance.device.checks.apt.motion.watching import watch
 from stagewire_conformance.device.checks.apt.wording import raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.permissions import Permissions
+    pass
 
-__all__ = ["KIND"]
 
 _SECONDS: Final = 0.25
 _AFTER: Final = 0.2
 """Seconds in which an end message would come behind the end of a move."""
 
 
+KIND = Kind(
+    name="suspend",
+    title="End messages can be suspended and resumed",
+    rules=("end-messages-suspended", "end-messages-resumed"),
+)
+
+
+@motor_check(
+    KIND,
+    "End messages of {} can be suspended and resumed",
+    messages=(
+        "MOT_SUSPEND_ENDOFMOVEMSGS",
+        "MOT_RESUME_ENDOFMOVEMSGS",
+        "MOT_MOVE_ABSOLUTE",
+        COMPLETED,
+    ),
+    does="moves all motors at once within {} while their end messages are suspended, and back when they "
+    "are resumed",
+)
 def _run(axes: Sequence[Axis]) -> None:
     trial = axes[0].trial
     ways = distances(axes, _SECONDS)
@@ -71,29 +88,3 @@ def _tell(
     """Send a message to each place once."""
     for axis in {axis.place.address: axis for axis in axes}.values():
         axis.send(message)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motor_checks(
-        declared,
-        allowed,
-        "suspend",
-        title="End messages of {} can be suspended and resumed",
-        messages=(
-            "MOT_SUSPEND_ENDOFMOVEMSGS",
-            "MOT_RESUME_ENDOFMOVEMSGS",
-            "MOT_MOVE_ABSOLUTE",
-            COMPLETED,
-        ),
-        run=_run,
-        does="moves all motors at once within {} while their end messages are suspended, and back when they "
-        "are resumed",
-    )
-
-
-KIND = Kind(
-    name="suspend",
-    title="End messages can be suspended and resumed",
-    rules=("end-messages-suspended", "end-messages-resumed"),
-    make=_make,
-)

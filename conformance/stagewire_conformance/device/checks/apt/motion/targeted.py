@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
-from stagewire_conformance.device.checks.apt.motion.making import motor_checks
-from stagewire_conformance.device.checks.apt.motion.moving import (
+from stagewire_conformance.device.checks.apt.motion.motor_check import Moving, motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import (
     COMPLETED,
     Move,
     absolute,
@@ -21,87 +21,11 @@ from stagewire_conformance.device.checks.apt.motion.parameters import change
 from stagewire_conformance.device.checks.apt.motion.rules import APART, COMPLETION
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.permissions import Permissions
+    pass
 
-__all__ = ["ABSOLUTE", "RELATIVE", "STORED"]
 
 _SECONDS: Final = 0.3
 """About how long a move takes."""
-
-
-def _absolute(axes: Sequence[Axis]) -> None:
-    ways = distances(axes, _SECONDS)
-    if move([absolute(axis, axis.start + way) for axis, way in ways.items()]):
-        move([absolute(axis, axis.start) for axis in axes])
-
-
-def _relative(axes: Sequence[Axis]) -> None:
-    ways = distances(axes, _SECONDS)
-    if move([relative(axis, way) for axis, way in ways.items()]):
-        move([relative(axis, -way) for axis, way in ways.items()])
-
-
-def _stored_absolute(axes: Sequence[Axis]) -> None:
-    moves = []
-    for axis, way in distances(axes, _SECONDS).items():
-        target = axis.start + way
-        change(axis, "MOT_SET_MOVEABSPARAMS", absolute_position=target)
-        told = f"MOT_MOVE_ABSOLUTE without a position, {target} being stored"
-        moves.append(Move(axis, m.MotMoveAbsoluteHeader(axis.channel), target, told))
-    move(moves)
-
-
-def _stored_relative(axes: Sequence[Axis]) -> None:
-    moves = []
-    for axis, way in distances(axes, _SECONDS).items():
-        change(axis, "MOT_SET_MOVERELPARAMS", relative_distance=way)
-        told = f"MOT_MOVE_RELATIVE without a distance, {way} being stored"
-        moves.append(Move(axis, m.MotMoveRelativeHeader(axis.channel), axis.start + way, told))
-    move(moves)
-
-
-def _make_absolute(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motor_checks(
-        declared,
-        allowed,
-        "move-absolute",
-        title="MOT_MOVE_ABSOLUTE moves {} to a position, and the end is told once",
-        messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-        run=_absolute,
-        does="moves all motors at once to positions within {}, and back",
-    )
-
-
-def _make_relative(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motor_checks(
-        declared,
-        allowed,
-        "move-relative",
-        title="MOT_MOVE_RELATIVE moves {} by a distance, and the end is told once",
-        messages=("MOT_MOVE_RELATIVE", COMPLETED),
-        run=_relative,
-        does="moves all motors at once by distances within {}, and back",
-    )
-
-
-def _make_stored(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for message, parameter, run in (
-        ("MOT_MOVE_ABSOLUTE", "MOVEABSPARAMS", _stored_absolute),
-        ("MOT_MOVE_RELATIVE", "MOVERELPARAMS", _stored_relative),
-    ):
-        setting, *telling = (f"MOT_{role}_{parameter}" for role in ("SET", "REQ", "GET"))
-        yield from motor_checks(
-            declared,
-            allowed,
-            "move-stored",
-            title=f"{message} without data moves {{}} by what {setting} stored",
-            messages=(message, setting, *telling, COMPLETED),
-            run=run,
-            does=f"stores targets with {setting}, moves all motors at once to them within {{}}, and back",
-            settings=True,
-            name=message,
-        )
 
 
 ABSOLUTE = Kind(
@@ -114,8 +38,8 @@ ABSOLUTE = Kind(
         *COMPLETION,
         *APART,
     ),
-    make=_make_absolute,
 )
+
 RELATIVE = Kind(
     name="move-relative",
     title="A relative move goes as far as it was told to, and says so once",
@@ -126,8 +50,33 @@ RELATIVE = Kind(
         *COMPLETION,
         *APART,
     ),
-    make=_make_relative,
 )
+
+
+@motor_check(
+    ABSOLUTE,
+    "MOT_MOVE_ABSOLUTE moves {} to a position, and the end is told once",
+    messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
+    does="moves all motors at once to positions within {}, and back",
+)
+def _absolute(axes: Sequence[Axis]) -> None:
+    ways = distances(axes, _SECONDS)
+    if move([absolute(axis, axis.start + way) for axis, way in ways.items()]):
+        move([absolute(axis, axis.start) for axis in axes])
+
+
+@motor_check(
+    RELATIVE,
+    "MOT_MOVE_RELATIVE moves {} by a distance, and the end is told once",
+    messages=("MOT_MOVE_RELATIVE", COMPLETED),
+    does="moves all motors at once by distances within {}, and back",
+)
+def _relative(axes: Sequence[Axis]) -> None:
+    ways = distances(axes, _SECONDS)
+    if move([relative(axis, way) for axis, way in ways.items()]):
+        move([relative(axis, -way) for axis, way in ways.items()])
+
+
 STORED = Kind(
     name="move-stored",
     title="A move without data takes what was stored for it",
@@ -138,5 +87,37 @@ STORED = Kind(
         "relative-move-short",
         *COMPLETION,
     ),
-    make=_make_stored,
 )
+
+
+def _stored_check(message: str, parameter: str) -> Callable[[Moving], Moving]:
+    setting, *telling = (f"MOT_{role}_{parameter}" for role in ("SET", "REQ", "GET"))
+    return motor_check(
+        STORED,
+        f"{message} without data moves {{}} by what {setting} stored",
+        messages=(message, setting, *telling, COMPLETED),
+        does=f"stores targets with {setting}, moves all motors at once to them within {{}}, and back",
+        settings=True,
+        name=message,
+    )
+
+
+@_stored_check("MOT_MOVE_ABSOLUTE", "MOVEABSPARAMS")
+def _stored_absolute(axes: Sequence[Axis]) -> None:
+    moves = []
+    for axis, way in distances(axes, _SECONDS).items():
+        target = axis.start + way
+        change(axis, "MOT_SET_MOVEABSPARAMS", absolute_position=target)
+        told = f"MOT_MOVE_ABSOLUTE without a position, {target} being stored"
+        moves.append(Move(axis, m.MotMoveAbsoluteHeader(axis.channel), target, told))
+    move(moves)
+
+
+@_stored_check("MOT_MOVE_RELATIVE", "MOVERELPARAMS")
+def _stored_relative(axes: Sequence[Axis]) -> None:
+    moves = []
+    for axis, way in distances(axes, _SECONDS).items():
+        change(axis, "MOT_SET_MOVERELPARAMS", relative_distance=way)
+        told = f"MOT_MOVE_RELATIVE without a distance, {way} being stored"
+        moves.append(Move(axis, m.MotMoveRelativeHeader(axis.channel), axis.start + way, told))
+    move(moves)

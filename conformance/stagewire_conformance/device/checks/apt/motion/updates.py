@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
-from stagewire_conformance.device.checks.apt.motion.making import motor_checks
-from stagewire_conformance.device.checks.apt.motion.moving import COMPLETED, absolute, distances
+from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute, distances
 from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
 from stagewire_conformance.device.checks.apt.motion.watching import watch
 from stagewire_conformance.device.checks.apt.streams import Stream, stream_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.lines.dialogue import Heard
-    from stagewire_conformance.device.permissions import Permissions
 
-__all__ = ["KIND"]
 
 _SECONDS: Final = 0.4
 _FRESH: Final = 0.5
 """Seconds in which a status message comes that was made after the end of a move."""
 
 
+KIND = Kind(
+    name="move-updates",
+    title="Status messages that come by themselves follow a motion",
+    rules=(
+        "updates-content",
+        "status-updates-position",
+        "status-position",
+        "dc-status-position",
+        *MOTION_BITS,
+    ),
+)
+
+
+@motor_check(
+    KIND,
+    "Status messages of {} that come by themselves follow their motion",
+    messages=("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "MOT_MOVE_ABSOLUTE", COMPLETED),
+    does="moves all motors at once within {} while status messages come, and back",
+)
 def _run(axes: Sequence[Axis]) -> None:
     trial = axes[0].trial
     streams: dict[Axis, Stream] = {}
@@ -77,29 +93,3 @@ def _judge(axis: Axis, came: Sequence[Status], last: Status) -> None:
         f"{axis.start}",
         came=came[-1].heard.raw if came else None,
     )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motor_checks(
-        declared,
-        allowed,
-        "move-updates",
-        title="Status messages of {} that come by themselves follow their motion",
-        messages=("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "MOT_MOVE_ABSOLUTE", COMPLETED),
-        run=_run,
-        does="moves all motors at once within {} while status messages come, and back",
-    )
-
-
-KIND = Kind(
-    name="move-updates",
-    title="Status messages that come by themselves follow a motion",
-    rules=(
-        "updates-content",
-        "status-updates-position",
-        "status-position",
-        "dc-status-position",
-        *MOTION_BITS,
-    ),
-    make=_make,
-)

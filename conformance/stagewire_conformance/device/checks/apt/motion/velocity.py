@@ -9,30 +9,28 @@ room up and down.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import MoveDirection
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judging import (
     judge_course,
     judge_end,
     judge_rest,
 )
-from stagewire_conformance.device.checks.apt.motion.making import motor_checks
-from stagewire_conformance.device.checks.apt.motion.moving import make_room
+from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import make_room
 from stagewire_conformance.device.checks.apt.motion.parameters import change, present
 from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
 from stagewire_conformance.device.checks.apt.motion.watching import Watched, is_outside, watch
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.permissions import Permissions
+    pass
 
-__all__ = ["KIND", "slow_down"]
 
 _STOPPED: Final = "MOT_MOVE_STOPPED"
 _RUNNING: Final = 0.25
@@ -105,6 +103,37 @@ class _Run:
         return moved * self.axis.way_of(self.direction) if self.axis.clockwise else abs(moved)
 
 
+KIND = Kind(
+    name="move-velocity",
+    title="A motor that is told to run does so until it is stopped",
+    rules=(
+        "velocity-move",
+        "velocity-move-until-stop",
+        "velocity-direction-values",
+        "velocity-parameters",
+        "stop-any-move",
+        "stop-completed",
+        "move-stopped-status",
+        *MOTION_BITS,
+    ),
+)
+
+
+@motor_check(
+    KIND,
+    "MOT_MOVE_VELOCITY runs {} in the direction that is named until they are stopped",
+    messages=(
+        "MOT_MOVE_VELOCITY",
+        "MOT_MOVE_STOP",
+        _STOPPED,
+        "MOT_SET_VELPARAMS",
+        "MOT_REQ_VELPARAMS",
+        "MOT_GET_VELPARAMS",
+    ),
+    does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {}, runs them at once "
+    "forward and in reverse for less than a second, stops them, and puts the velocity back",
+    settings=True,
+)
 def _run(axes: Sequence[Axis]) -> None:
     rooms = {axis: _room(axis) for axis in axes}
     if not make_room(rooms):
@@ -196,41 +225,3 @@ def _judge(run: _Run, seen: Watched) -> bool:
     if end is not None:
         judge_rest(axis, told, end)
     return moved and end is not None
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motor_checks(
-        declared,
-        allowed,
-        "move-velocity",
-        title="MOT_MOVE_VELOCITY runs {} in the direction that is named until they are stopped",
-        messages=(
-            "MOT_MOVE_VELOCITY",
-            "MOT_MOVE_STOP",
-            _STOPPED,
-            "MOT_SET_VELPARAMS",
-            "MOT_REQ_VELPARAMS",
-            "MOT_GET_VELPARAMS",
-        ),
-        run=_run,
-        does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {}, runs them at once "
-        "forward and in reverse for less than a second, stops them, and puts the velocity back",
-        settings=True,
-    )
-
-
-KIND = Kind(
-    name="move-velocity",
-    title="A motor that is told to run does so until it is stopped",
-    rules=(
-        "velocity-move",
-        "velocity-move-until-stop",
-        "velocity-direction-values",
-        "velocity-parameters",
-        "stop-any-move",
-        "stop-completed",
-        "move-stopped-status",
-        *MOTION_BITS,
-    ),
-    make=_make,
-)

@@ -15,7 +15,6 @@ from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, PO
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
 
-__all__ = ["ENDS", "Decision", "Watched", "is_outside", "watch"]
 
 ENDS: Final = frozenset({"MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED", "MOT_MOVE_HOMED"})
 """The messages that tell that a motion has ended."""

@@ -16,8 +16,6 @@ from stagewire_conformance.device.checks.apt.outputs import (
     zero,
 )
 
-__all__ = ["KINDS"]
-
 KINDS: Final[tuple[Kind, ...]] = (
     loops.KIND,
     enable.KIND,

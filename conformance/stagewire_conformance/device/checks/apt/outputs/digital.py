@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING
 
 from stagewire_apt.flags import RackDigitalOutputs
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Case, Kind, Need
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
 
 if TYPE_CHECKING:
@@ -15,28 +14,36 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _SET = "RACK_DIGOUTPUTS"
 
 
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND = Kind(
+    name="digital-outputs",
+    title="Digital outputs are switched one by one, and told as they are",
+    rules=("digital-outputs", "digital-outputs-bits", "command-without-acknowledgement"),
+)
+
+
+def _outputs(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for one in parameter_sets(declared, place):
             if one.name == _SET:
-                spot = Spot(place, None, one)
-                yield Check(
-                    id=f"digital-outputs/{place.name}",
-                    title=f"{one.set} switches the digital outputs of {place.name}",
+                yield Case(
+                    name=place.name,
+                    words={"set": one.set, "place": place.name},
+                    arguments={"spot": Spot(place, None, one)},
                     messages=one.messages,
-                    run=partial(_run, spot=spot),
-                    needs=frozenset({Need.MOTION}),
-                    does="switches each of the four digital outputs for a moment, whatever is "
-                    "connected to them",
                     skip=one.skip,
                 )
 
 
+@KIND.check(
+    "{set} switches the digital outputs of {place}",
+    needs={Need.MOTION},
+    does="switches each of the four digital outputs for a moment, whatever is connected to them",
+    each=_outputs,
+)
 def _run(trial: Trial, spot: Spot) -> None:
     (field,) = spot.set.fields
     before: int = spot.read(trial)[field]
@@ -54,11 +61,3 @@ def _run(trial: Trial, spot: Spot) -> None:
             wanted=spot.expected(trial, {field: value}, came),
             came=came.raw,
         )
-
-
-KIND = Kind(
-    name="digital-outputs",
-    title="Digital outputs are switched one by one, and told as they are",
-    rules=("digital-outputs", "digital-outputs-bits", "command-without-acknowledgement"),
-    make=_make,
-)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, SolenoidState
 from stagewire_apt.flags import BpcStatusBits, DcStatusBits
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.enabling import ENABLED_SETS, enable_state, put_back
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
-from stagewire_conformance.device.checks.apt.motion.making import lacks_range, motors, unseen
-from stagewire_conformance.device.checks.apt.outputs.making import lacks_unit, output_checks
+from stagewire_conformance.device.checks.apt.motion.motor_check import lacks_range, motors, unseen
+from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
 from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_are_printed
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 
@@ -22,12 +21,55 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _WAIT: Final = 1.0
 """Seconds within which the status says it."""
 
 
+def _lacks(declared: Declared, allowed: Permissions, place: Target) -> str:
+    if (place, 1) in motors(declared):
+        return lacks_range(declared, allowed, (place, 1))
+    is_piezo = "PZ_REQ_OUTPUTVOLTS" in place.messages
+    return lacks_volts(declared, allowed, place) if is_piezo else ""
+
+
+def _skip(declared: Declared, place: Target) -> str:
+    return unseen(place) if (place, 1) in motors(declared) else ""
+
+
+def _bits_of(place: Target) -> tuple[str, ...]:
+    """Return the request and the message that have the bit of an enabled channel; empty: none is claimed."""
+    if place.status == "dc" and "MOT_REQ_STATUSBITS" in place.messages:
+        return "MOT_REQ_STATUSBITS", "MOT_GET_STATUSBITS"
+    if bits_are_printed(place) and "PZ_REQ_PZSTATUSBITS" in place.messages:
+        return "PZ_REQ_PZSTATUSBITS", "PZ_GET_PZSTATUSBITS"
+    return ()
+
+
+KIND = Kind(
+    name="enable",
+    title="A channel is disabled and enabled, and says so",
+    rules=(
+        "channel-enable",
+        "channel-idents",
+        "enable-states",
+        "enable-state-read-back",
+        "dc-status-bit-enabled",
+        "piezo-status-bits-meaning",
+    ),
+)
+
+
+@output_check(
+    KIND,
+    "MOD_SET_CHANENABLESTATE disables and enables {}, and the channel says so",
+    messages=tuple(sorted(ENABLED_SETS)),
+    does="disables each channel for a moment and enables it again: what it holds may give way, "
+    "what it puts out may go to 0",
+    lacks=_lacks,
+    also=_bits_of,
+    skip=_skip,
+)
 def _run(trial: Trial, place: Target, channel: int) -> None:
     _see_to_it(trial, place, channel)
     before = enable_state(trial, place, channel)
@@ -67,15 +109,6 @@ def _see_to_it(trial: Trial, place: Target, channel: int) -> None:
             trial.inconclusive(f"{place.name}: the solenoid is on, and was left so")
 
 
-def _bits_of(place: Target) -> tuple[str, ...]:
-    """Return the request and the message that have the bit of an enabled channel; empty: none is claimed."""
-    if place.status == "dc" and "MOT_REQ_STATUSBITS" in place.messages:
-        return "MOT_REQ_STATUSBITS", "MOT_GET_STATUSBITS"
-    if bits_are_printed(place) and "PZ_REQ_PZSTATUSBITS" in place.messages:
-        return "PZ_REQ_PZSTATUSBITS", "PZ_GET_PZSTATUSBITS"
-    return ()
-
-
 def _judge_bit(trial: Trial, place: Target, channel: int, *, enabled: bool) -> None:
     """Say whether the status has the bit of an enabled channel, where a message can be asked that has it."""
     if not _bits_of(place):
@@ -95,41 +128,3 @@ def _judge_bit(trial: Trial, place: Target, channel: int, *, enabled: bool) -> N
         f"channel_enabled = {int(says)}",
         came=heard.raw,
     )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    moving = list(motors(declared))
-
-    def lacks(place: Target) -> str:
-        if (place, 1) in moving:
-            return lacks_range(declared, allowed, (place, 1))
-        is_piezo = "PZ_REQ_OUTPUTVOLTS" in place.messages
-        return lacks_unit(allowed, ("V", "mV"), "voltages") if is_piezo else ""
-
-    return output_checks(
-        declared,
-        "enable",
-        title="MOD_SET_CHANENABLESTATE disables and enables {}, and the channel says so",
-        messages=tuple(sorted(ENABLED_SETS)),
-        run=_run,
-        does="disables each channel for a moment and enables it again: what it holds may give way, "
-        "what it puts out may go to 0",
-        lacks=lacks,
-        also=_bits_of,
-        skip=lambda place: unseen(place) if (place, 1) in moving else "",
-    )
-
-
-KIND = Kind(
-    name="enable",
-    title="A channel is disabled and enabled, and says so",
-    rules=(
-        "channel-enable",
-        "channel-idents",
-        "enable-states",
-        "enable-state-read-back",
-        "dc-status-bit-enabled",
-        "piezo-status-bits-meaning",
-    ),
-    make=_make,
-)

@@ -7,14 +7,13 @@ needs motion allowed: a stage that nothing holds may give way.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING
 
 from stagewire_apt.enumerations import EnableState
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Case, Kind, Need
 from stagewire_conformance.device.checks.apt.enabling import ENABLED_SETS, switch
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
-from stagewire_conformance.device.checks.apt.motion.making import lacks_range, unseen
+from stagewire_conformance.device.checks.apt.motion.motor_check import lacks_range, unseen
 from stagewire_conformance.device.checks.apt.settings.care import CARE, When
 from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
 from stagewire_conformance.device.checks.apt.settings.readback import write_and_read
@@ -24,38 +23,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
-
-__all__ = ["KIND"]
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for spot in spots(declared):
-        care = CARE.get(spot.set.name)
-        if care is None or care.when is not When.DISABLED:
-            continue
-        if spot.place.messages >= ENABLED_SETS:
-            yield Check(
-                id=spot.id("loops"),
-                title=f"{spot.set.set} is read back while the channel is disabled, at {spot.text}",
-                messages=spot.set.messages,
-                run=partial(_run, spot=spot),
-                needs=frozenset({Need.SETTINGS, Need.MOTION}),
-                does=f"disables each channel, makes {', '.join(care.fields)} of {spot.set.set} a little "
-                "smaller, puts them back, and enables it again",
-                skip=spot.set.skip or unseen(spot.place),
-                lacks=lacks_range(declared, allowed, (spot.place, spot.channel or 1)),
-            )
-
-
-def _run(trial: Trial, spot: Spot) -> None:
-    care = CARE[spot.set.name]
-    assert spot.channel is not None  # loops are those of channels
-    Axis(trial, spot.place, spot.channel).inside()
-    switch(trial, spot.place, spot.channel, EnableState.DISABLE)
-    before = spot.read(trial)
-    neighbours = Neighbours.of(trial, spot)
-    trial.undo(f"{spot.set.set} at {spot.text}", lambda: spot.put_back(trial, before))
-    write_and_read(trial, spot, care, before, neighbours)
 
 
 KIND = Kind(
@@ -75,5 +42,38 @@ KIND = Kind(
         "settled-current-loop-parameters",
         "settled-current-loop-ranges",
     ),
-    make=_make,
 )
+
+
+def _loops(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    for spot in spots(declared):
+        care = CARE.get(spot.set.name)
+        if care is None or care.when is not When.DISABLED:
+            continue
+        if spot.place.messages >= ENABLED_SETS:
+            yield Case(
+                name=spot.name,
+                words={"set": spot.set.set, "spot": spot.text, "fields": ", ".join(care.fields)},
+                arguments={"spot": spot},
+                messages=spot.set.messages,
+                skip=spot.set.skip or unseen(spot.place),
+                lacks=lacks_range(declared, allowed, (spot.place, spot.channel or 1)),
+            )
+
+
+@KIND.check(
+    "{set} is read back while the channel is disabled, at {spot}",
+    needs={Need.SETTINGS, Need.MOTION},
+    does="disables each channel, makes {fields} of {set} a little smaller, puts them back, and enables it "
+    "again",
+    each=_loops,
+)
+def _run(trial: Trial, spot: Spot) -> None:
+    care = CARE[spot.set.name]
+    assert spot.channel is not None  # loops are those of channels
+    Axis(trial, spot.place, spot.channel).inside()
+    switch(trial, spot.place, spot.channel, EnableState.DISABLE)
+    before = spot.read(trial)
+    neighbours = Neighbours.of(trial, spot)
+    trial.undo(f"{spot.set.set} at {spot.text}", lambda: spot.put_back(trial, before))
+    write_and_read(trial, spot, care, before, neighbours)

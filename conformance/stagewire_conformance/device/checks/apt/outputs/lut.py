@@ -7,7 +7,6 @@ lost; that is said before.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -16,17 +15,15 @@ from stagewire.errors import UnknownScaleError
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import LutValueType
 from stagewire_apt.flags import LutOutputMode
-from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.checks.apt.outputs.making import lacks_unit, output_checks
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
 from stagewire_conformance.device.checks.apt.outputs.piezo import OPEN, Piezo
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
-    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _MESSAGES: Final = (
     "PZ_START_LUTOUTPUT",
@@ -116,6 +113,36 @@ class _Waveform:
         )
 
 
+KIND = Kind(
+    name="piezo-lut",
+    title="A waveform is put out from its start to its stop",
+    rules=(
+        "lut-waveform",
+        "lut-partial",
+        "lut-subset",
+        "lut-continuous",
+        "lut-cycle-count-ignored",
+        "lut-fixed",
+        "lut-delay",
+        "lut-rests",
+        "lut-sampling-interval",
+        "lut-waits-for-start",
+        "lut-start",
+        "lut-stop",
+    ),
+)
+
+
+@output_check(
+    KIND,
+    "A waveform of {} is put out from PZ_START_LUTOUTPUT to PZ_STOP_LUTOUTPUT",
+    messages=_MESSAGES,
+    does="loads two samples of the waveform table of each piezo, which nobody can read and put back, and "
+    "puts them out for three seconds, near to the present output and within {}",
+    settings=True,
+    lacks=lacks_volts,
+    seconds=5.0,
+)
 def _run(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     if piezo.mode not in OPEN:
@@ -241,39 +268,3 @@ def _interval(piezo: Piezo) -> float:
         return float(scales.of("lut_samples", "ms").from_counts(1))
     except UnknownScaleError:
         return 1.0
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return output_checks(
-        declared,
-        "piezo-lut",
-        title="A waveform of {} is put out from PZ_START_LUTOUTPUT to PZ_STOP_LUTOUTPUT",
-        messages=_MESSAGES,
-        run=_run,
-        does="loads two samples of the waveform table of each piezo, which nobody can read and put back, and "
-        f"puts them out for three seconds, near to the present output and within {allowed.motion}",
-        settings=True,
-        lacks=lambda place: lacks_unit(allowed, ("V", "mV"), "voltages"),
-        seconds=5.0,
-    )
-
-
-KIND = Kind(
-    name="piezo-lut",
-    title="A waveform is put out from its start to its stop",
-    rules=(
-        "lut-waveform",
-        "lut-partial",
-        "lut-subset",
-        "lut-continuous",
-        "lut-cycle-count-ignored",
-        "lut-fixed",
-        "lut-delay",
-        "lut-rests",
-        "lut-sampling-interval",
-        "lut-waits-for-start",
-        "lut-start",
-        "lut-stop",
-    ),
-    make=_make,
-)

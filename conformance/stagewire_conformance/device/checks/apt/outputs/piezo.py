@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["CLOSED", "FULL_SCALE", "HELD", "OPEN", "Piezo", "PiezoStatus", "bits_are_printed"]
 
 FULL_SCALE: Final = 32767
 """Counts of the maximum voltage, and of the whole travel (pages 96 and 97)."""

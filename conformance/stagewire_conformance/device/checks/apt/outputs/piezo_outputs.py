@@ -7,13 +7,17 @@ to a piezo in a loop without feedback nobody knows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import PositionControlMode
-from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.checks.apt.outputs.making import lacks_unit, output_checks
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.outputs.output_check import (
+    lacks_unit,
+    lacks_volts,
+    output_check,
+)
 from stagewire_conformance.device.checks.apt.outputs.piezo import (
     CLOSED,
     FULL_SCALE,
@@ -27,7 +31,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["MODE", "POSITION", "VOLTS"]
 
 _STATUS: Final = ("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "PZ_GET_PZSTATUSUPDATE")
 _VOLTS: Final = ("PZ_SET_OUTPUTVOLTS", "PZ_REQ_OUTPUTVOLTS", "PZ_GET_OUTPUTVOLTS")
@@ -38,6 +41,50 @@ _MODE: Final = ("PZ_SET_POSCONTROLMODE", "PZ_REQ_POSCONTROLMODE", "PZ_GET_POSCON
 # Open loop
 
 
+def _lacks_positions(declared: Declared, allowed: Permissions, place: Target) -> str:
+    return lacks_unit(allowed, ("um", "mm", "nm", "m"), "positions")
+
+
+VOLTS = Kind(
+    name="piezo-volts",
+    title="In open loop a voltage is put out, and a position is ignored",
+    rules=(
+        "output-volts",
+        "output-volts-range",
+        "output-position-closed-loop-only",
+        "piezo-update-voltage",
+        "piezo-update-content",
+    ),
+)
+
+POSITION = Kind(
+    name="piezo-position",
+    title="In closed loop a position is held, and a voltage is ignored",
+    rules=(
+        "output-position",
+        "output-position-range",
+        "output-volts-open-loop-only",
+        "piezo-update-position",
+        "control-mode",
+        "control-mode-values",
+        "piezo-status-bits-meaning",
+    ),
+)
+
+MODE = Kind(
+    name="piezo-mode",
+    title="The control mode is the one that was set",
+    rules=("control-mode", "control-mode-values", "piezo-status-bits-meaning"),
+)
+
+
+@output_check(
+    VOLTS,
+    "PZ_SET_OUTPUTVOLTS sets the output of {} in open loop, and PZ_SET_OUTPUTPOS does not",
+    messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
+    does="changes the output voltage of each piezo by less than 5 % within {}, and back",
+    lacks=lacks_volts,
+)
 def _volts(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     if piezo.mode not in OPEN:
@@ -137,6 +184,15 @@ def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
     return span
 
 
+@output_check(
+    POSITION,
+    "PZ_SET_OUTPUTPOS sets the position of {} in closed loop, and PZ_SET_OUTPUTVOLTS does not",
+    messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
+    does="closes the loop of each piezo, changes its position by less than 5 % within "
+    "{}, and goes back",
+    lacks=_lacks_positions,
+    seconds=2.0,
+)
 def _position(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     span = _enter_closed_loop(piezo)
@@ -167,6 +223,12 @@ def _position(trial: Trial, place: Target, channel: int) -> None:
 # Modes
 
 
+@output_check(
+    MODE,
+    "PZ_SET_POSCONTROLMODE sets the control mode of {}, and the status says so",
+    messages=(*_MODE, *_VOLTS, *_POSITION, *_STATUS),
+    does="sets the other mode of the loop that each piezo is in (smooth or not), and puts it back",
+)
 def _modes(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     before = piezo.mode
@@ -200,77 +262,3 @@ def _judge_mode(piezo: Piezo, mode: PositionControlMode) -> None:
             f"{int(status.bits.closed_loop)}",
             came=status.heard.raw,
         )
-
-
-# Making
-
-
-def _make_volts(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return output_checks(
-        declared,
-        "piezo-volts",
-        title="PZ_SET_OUTPUTVOLTS sets the output of {} in open loop, and PZ_SET_OUTPUTPOS does not",
-        messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
-        run=_volts,
-        does=f"changes the output voltage of each piezo by less than 5 % within {allowed.motion}, and back",
-        lacks=lambda place: lacks_unit(allowed, ("V", "mV"), "voltages"),
-    )
-
-
-def _make_position(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return output_checks(
-        declared,
-        "piezo-position",
-        title="PZ_SET_OUTPUTPOS sets the position of {} in closed loop, and PZ_SET_OUTPUTVOLTS does not",
-        messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
-        run=_position,
-        does="closes the loop of each piezo, changes its position by less than 5 % within "
-        f"{allowed.motion}, and goes back",
-        lacks=lambda place: lacks_unit(allowed, ("um", "mm", "nm", "m"), "positions"),
-        seconds=2.0,
-    )
-
-
-def _make_mode(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return output_checks(
-        declared,
-        "piezo-mode",
-        title="PZ_SET_POSCONTROLMODE sets the control mode of {}, and the status says so",
-        messages=(*_MODE, *_VOLTS, *_POSITION, *_STATUS),
-        run=_modes,
-        does="sets the other mode of the loop that each piezo is in (smooth or not), and puts it back",
-    )
-
-
-VOLTS = Kind(
-    name="piezo-volts",
-    title="In open loop a voltage is put out, and a position is ignored",
-    rules=(
-        "output-volts",
-        "output-volts-range",
-        "output-position-closed-loop-only",
-        "piezo-update-voltage",
-        "piezo-update-content",
-    ),
-    make=_make_volts,
-)
-POSITION = Kind(
-    name="piezo-position",
-    title="In closed loop a position is held, and a voltage is ignored",
-    rules=(
-        "output-position",
-        "output-position-range",
-        "output-volts-open-loop-only",
-        "piezo-update-position",
-        "control-mode",
-        "control-mode-values",
-        "piezo-status-bits-meaning",
-    ),
-    make=_make_position,
-)
-MODE = Kind(
-    name="piezo-mode",
-    title="The control mode is the one that was set",
-    rules=("control-mode", "control-mode-values", "piezo-status-bits-meaning"),
-    make=_make_mode,
-)

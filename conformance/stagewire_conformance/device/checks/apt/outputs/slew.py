@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
-from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.checks.apt.outputs.making import lacks_unit, output_checks
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
 from stagewire_conformance.device.checks.apt.outputs.piezo import FULL_SCALE, HELD, OPEN, Piezo
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
-    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _SETTING: Final = "PZ_SET_TPZ_SLEWRATES"
 _SLOWEST: Final = 1
@@ -26,6 +23,35 @@ _SHARE: Final = 19_000
 """A rate of this value is the maximum voltage in a millisecond."""
 
 
+KIND = Kind(
+    name="piezo-slew",
+    title="The output changes no faster than the slew rate that is set",
+    rules=("slew-rates", "slew-rate-limits", "output-volts"),
+)
+
+
+@output_check(
+    KIND,
+    "The output of {} changes no faster than PZ_SET_TPZ_SLEWRATES says",
+    messages=(
+        _SETTING,
+        "PZ_REQ_TPZ_SLEWRATES",
+        "PZ_GET_TPZ_SLEWRATES",
+        "PZ_SET_OUTPUTVOLTS",
+        "PZ_REQ_OUTPUTVOLTS",
+        "PZ_GET_OUTPUTVOLTS",
+        "PZ_REQ_POSCONTROLMODE",
+        "PZ_GET_POSCONTROLMODE",
+        "HW_START_UPDATEMSGS",
+        "HW_STOP_UPDATEMSGS",
+        "PZ_GET_PZSTATUSUPDATE",
+    ),
+    does="sets the slowest slew rate, changes the output voltage of each piezo by less than 5 % within "
+    "{}, and puts both back",
+    settings=True,
+    lacks=lacks_volts,
+    seconds=1.5,
+)
 def _run(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     if piezo.mode not in OPEN:
@@ -63,38 +89,3 @@ def _run(trial: Trial, place: Target, channel: int) -> None:
         came=status.heard.raw,
     )
     piezo.judge_seen("voltage", target, f"PZ_SET_OUTPUTVOLTS {target}")
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return output_checks(
-        declared,
-        "piezo-slew",
-        title="The output of {} changes no faster than PZ_SET_TPZ_SLEWRATES says",
-        messages=(
-            _SETTING,
-            "PZ_REQ_TPZ_SLEWRATES",
-            "PZ_GET_TPZ_SLEWRATES",
-            "PZ_SET_OUTPUTVOLTS",
-            "PZ_REQ_OUTPUTVOLTS",
-            "PZ_GET_OUTPUTVOLTS",
-            "PZ_REQ_POSCONTROLMODE",
-            "PZ_GET_POSCONTROLMODE",
-            "HW_START_UPDATEMSGS",
-            "HW_STOP_UPDATEMSGS",
-            "PZ_GET_PZSTATUSUPDATE",
-        ),
-        run=_run,
-        does="sets the slowest slew rate, changes the output voltage of each piezo by less than 5 % within "
-        f"{allowed.motion}, and puts both back",
-        settings=True,
-        lacks=lambda place: lacks_unit(allowed, ("V", "mV"), "voltages"),
-        seconds=1.5,
-    )
-
-
-KIND = Kind(
-    name="piezo-slew",
-    title="The output changes no faster than the slew rate that is set",
-    rules=("slew-rates", "slew-rate-limits", "output-volts"),
-    make=_make,
-)

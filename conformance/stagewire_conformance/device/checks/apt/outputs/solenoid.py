@@ -6,7 +6,6 @@ back what was there.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from stagewire_apt.enumerations import (
@@ -14,16 +13,13 @@ from stagewire_apt.enumerations import (
     SolenoidOperatingMode,
     SolenoidState,
 )
-from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.checks.apt.outputs.making import output_checks
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.outputs.output_check import output_check
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
-    from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.trial import Trial
-
-__all__ = ["INTERLOCK", "MODE", "STATE"]
 
 
 class _Switch:
@@ -59,6 +55,36 @@ class _Switch:
         )
 
 
+_NAMES = ("MOT_{}_SOL_OPERATINGMODE", "MOT_{}_SOL_STATE")
+_BOTH = tuple(name.format(role) for name in _NAMES for role in ("SET", "REQ", "GET"))
+
+
+STATE = Kind(
+    name="solenoid-state",
+    title="The solenoid is switched on and off",
+    rules=("solenoid-state", "solenoid-state-values"),
+)
+
+MODE = Kind(
+    name="solenoid-mode",
+    title="The operating mode is the one that was set",
+    rules=("solenoid-mode", "solenoid-mode-values"),
+)
+
+INTERLOCK = Kind(
+    name="interlock-mode",
+    title="The interlock can be demanded",
+    rules=("interlock-mode", "interlock-mode-values"),
+)
+
+
+@output_check(
+    STATE,
+    "MOT_SET_SOL_STATE switches {} on and off",
+    messages=_BOTH,
+    does="switches the solenoid off, on for a moment in manual mode, and off again; whatever it "
+    "opens is open then",
+)
 def _state(trial: Trial, place: Target, channel: int) -> None:
     mode = _Switch(trial, place, channel, "MOT_SOL_OPERATINGMODE")
     state = _Switch(trial, place, channel, "MOT_SOL_STATE")
@@ -73,6 +99,12 @@ def _state(trial: Trial, place: Target, channel: int) -> None:
     state.write(SolenoidState.SOLENOID_OFF)
 
 
+@output_check(
+    MODE,
+    "MOT_SET_SOL_OPERATINGMODE sets the mode of {}",
+    messages=_BOTH,
+    does="switches the solenoid off, sets each operating mode, and puts back what was there",
+)
 def _mode(trial: Trial, place: Target, channel: int) -> None:
     mode = _Switch(trial, place, channel, "MOT_SOL_OPERATINGMODE")
     state = _Switch(trial, place, channel, "MOT_SOL_STATE")
@@ -83,65 +115,13 @@ def _mode(trial: Trial, place: Target, channel: int) -> None:
             mode.write(value)
 
 
+@output_check(
+    INTERLOCK,
+    "MOT_SET_SOL_INTERLOCKMODE demands the interlock of {}",
+    messages=tuple(f"MOT_{role}_SOL_INTERLOCKMODE" for role in ("SET", "REQ", "GET")),
+    does="sets that the interlock of the solenoid is needed, and puts back what was there",
+)
 def _interlock(trial: Trial, place: Target, channel: int) -> None:
     interlock = _Switch(trial, place, channel, "MOT_SOL_INTERLOCKMODE")
     interlock.keep()
     interlock.write(SolenoidInterlockMode.SOLENOID_ENABLED)
-
-
-_NAMES = ("MOT_{}_SOL_OPERATINGMODE", "MOT_{}_SOL_STATE")
-_BOTH = tuple(name.format(role) for name in _NAMES for role in ("SET", "REQ", "GET"))
-
-
-def _make_state(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return output_checks(
-        declared,
-        "solenoid-state",
-        title="MOT_SET_SOL_STATE switches {} on and off",
-        messages=_BOTH,
-        run=_state,
-        does="switches the solenoid off, on for a moment in manual mode, and off again; whatever it "
-        "opens is open then",
-    )
-
-
-def _make_mode(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return output_checks(
-        declared,
-        "solenoid-mode",
-        title="MOT_SET_SOL_OPERATINGMODE sets the mode of {}",
-        messages=_BOTH,
-        run=_mode,
-        does="switches the solenoid off, sets each operating mode, and puts back what was there",
-    )
-
-
-def _make_interlock(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return output_checks(
-        declared,
-        "interlock-mode",
-        title="MOT_SET_SOL_INTERLOCKMODE demands the interlock of {}",
-        messages=tuple(f"MOT_{role}_SOL_INTERLOCKMODE" for role in ("SET", "REQ", "GET")),
-        run=_interlock,
-        does="sets that the interlock of the solenoid is needed, and puts back what was there",
-    )
-
-
-STATE = Kind(
-    name="solenoid-state",
-    title="The solenoid is switched on and off",
-    rules=("solenoid-state", "solenoid-state-values"),
-    make=_make_state,
-)
-MODE = Kind(
-    name="solenoid-mode",
-    title="The operating mode is the one that was set",
-    rules=("solenoid-mode", "solenoid-mode-values"),
-    make=_make_mode,
-)
-INTERLOCK = Kind(
-    name="interlock-mode",
-    title="The interlock can be demanded",
-    rules=("interlock-mode", "interlock-mode-values"),
-    make=_make_interlock,
-)

@@ -5,13 +5,12 @@ The reference that was there before is nowhere told, and is lost; that is said b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import DisplayMode
-from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.checks.apt.outputs.making import lacks_unit, output_checks
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
 from stagewire_conformance.device.checks.apt.outputs.piezo import (
     FULL_SCALE,
     OPEN,
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _VOLTS: Final = (
     "PZ_REQ_POSCONTROLMODE",
@@ -46,6 +44,28 @@ _NEAR: Final = FULL_SCALE // 50
 """Counts within which a reading is zero."""
 
 
+_TITLE: Final = "PZ_SET_ZERO makes what is read at zero volts the zero of {}"
+_DOES: Final = (
+    "zeroes each channel: it puts out 0 V, and what is read then is the zero of all positions from then on; "
+    "the zero that it had is lost"
+)
+
+
+def _lacks(declared: Declared, allowed: Permissions, place: Target) -> str:
+    puts_out = "PZ_REQ_OUTPUTVOLTS" in place.listed
+    return lacks_volts(declared, allowed, place) if puts_out else ""
+
+
+KIND = Kind(
+    name="piezo-zero",
+    title="Zeroing makes what is read at zero volts the zero of positions",
+    rules=("zero-applies-zero-volts", "zero-sets-reference"),
+)
+
+
+@output_check(
+    KIND, _TITLE, messages=("PZ_SET_ZERO", *_VOLTS, *_STATUS), does=_DOES, lacks=_lacks, seconds=3.0
+)
 def _zero(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     if piezo.mode not in OPEN:
@@ -88,6 +108,9 @@ def _zero(trial: Trial, place: Target, channel: int) -> None:
         )
 
 
+@output_check(
+    KIND, _TITLE, messages=("PZ_SET_ZERO", *_READING), does=_DOES, lacks=_lacks, seconds=3.0
+)
 def _zero_reading(trial: Trial, place: Target, channel: int) -> None:
     mode = trial.reply(m.PzReqTsgIoSettings(channel), place.address).message.display_mode
     if mode == DisplayMode.DISPUNITS_VOLTAGE:
@@ -110,38 +133,3 @@ def _zero_reading(trial: Trial, place: Target, channel: int) -> None:
             )
             return
         trial.line.listen(0.1)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    does = (
-        "zeroes each channel: it puts out 0 V, and what is read then is the zero of all positions "
-        "from then on; "
-    )
-    does += "the zero that it had is lost"
-    for messages, run in (
-        (("PZ_SET_ZERO", *_VOLTS, *_STATUS), _zero),
-        (("PZ_SET_ZERO", *_READING), _zero_reading),
-    ):
-        yield from output_checks(
-            declared,
-            "piezo-zero",
-            title="PZ_SET_ZERO makes what is read at zero volts the zero of {}",
-            messages=messages,
-            run=run,
-            does=does,
-            lacks=lambda place: _lacks(allowed, place),
-            seconds=3.0,
-        )
-
-
-def _lacks(allowed: Permissions, place: Target) -> str:
-    puts_out = "PZ_REQ_OUTPUTVOLTS" in place.listed
-    return lacks_unit(allowed, ("V", "mV"), "voltages") if puts_out else ""
-
-
-KIND = Kind(
-    name="piezo-zero",
-    title="Zeroing makes what is read at zero volts the zero of positions",
-    rules=("zero-applies-zero-volts", "zero-sets-reference"),
-    make=_make,
-)

@@ -24,8 +24,6 @@ from stagewire_conformance.device.checks.apt.reading import (
     updates,
 )
 
-__all__ = ["KINDS"]
-
 KINDS: Final[tuple[Kind, ...]] = (
     quiet.KIND,
     identification.KIND,
@@ -36,8 +34,11 @@ KINDS: Final[tuple[Kind, ...]] = (
     identify.KIND,
     bursts.KIND,
     timing.KIND,
-    *odd_frames.KINDS,
-    *damage.KINDS,
+    odd_frames.UNKNOWN_ID,
+    odd_frames.WRONG_LENGTH,
+    odd_frames.FOREIGN_DESTINATION,
+    damage.TRUNCATED,
+    damage.GARBAGE,
     updates.KIND,
     keep_alive.KIND,
 )

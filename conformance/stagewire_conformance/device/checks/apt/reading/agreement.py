@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["CLOSED_LOOP", "ENABLED", "POSITION", "Difference", "Look", "agreements", "enabling"]
 
 POSITION: Final = "MOT_GET_POSCOUNTER"
 ENABLED: Final = "MOD_GET_CHANENABLESTATE"

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.replies import ask_all, judge_answer
 from stagewire_conformance.device.checks.apt.requests import Request, requests_of
 from stagewire_conformance.device.rules import about
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _LIVE: Final = frozenset({"MOT_POSCOUNTER", "MOT_ENCCOUNTER", "PZ_OUTPUTVOLTS", "PZ_OUTPUTPOS"})
 """Sets that can be written, and tell where something is all the same: a loop keeps it moving a little."""
@@ -56,61 +54,6 @@ _OF_CHAPTERS: Final = {
     ),
 }
 """Rules that hold for the messages of one chapter, all of which name channels."""
-
-
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for place in declared.places:
-        for request in requests_of(declared, place):
-            yield Check(
-                id=f"answers/{request.id}",
-                title=f"{request.about} is answered by one {' or '.join(request.answers)}",
-                messages=request.messages,
-                run=partial(_ask, request, _is_parameter_set(declared, request)),
-                rules=_rules(declared, request),
-                skip=request.skip,
-            )
-
-
-def _is_parameter_set(declared: Declared, request: Request) -> bool:
-    """Return whether what is asked for was set, and stays as it was set."""
-    place = declared.registry.messages[request.name]["set"]
-    if place is None or place["name"] in _LIVE:
-        return False
-    return any(
-        entry["set"] == {"name": place["name"], "role": "set"}
-        for entry in declared.registry.messages.values()
-    )
-
-
-def _rules(declared: Declared, request: Request) -> tuple[str, ...]:
-    """Return the rules that can be seen at one answer."""
-    place = request.place
-    excluded: set[str] = set()
-    if place.bay is None:
-        excluded |= _OF_BAYS
-    if request.channel is None:
-        excluded |= _OF_ONE_CHANNEL | _OF_TWO_CHANNELS
-    else:
-        excluded |= _OF_TWO_CHANNELS if len(place.channels) == 1 else _OF_ONE_CHANNEL
-    for chapter, theirs in _OF_CHAPTERS.items():
-        if declared.registry.messages[request.name]["chapter"] != chapter:
-            excluded |= theirs
-    rules = about(declared.registry, KIND.rules, request.messages)
-    return tuple(rule for rule in rules if rule not in excluded)
-
-
-def _ask(request: Request, again: bool, trial: Trial) -> None:
-    address = request.place.address
-    reply = judge_answer(trial, request, ask_all(trial, request))
-    if reply is None or not again:
-        return
-    second: Heard = trial.reply(request.message, address)
-    trial.must(
-        second.message == reply.message,
-        f"{request.about} was answered in two ways, one after the other, though nothing was set in between",
-        wanted=reply.raw,
-        came=second.raw,
-    )
 
 
 KIND = Kind(
@@ -203,5 +146,60 @@ KIND = Kind(
         "tsg-display-modes",
         "tsg-force-range",
     ),
-    make=_checks,
 )
+
+
+def _is_parameter_set(declared: Declared, request: Request) -> bool:
+    """Return whether what is asked for was set, and stays as it was set."""
+    place = declared.registry.messages[request.name]["set"]
+    if place is None or place["name"] in _LIVE:
+        return False
+    return any(
+        entry["set"] == {"name": place["name"], "role": "set"}
+        for entry in declared.registry.messages.values()
+    )
+
+
+def _rules(declared: Declared, request: Request) -> tuple[str, ...]:
+    """Return the rules that can be seen at one answer."""
+    place = request.place
+    excluded: set[str] = set()
+    if place.bay is None:
+        excluded |= _OF_BAYS
+    if request.channel is None:
+        excluded |= _OF_ONE_CHANNEL | _OF_TWO_CHANNELS
+    else:
+        excluded |= _OF_TWO_CHANNELS if len(place.channels) == 1 else _OF_ONE_CHANNEL
+    for chapter, theirs in _OF_CHAPTERS.items():
+        if declared.registry.messages[request.name]["chapter"] != chapter:
+            excluded |= theirs
+    rules = about(declared.registry, KIND.rules, request.messages)
+    return tuple(rule for rule in rules if rule not in excluded)
+
+
+def _requests(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    for place in declared.places:
+        for request in requests_of(declared, place):
+            yield Case(
+                name=request.id,
+                words={"request": request.about, "answers": " or ".join(request.answers)},
+                arguments={"request": request, "again": _is_parameter_set(declared, request)},
+                messages=request.messages,
+                rules=_rules(declared, request),
+                skip=request.skip,
+            )
+
+
+@KIND.check("{request} is answered by one {answers}", each=_requests)
+def _ask(trial: Trial, request: Request, again: bool) -> None:
+    address = request.place.address
+    reply = judge_answer(trial, request, ask_all(trial, request))
+    if reply is None or not again:
+        return
+    second: Heard = trial.reply(request.message, address)
+    trial.must(
+        second.message == reply.message,
+        f"{request.about} was answered in two ways, one after the other, though nothing was set in between",
+        wanted=reply.raw,
+        came=second.raw,
+    )

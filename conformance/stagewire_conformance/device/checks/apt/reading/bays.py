@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import identity_of
 from stagewire_conformance.device.checks.apt.replies import judge_message
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _ASK: Final = "RACK_REQ_BAYUSED"
 _ANSWER: Final = "RACK_GET_BAYUSED"
@@ -27,30 +25,37 @@ _SILENCE: Final = 0.1
 """Seconds in which an empty bay would have answered."""
 
 
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND = Kind(
+    name="bays",
+    title="The rack knows its bays, and nothing answers from an empty one",
+    rules=(
+        "bay-used",
+        "bay-idents",
+        "bay-states",
+        "one-line-for-bays",
+        "motherboard-address",
+        "slot-addressed-by-destination",
+        "address-values",
+    ),
+)
+
+
+def _boards(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
-        if not place.is_motherboard:
-            continue
-        if _ASK in place.listed:
-            yield Check(
-                id="bays/used",
-                title="The motherboard says of each bay whether it is occupied, as it is declared",
-                messages=(_ASK, _ANSWER),
-                run=partial(_ask_used, place),
-                skip=place.why_not(_ASK) or place.why_not(_ANSWER),
-                seconds=1.0,
-            )
-        if declared.unit.kind == "rack":  # what else is in the rack of a module is not declared
-            yield Check(
-                id="bays/empty",
-                title="Nothing answers from an empty bay",
-                messages=identity_of(declared),
-                run=_ask_empty,
-                seconds=1.5,
+        if place.is_motherboard and _ASK in place.listed:
+            yield Case(
+                arguments={"board": place}, skip=place.why_not(_ASK) or place.why_not(_ANSWER)
             )
 
 
-def _ask_used(board: Target, trial: Trial) -> None:
+@KIND.check(
+    "The motherboard says of each bay whether it is occupied, as it is declared",
+    messages=(_ASK, _ANSWER),
+    name="used",
+    seconds=1.0,
+    each=_boards,
+)
+def _ask_used(trial: Trial, board: Target) -> None:
     """Ask of every bay that can be named; one that the rack does not have may be met with silence."""
     declared = trial.declared
     states = {ident: state for ident in _idents(declared) if (state := _state(trial, board, ident))}
@@ -109,6 +114,12 @@ def _counts_from_one(states: Mapping[int, int], occupied: set[int], state: int) 
     return bool(said) and said == {ident + 1 for ident in occupied}
 
 
+def _rack(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    if declared.unit.kind == "rack":  # what else is in the rack of a module is not declared
+        yield Case(messages=identity_of(declared))
+
+
+@KIND.check("Nothing answers from an empty bay", name="empty", seconds=1.5, each=_rack)
 def _ask_empty(trial: Trial) -> None:
     declared = trial.declared
     (name, *_) = identity_of(declared)
@@ -123,19 +134,3 @@ def _ask_empty(trial: Trial) -> None:
             f"{described(trial, came)}; nothing should answer",
             came=raw_of(came),
         )
-
-
-KIND = Kind(
-    name="bays",
-    title="The rack knows its bays, and nothing answers from an empty one",
-    rules=(
-        "bay-used",
-        "bay-idents",
-        "bay-states",
-        "one-line-for-bays",
-        "motherboard-address",
-        "slot-addressed-by-destination",
-        "address-values",
-    ),
-    make=_checks,
-)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import is_error
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.requests import Request, requests_of
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _REQUESTS: Final = 200
 _BURST: Final = 10
@@ -30,7 +28,14 @@ _ENOUGH: Final = 3
 """Bursts with something wrong after which no more are sent."""
 
 
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND = Kind(
+    name="back-to-back",
+    title="Requests without a pause are all answered, in order",
+    rules=("request-answered", "get-answers-request", "slot-source"),
+)
+
+
+def _claimed(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     requests = [
         request
         for place in declared.places
@@ -38,17 +43,16 @@ def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
         if not request.skip
     ]
     if requests:
-        messages = dict.fromkeys(name for request in requests for name in request.messages)
-        yield Check(
-            id="back-to-back",
-            title=f"{_REQUESTS} requests in bursts of {_BURST} are all answered, in order",
-            messages=tuple(messages),
-            run=partial(_run, requests),
-            seconds=2.0,
-        )
+        messages = [name for request in requests for name in request.messages]
+        yield Case(messages=messages, arguments={"requests": requests})
 
 
-def _run(requests: Sequence[Request], trial: Trial) -> None:
+@KIND.check(
+    f"{_REQUESTS} requests in bursts of {_BURST} are all answered, in order",
+    seconds=2.0,
+    each=_claimed,
+)
+def _run(trial: Trial, requests: Sequence[Request]) -> None:
     wrong = 0
     for _ in range(_REQUESTS // _BURST):
         burst = [trial.random.choice(requests) for _ in range(_BURST)]
@@ -134,11 +138,3 @@ def _answers(request: Request, heard: Heard) -> bool:
         return False
     mine = request.place.address
     return mine in (heard.source, heard.dest) or heard.source == heard.dest == 0
-
-
-KIND = Kind(
-    name="back-to-back",
-    title="Requests without a pause are all answered, in order",
-    rules=("request-answered", "get-answers-request", "slot-source"),
-    make=_checks,
-)

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.trial import Trial
     from stagewire_conformance.registry import Json
 
-__all__ = ["ChannelStatus", "statuses_of"]
 
 _BITS = "status_bits"
 """The field with the bits, in every message that has some."""

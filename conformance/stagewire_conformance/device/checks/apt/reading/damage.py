@@ -6,23 +6,24 @@ damaged, and what comes then has to be answered at last; at once is what it shou
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from stagewire.protocols import HEADER_SIZE
-from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.checks.apt.clean import clean, clean_request, unheeded
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.clean import (
+    before_clean_request,
+    clean,
+    clean_request,
+    unheeded,
+)
 from stagewire_conformance.device.checks.apt.reading.harmless import harmless_bytes, unknown_frame
-from stagewire_conformance.device.checks.apt.reading.making import checks_of
 from stagewire_conformance.device.checks.apt.requests import Request
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
-    from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KINDS"]
 
 _SILENCE: Final = 1.1
 """Seconds after something damaged in which a controller gives up waiting for the rest."""
@@ -36,14 +37,31 @@ _Damage = Callable[["Trial", Request], tuple[bytes, str]]
 """Makes what is sent instead of a request, and says what it is."""
 
 
-def _checks(
-    kind: str, damages: Mapping[str, tuple[_Damage, str]], declared: Declared, allowed: Permissions
-) -> Iterator[Check]:
-    """Give a check for each way to damage what is sent; all go where the first request goes."""
-    return checks_of(kind, damages, _run, declared, seconds=_SILENCE + 0.1)
+TRUNCATED: Final = Kind(
+    name="truncated",
+    title="After a frame that was cut short, a clean request is answered",
+    rules=("header-six-bytes", "data-length-bytes", "request-answered"),
+)
+GARBAGE: Final = Kind(
+    name="garbage",
+    title="After bytes that are no frame, a clean request is answered",
+    rules=("header-six-bytes", "request-answered"),
+)
 
 
-def _run(damage: _Damage, trial: Trial) -> None:
+def _damage(kind: Kind, name: str, title: str) -> Callable[[_Damage], _Damage]:
+    """Declare a way to damage a request as a check; a decorator."""
+
+    def declare(damage: _Damage) -> _Damage:
+        kind.check(title, name=name, seconds=_SILENCE + 0.1, each=before_clean_request)(
+            partial(_run, damage=damage)
+        )
+        return damage
+
+    return declare
+
+
+def _run(trial: Trial, damage: _Damage) -> None:
     request = clean_request(trial.declared)
     assert request is not None  # else there is no check
     raw, about = damage(trial, request)
@@ -52,12 +70,14 @@ def _run(damage: _Damage, trial: Trial) -> None:
         clean(trial, f"after {about}", request.place, tries=_TRIES)
 
 
+@_damage(TRUNCATED, "header", "A clean request is answered after a part of a header")
 def _part_of_header(trial: Trial, request: Request) -> tuple[bytes, str]:
     raw = request.message.pack(request.place.address, trial.declared.framed.host)
     count = trial.random.randrange(1, HEADER_SIZE)
     return raw[:count], f"{count} of the {HEADER_SIZE} bytes of {request.name}"
 
 
+@_damage(TRUNCATED, "packet", "A clean request is answered after a part of a packet")
 def _part_of_packet(trial: Trial, request: Request) -> tuple[bytes, str]:
     """Cut a frame that nothing can be made of, whatever comes as its rest."""
     packet = harmless_bytes(trial.declared, trial.random, _PACKET)
@@ -71,31 +91,5 @@ def _garbage(trial: Trial, request: Request, counts: range) -> tuple[bytes, str]
     return harmless_bytes(trial.declared, trial.random, count), f"{count} bytes of garbage"
 
 
-KINDS: Final = (
-    Kind(
-        name="truncated",
-        title="After a frame that was cut short, a clean request is answered",
-        rules=("header-six-bytes", "data-length-bytes", "request-answered"),
-        make=partial(
-            _checks,
-            "truncated",
-            {
-                "header": (_part_of_header, "A clean request is answered after a part of a header"),
-                "packet": (_part_of_packet, "A clean request is answered after a part of a packet"),
-            },
-        ),
-    ),
-    Kind(
-        name="garbage",
-        title="After bytes that are no frame, a clean request is answered",
-        rules=("header-six-bytes", "request-answered"),
-        make=partial(
-            _checks,
-            "garbage",
-            {
-                "one": (partial(_garbage, counts=range(1, 2)), "A stray byte does no harm"),
-                "many": (partial(_garbage, counts=range(7, 90)), "Many stray bytes do no harm"),
-            },
-        ),
-    ),
-)
+_damage(GARBAGE, "one", "A stray byte does no harm")(partial(_garbage, counts=range(1, 2)))
+_damage(GARBAGE, "many", "Many stray bytes do no harm")(partial(_garbage, counts=range(7, 90)))

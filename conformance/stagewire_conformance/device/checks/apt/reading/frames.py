@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.replies import ask_all, judge_addresses
 from stagewire_conformance.device.checks.apt.requests import Request, requests_of
 from stagewire_conformance.device.checks.apt.values import unused_parameters
@@ -17,54 +16,12 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _WAIT: Final = 0.3
 _LATE: Final = 1.5
 """Seconds in which nothing may come before what was not answered is given up."""
 _ENOUGH: Final = 3
 """Requests that nothing answers after which no more are asked; each has a check of its own for that."""
-
-
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for place in declared.places:
-        requests = list(requests_of(declared, place))
-        claimed = [request for request in requests if not request.skip]
-        if requests:
-            yield Check(
-                id=f"frames/{place.name}",
-                title=f"{place.name} sends frames with whole headers, right lengths and right addresses",
-                messages=tuple(dict.fromkeys(name for each in requests for name in each.messages)),
-                run=partial(_run, place, claimed),
-                skip="" if claimed else requests[0].skip,
-                seconds=0.01 * len(requests),
-            )
-
-
-def _run(place: Target, requests: Sequence[Request], trial: Trial) -> None:
-    """Ask everything once, and look at the frame of each message, whatever it says."""
-    silent = 0
-    seen: set[tuple[int | None, int | None]] = set()  # of the same addresses one message will do
-    for request in requests:
-        heard = ask_all(trial, request, wait=_WAIT, after=0)
-        silent += not heard
-        if silent == _ENOUGH:
-            break
-        for each in joined(heard):
-            if trial.must(
-                each.kind in ("message", "undocumented"),
-                f"{request.about} was answered with {described(trial, [each])}; a message has a header of "
-                "six bytes, and as many bytes behind it as the header says",
-                came=each.raw,
-            ):
-                if (each.dest, each.source) not in seen:
-                    judge_addresses(trial, place, each)
-                seen.add((each.dest, each.source))
-                for text in unused_parameters(each.message):
-                    trial.must(False, f"{each.name}: {text}", came=each.raw)
-    if silent:  # a reply that is late would be taken for that of the next check
-        trial.line.drain(quiet=_LATE, limit=2 * _LATE)
-    trial.must(silent < len(requests) or not requests, f"{place.name} answers no request at all")
 
 
 KIND = Kind(
@@ -94,5 +51,48 @@ KIND = Kind(
         "slot-addressed-by-destination",
         "slot-source",
     ),
-    make=_checks,
 )
+
+
+def _places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    for place in declared.places:
+        requests = list(requests_of(declared, place))
+        claimed = [request for request in requests if not request.skip]
+        if requests:
+            yield Case(
+                name=place.name,
+                words={"place": place.name},
+                arguments={"place": place, "requests": claimed},
+                messages=[name for each in requests for name in each.messages],
+                skip="" if claimed else requests[0].skip,
+                seconds=0.01 * len(requests),
+            )
+
+
+@KIND.check(
+    "{place} sends frames with whole headers, right lengths and right addresses", each=_places
+)
+def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
+    """Ask everything once, and look at the frame of each message, whatever it says."""
+    silent = 0
+    seen: set[tuple[int | None, int | None]] = set()  # of the same addresses one message will do
+    for request in requests:
+        heard = ask_all(trial, request, wait=_WAIT, after=0)
+        silent += not heard
+        if silent == _ENOUGH:
+            break
+        for each in joined(heard):
+            if trial.must(
+                each.kind in ("message", "undocumented"),
+                f"{request.about} was answered with {described(trial, [each])}; a message has a header of "
+                "six bytes, and as many bytes behind it as the header says",
+                came=each.raw,
+            ):
+                if (each.dest, each.source) not in seen:
+                    judge_addresses(trial, place, each)
+                seen.add((each.dest, each.source))
+                for text in unused_parameters(each.message):
+                    trial.must(False, f"{each.name}: {text}", came=each.raw)
+    if silent:  # a reply that is late would be taken for that of the next check
+        trial.line.drain(quiet=_LATE, limit=2 * _LATE)
+    trial.must(silent < len(requests) or not requests, f"{place.name} answers no request at all")

@@ -10,8 +10,6 @@ from stagewire.protocols import DATA_FLAG
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
 
-__all__ = ["harmless_bytes", "unknown_frame"]
-
 
 def harmless_bytes(declared: Declared, random: Random, count: int) -> bytes:
     """Return bytes in which no message begins, wherever one looks for it.

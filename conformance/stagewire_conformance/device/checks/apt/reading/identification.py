@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import identity_of
 from stagewire_conformance.device.checks.apt.replies import ask_all, judge_answer, with_value
 from stagewire_conformance.device.checks.apt.requests import Request, requests_of
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _DIGITS: Final = 8
 """Digits of a serial number; the first two are the prefix (pages 7 and 22)."""
@@ -27,20 +25,39 @@ _MOTHERBOARD: Final = "MULTI_CHANNEL_MOTHERBOARD"
 """The hardware type of a motherboard (page 22)."""
 
 
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND = Kind(
+    name="identification",
+    title="The controller says what it is",
+    rules=(
+        "info-answer",
+        "info-length",
+        "info-serial-number",
+        "info-model",
+        "info-type",
+        "info-version-unused",
+        "info-notes",
+        "info-channels",
+        "serial-number-eight-digits",
+        "serial-number-prefix",
+    ),
+)
+
+
+def _places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for request in requests_of(declared, place):
             if request.name in identity_of(declared):
-                yield Check(
-                    id=f"identification/{place.name}",
-                    title=f"{place.name} says what it is, twice the same",
+                yield Case(
+                    name=place.name,
+                    words={"place": place.name},
+                    arguments={"request": request},
                     messages=request.messages,
-                    run=partial(_identify, request),
                     skip=request.skip,
                 )
 
 
-def _identify(request: Request, trial: Trial) -> None:
+@KIND.check("{place} says what it is, twice the same", each=_places)
+def _identify(trial: Trial, request: Request) -> None:
     address = request.place.address
     first = judge_answer(trial, request, ask_all(trial, request))
     if first is None:
@@ -125,22 +142,3 @@ def _judge_hardware(trial: Trial, place: Target, heard: Heard) -> None:
             wanted=with_value(heard, "nchs", channels),
             came=heard.raw,
         )
-
-
-KIND = Kind(
-    name="identification",
-    title="The controller says what it is",
-    rules=(
-        "info-answer",
-        "info-length",
-        "info-serial-number",
-        "info-model",
-        "info-type",
-        "info-version-unused",
-        "info-notes",
-        "info-channels",
-        "serial-number-eight-digits",
-        "serial-number-prefix",
-    ),
-    make=_checks,
-)

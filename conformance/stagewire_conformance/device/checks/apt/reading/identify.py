@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
@@ -15,26 +14,36 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _IDENTIFY: Final = "MOD_IDENTIFY"
 _SILENCE: Final = 0.1
 
 
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND = Kind(
+    name="identify",
+    title="A command is carried out without acknowledgement",
+    rules=("command-without-acknowledgement",),
+)
+
+
+def _places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         if _IDENTIFY in place.listed:
-            yield Check(
-                id=f"identify/{place.name}",
-                title=f"{place.name} flashes its front panel when it is asked to, and says nothing",
-                messages=(_IDENTIFY,),
-                run=partial(_identify, place),
+            yield Case(
+                name=place.name,
+                words={"place": place.name},
+                arguments={"place": place},
                 skip=place.why_not(_IDENTIFY),
-                seconds=0.3,
             )
 
 
-def _identify(place: Target, trial: Trial) -> None:
+@KIND.check(
+    "{place} flashes its front panel when it is asked to, and says nothing",
+    messages=(_IDENTIFY,),
+    seconds=0.3,
+    each=_places,
+)
+def _identify(trial: Trial, place: Target) -> None:
     trial.line.send(trial.declared.make(_IDENTIFY), place.address)
     came = trial.line.listen(_SILENCE)
     trial.must(
@@ -44,11 +53,3 @@ def _identify(place: Target, trial: Trial) -> None:
         came=raw_of(came),
     )
     clean(trial, f"after {_IDENTIFY}", place)
-
-
-KIND = Kind(
-    name="identify",
-    title="A command is carried out without acknowledgement",
-    rules=("command-without-acknowledgement",),
-    make=_checks,
-)

@@ -8,11 +8,10 @@ life alone makes a controller go on that has fallen silent.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean_request
 from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _DUE: Final = 50
 _ABOUT: Final = 5
@@ -54,8 +52,22 @@ _WHILE_SILENT: Final = 0.5
 """Seconds in which a controller that has fallen silent may answer a question."""
 
 
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    """Give one check, of all places at once: each of them takes six seconds."""
+KIND = Kind(
+    name="keep-alive",
+    title="The controller falls silent when the host does, and goes on when the host is there again",
+    rules=(
+        "keep-alive-fifty",
+        "keep-alive-counts-status",
+        "keep-alive-no-response",
+        "piezo-keep-alive-fifty",
+        "piezo-keep-alive-counts-status",
+        "piezo-keep-alive-no-response",
+    ),
+)
+
+
+def _on_usb(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    """Give one case, of all places at once: each of them takes six seconds."""
     if declared.pics.line != "usb":
         return
     streams = [each for each in streams_of(declared) if each.place.unit.keep_alive is not None]
@@ -65,17 +77,19 @@ def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
     assert sign is not None
     name = sign.layout.message
     claimed = [each for each in streams if each.place.keep_alive is not None and not each.skip]
-    yield Check(
-        id="keep-alive",
-        title="Status messages end about 50 after the last sign of life, and go on with the next one",
-        messages=(name, *dict.fromkeys(each for stream in streams for each in stream.messages)),
-        run=partial(_run, claimed),
-        seconds=8.0,
+    yield Case(
+        arguments={"streams": claimed},
+        messages=(name, *(each for stream in streams for each in stream.messages)),
         skip="" if claimed else streams[0].place.why_not(name) or streams[0].skip,
     )
 
 
-def _run(streams: Sequence[Stream], trial: Trial) -> None:
+@KIND.check(
+    "Status messages end about 50 after the last sign of life, and go on with the next one",
+    seconds=8.0,
+    each=_on_usb,
+)
+def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     line = trial.line
     with line.silent():
         for stream in streams:
@@ -217,18 +231,3 @@ def _mute(trial: Trial, streams: Sequence[Stream], several: int) -> list[Stream]
         heard += trial.line.listen(min(left, _SLICE))
         mute = [stream for stream in mute if len(stream.of_it(heard)) < several]
     return mute
-
-
-KIND = Kind(
-    name="keep-alive",
-    title="The controller falls silent when the host does, and goes on when the host is there again",
-    rules=(
-        "keep-alive-fifty",
-        "keep-alive-counts-status",
-        "keep-alive-no-response",
-        "piezo-keep-alive-fifty",
-        "piezo-keep-alive-counts-status",
-        "piezo-keep-alive-no-response",
-    ),
-    make=_checks,
-)

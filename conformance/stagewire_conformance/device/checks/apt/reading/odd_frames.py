@@ -2,28 +2,34 @@
 
 The header alone says where a frame ends, whatever its id usually has. So a frame with an unknown id, or with
 a packet where none belongs, costs a controller nothing: the request that follows is answered as ever.
+
+A message that sets something with a byte too few carries a changed value, so that a controller that takes it
+is seen; therefore this check needs the permission to change settings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from stagewire.errors import CodecError
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind, Need
 from stagewire_conformance.device.checks.apt.clean import (
     SILENCE,
+    before_clean_request,
     clean,
     clean_request,
     is_error,
     unheeded,
 )
 from stagewire_conformance.device.checks.apt.reading.harmless import harmless_bytes, unknown_frame
-from stagewire_conformance.device.checks.apt.reading.making import checks_of
-from stagewire_conformance.device.checks.apt.reading.short_frames import short_checks
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.requests import Request
+from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
+from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, spots
+from stagewire_conformance.device.checks.apt.settings.variants import first_variant
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
@@ -31,7 +37,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KINDS"]
 
 _LENGTHS: Final = range(3, 60)
 """Lengths of packets that are drawn; a length of 2 would look like the id of HW_DISCONNECT."""
@@ -40,19 +45,52 @@ _Send = Callable[["Trial", Request], None]
 """Sends an odd frame where a request could be sent, and sees what comes of it."""
 
 
-def _checks(
-    kind: str, frames: Mapping[str, tuple[_Send, str]], declared: Declared, allowed: Permissions
-) -> Iterator[Check]:
-    """Give a check for each of some odd frames; all are sent to a place that is drawn."""
-    return checks_of(kind, frames, _run, declared, seconds=0.5)
+UNKNOWN_ID: Final = Kind(
+    name="unknown-id",
+    title="A frame with an id that no message has is skipped, packet and all",
+    rules=(
+        "length-in-header",
+        "data-flag",
+        "data-follows-flag",
+        "header-only-meaning",
+        "request-answered",
+    ),
+)
+WRONG_LENGTH: Final = Kind(
+    name="wrong-length",
+    title="A frame ends where its header says, whatever its id usually has",
+    rules=(
+        "length-in-header",
+        "data-flag-checked-first",
+        "data-length-bytes",
+        "request-answered",
+    ),
+)
+FOREIGN_DESTINATION: Final = Kind(
+    name="foreign-destination",
+    title="What is sent to somebody else is not answered",
+    rules=(
+        "slot-addressed-by-destination",
+        "address-values",
+        "generic-unit-address",
+        "request-answered",
+    ),
+)
 
 
-def _wrong_length(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    yield from _checks("wrong-length", _WRONG_LENGTH, declared, allowed)
-    yield from short_checks(declared, allowed)
+def _odd(kind: Kind, name: str, title: str) -> Callable[[_Send], _Send]:
+    """Declare a function that sends an odd frame, to a place that is drawn, as a check; a decorator."""
+
+    def declare(send: _Send) -> _Send:
+        kind.check(title, name=name, seconds=0.5, each=before_clean_request)(
+            partial(_run, send=send)
+        )
+        return send
+
+    return declare
 
 
-def _run(send: _Send, trial: Trial) -> None:
+def _run(trial: Trial, send: _Send) -> None:
     places = [place for place in trial.declared.places if clean_request(trial.declared, place)]
     request = clean_request(trial.declared, trial.random.choice(places))
     assert request is not None  # the place was chosen for it
@@ -63,11 +101,13 @@ def _run(send: _Send, trial: Trial) -> None:
 # An id that no message has
 
 
+@_odd(UNKNOWN_ID, "header", "A header with an unknown id is skipped")
 def _unknown_header(trial: Trial, request: Request) -> None:
     raw = unknown_frame(trial.declared, trial.random, request.place.address)
     _unknown(trial, request, raw, "a header with an id that no message has")
 
 
+@_odd(UNKNOWN_ID, "packet", "A frame with an unknown id is skipped by its length")
 def _unknown_packet(trial: Trial, request: Request) -> None:
     packet = harmless_bytes(trial.declared, trial.random, trial.random.choice(_LENGTHS))
     raw = unknown_frame(trial.declared, trial.random, request.place.address, packet)
@@ -75,6 +115,7 @@ def _unknown_packet(trial: Trial, request: Request) -> None:
     _unknown(trial, request, raw, about)
 
 
+@_odd(UNKNOWN_ID, "message-inside", "The packet of an unknown frame is not read as messages")
 def _unknown_with_message(trial: Trial, request: Request) -> None:
     """Hide a request in the packet: who answers it reads packets as messages."""
     inside = request.message.pack(request.place.address, trial.declared.framed.host)
@@ -94,10 +135,12 @@ def _unknown(trial: Trial, request: Request, raw: bytes, about: str) -> None:
 # A packet where none belongs
 
 
+@_odd(WRONG_LENGTH, "empty", "A request that announces an empty packet ends with its header")
 def _empty_packet(trial: Trial, request: Request) -> None:
     _with_packet(trial, request, b"")
 
 
+@_odd(WRONG_LENGTH, "long", "A request with a packet ends with its packet")
 def _packet(trial: Trial, request: Request) -> None:
     count = trial.random.choice(_LENGTHS)
     _with_packet(trial, request, harmless_bytes(trial.declared, trial.random, count))
@@ -121,6 +164,11 @@ def _with_packet(trial: Trial, request: Request, packet: bytes) -> None:
 # A destination where nobody is
 
 
+@_odd(
+    FOREIGN_DESTINATION,
+    "undocumented",
+    "Nothing answers at an address that the document does not have",
+)
 def _undocumented_address(trial: Trial, request: Request) -> None:
     address = harmless_bytes(trial.declared, trial.random, 1)[0] & ~DATA_FLAG
     about = f"{request.name} to {address:#04x}, an address that the document does not have,"
@@ -128,6 +176,7 @@ def _undocumented_address(trial: Trial, request: Request) -> None:
     clean(trial, f"after {about}", request.place)
 
 
+@_odd(FOREIGN_DESTINATION, "documented", "Nothing answers where nothing is declared")
 def _address_of_others(trial: Trial, request: Request) -> None:
     """Ask every documented address that is neither a place nor known to be answered as well.
 
@@ -151,65 +200,67 @@ def _address_of_others(trial: Trial, request: Request) -> None:
     clean(trial, f"after {request.name} to addresses where nothing is declared", request.place)
 
 
-_WRONG_LENGTH: Final = {
-    "empty": (_empty_packet, "A request that announces an empty packet ends with its header"),
-    "long": (_packet, "A request with a packet ends with its packet"),
-}
+def _settings(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    """Give a case for each place where a parameter set can be changed without a further thought."""
+    for place in declared.places:
+        of_place = [
+            spot for spot in spots(declared) if spot.place is place and _is_fit(declared, spot)
+        ]
+        if of_place:
+            yield Case(
+                name=f"short/{place.name}",
+                words={"place": place.name},
+                arguments={"of_place": of_place},
+                messages=[name for each in of_place for name in each.set.messages],
+            )
 
-KINDS: Final = (
-    Kind(
-        name="unknown-id",
-        title="A frame with an id that no message has is skipped, packet and all",
-        rules=(
-            "length-in-header",
-            "data-flag",
-            "data-follows-flag",
-            "header-only-meaning",
-            "request-answered",
-        ),
-        make=partial(
-            _checks,
-            "unknown-id",
-            {
-                "header": (_unknown_header, "A header with an unknown id is skipped"),
-                "packet": (_unknown_packet, "A frame with an unknown id is skipped by its length"),
-                "message-inside": (
-                    _unknown_with_message,
-                    "The packet of an unknown frame is not read as messages",
-                ),
-            },
-        ),
-    ),
-    Kind(
-        name="wrong-length",
-        title="A frame ends where its header says, whatever its id usually has",
-        rules=(
-            "length-in-header",
-            "data-flag-checked-first",
-            "data-length-bytes",
-            "request-answered",
-        ),
-        make=_wrong_length,
-    ),
-    Kind(
-        name="foreign-destination",
-        title="What is sent to somebody else is not answered",
-        rules=(
-            "slot-addressed-by-destination",
-            "address-values",
-            "generic-unit-address",
-            "request-answered",
-        ),
-        make=partial(
-            _checks,
-            "foreign-destination",
-            {
-                "undocumented": (
-                    _undocumented_address,
-                    "Nothing answers at an address that the document does not have",
-                ),
-                "documented": (_address_of_others, "Nothing answers where nothing is declared"),
-            },
-        ),
-    ),
+
+def _is_fit(declared: Declared, spot: Spot) -> bool:
+    care = CARE.get(spot.set.name, Care())
+    layout = declared.registry.messages[spot.set.set]["layouts"][0]
+    plain = spot.set.effect == "settings" and not spot.set.skip and care.when is When.ALWAYS
+    return bool(plain and care.fields and layout["length"] > 1)
+
+
+@WRONG_LENGTH.check(
+    "A message to {place} whose packet is too short sets nothing",
+    needs={Need.SETTINGS},
+    does="sends a setting with a byte too few, which should change nothing, and puts it back",
+    seconds=0.5,
+    each=_settings,
 )
+def _run_short(trial: Trial, of_place: Sequence[Spot]) -> None:
+    for spot in trial.random.sample(of_place, len(of_place)):
+        before = spot.read(trial)
+        variant = first_variant(spot.set, CARE[spot.set.name], before, trial.random)
+        if variant is None:
+            continue
+        changed = {**before, variant[0]: variant[1]}
+        try:
+            raw, length = _shortened(trial, spot, changed)
+        except CodecError:
+            continue  # what was told cannot be set, which other checks say
+        if not trial.line.refusal(raw):  # which looks for messages among the values, too
+            break
+    else:
+        trial.inconclusive("none of the settings has a value that could be changed a little")
+        return
+    trial.undo(f"{spot.set.set} at {spot.text}", lambda: spot.put_back(trial, before))
+    about = f"{spot.set.set} with a packet of {length} bytes, where it has {length + 1}"
+    unheeded(trial, raw, about)
+    if clean(trial, f"after {about}", spot.place):
+        now = spot.read(trial)
+        trial.should(
+            now == before,
+            f"{about}, changed {', '.join(name for name in now if now[name] != before[name])}; a message "
+            "that is not whole should set nothing",
+            came=raw,
+        )
+
+
+def _shortened(trial: Trial, spot: Spot, values: Values) -> tuple[bytes, int]:
+    """Return the frame that would write values, with a byte too few, and the length that it declares."""
+    message = trial.declared.make(spot.set.set, spot.channel, **values)
+    whole: bytes = message.pack(spot.place.address, trial.declared.framed.host)
+    length = len(whole) - HEADER_SIZE - 1
+    return whole[:2] + length.to_bytes(2, "little") + whole[4:-1], length

@@ -7,10 +7,9 @@ they are stopped: so they are, first of all.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
@@ -20,25 +19,34 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _SECONDS: Final = 0.8
 _LATE: Final = 0.3
 """Seconds after a stop in which a status message may still be on its way."""
 
 
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND = Kind(
+    name="quiet",
+    title="Nothing comes that nobody asked for",
+    rules=(
+        "get-answers-request",
+        "no-error-in-normal-operation",
+        "no-messages-between-modules",
+        "updates-stop",
+    ),
+)
+
+
+def _claimed(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     streams = [stream for stream in streams_of(declared) if not stream.skip]
-    yield Check(
-        id="quiet",
-        title="Nothing comes that nobody asked for",
-        messages=tuple(dict.fromkeys(stream.stop.layout.message for stream in streams)),
-        run=partial(_listen, streams),
-        seconds=_SECONDS,
+    yield Case(
+        arguments={"streams": streams},
+        messages=[stream.stop.layout.message for stream in streams],
     )
 
 
-def _listen(streams: list[Stream], trial: Trial) -> None:
+@KIND.check("Nothing comes that nobody asked for", seconds=_SECONDS, each=_claimed)
+def _listen(trial: Trial, streams: list[Stream]) -> None:
     heard = trial.line.listen(_SECONDS)
     running = [each for stream in streams for each in stream.of_it(heard)]
     for each in joined(heard):
@@ -59,16 +67,3 @@ def _listen(streams: list[Stream], trial: Trial) -> None:
         f"{described(trial, late[:1])}",
         came=raw_of(late[:1]),
     )
-
-
-KIND = Kind(
-    name="quiet",
-    title="Nothing comes that nobody asked for",
-    rules=(
-        "get-answers-request",
-        "no-error-in-normal-operation",
-        "no-messages-between-modules",
-        "updates-stop",
-    ),
-    make=_checks,
-)

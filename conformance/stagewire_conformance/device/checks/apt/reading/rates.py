@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["FIXED", "judge_rate", "run_rate"]
 
 FIXED: Final = frozenset({"BBD101", "BBD102", "BBD103"})
 """Units whose rate the document calls fixed (page 20); of others it says what is typical (page 11)."""
@@ -28,7 +27,7 @@ _GONE: Final = 1.0
 """Seconds without a message after which they have ended."""
 
 
-def run_rate(streams: Sequence[Stream], seconds: float, trial: Trial) -> None:
+def run_rate(trial: Trial, streams: Sequence[Stream], seconds: float) -> None:
     """Count status messages for ``seconds``, giving signs of life as seldom as the document allows."""
     jitter = jitter_of(trial.line)
     for stream in streams:

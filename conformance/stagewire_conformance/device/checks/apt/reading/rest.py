@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["looks_at_rest"]
 
 _PAUSE: Final = 0.1
 """Seconds between two looks."""

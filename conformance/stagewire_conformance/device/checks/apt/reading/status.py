@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.reading.agreement import (
     CLOSED_LOOP,
     ENABLED,
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _TRIES: Final = 4
 _EXCLUSIVE: Final = (
@@ -42,24 +40,61 @@ _SWITCHES: Final = ("forward_hardware_limit", "reverse_hardware_limit")
 """Switches at two ends, where no stage is at once."""
 
 
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND = Kind(
+    name="status",
+    title="The status of a channel is whole, and agrees with what else the controller says",
+    rules=(
+        "updates-requestable",
+        "updates-content",
+        "status-updates-position",
+        "status-requested",
+        "status-answer",
+        "status-instead-of-updates",
+        "status-always-chan1",
+        "status-position",
+        "status-bits-meaning",
+        "status-bits-motion",
+        "status-bits-limits",
+        "dc-status-requested",
+        "dc-status-answer",
+        "dc-status-always-chan1",
+        "dc-status-position",
+        "dc-status-velocity",
+        "dc-status-bits",
+        "dc-status-bits-motion",
+        "dc-status-bits-limits",
+        "dc-status-bit-enabled",
+        "status-bits-alone",
+        "status-bits-same",
+        "at-rest-unchanged",
+        "settled-at-rest",
+        "position-counter-absolute",
+        "piezo-status-bits-meaning",
+        "piezo-update-content",
+        "piezo-update-always-chan1",
+        "piezo-update-voltage",
+        "piezo-update-position",
+    ),
+)
+
+
+def _channels(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     for channel in statuses_of(declared):
         others = [name for name in (POSITION, ENABLED, CLOSED_LOOP) if channel.claims(name)]
         if channel.bits_alone is not None:
             others.append(channel.bits_alone)
         compared = [name for answer in others for name in channel.requests[answer].messages]
-        name = channel.place.name
-        yield Check(
-            id=f"status/{name}/{channel.number}",
-            title=f"The status of channel {channel.number} at {name} agrees with what else it says",
-            messages=tuple(dict.fromkeys([*channel.messages, *channel.stream.messages, *compared])),
-            run=partial(_run, channel),
+        yield Case(
+            name=f"{channel.place.name}/{channel.number}",
+            words={"channel": f"channel {channel.number} at {channel.place.name}"},
+            arguments={"channel": channel},
+            messages=(*channel.messages, *channel.stream.messages, *compared),
             skip=channel.skip,
-            seconds=0.6,
         )
 
 
-def _run(channel: ChannelStatus, trial: Trial) -> None:
+@KIND.check("The status of {channel} agrees with what else it says", seconds=0.6, each=_channels)
+def _run(trial: Trial, channel: ChannelStatus) -> None:
     status = _first(trial, channel)
     if status is None:
         return
@@ -102,42 +137,3 @@ def _agree(trial: Trial, channel: ChannelStatus, look: Look) -> None:
             return
     assert found is not None
     trial.must(False, f"{found.text} (seen {_TRIES} times in a row)", came=found.came)
-
-
-KIND = Kind(
-    name="status",
-    title="The status of a channel is whole, and agrees with what else the controller says",
-    rules=(
-        "updates-requestable",
-        "updates-content",
-        "status-updates-position",
-        "status-requested",
-        "status-answer",
-        "status-instead-of-updates",
-        "status-always-chan1",
-        "status-position",
-        "status-bits-meaning",
-        "status-bits-motion",
-        "status-bits-limits",
-        "dc-status-requested",
-        "dc-status-answer",
-        "dc-status-always-chan1",
-        "dc-status-position",
-        "dc-status-velocity",
-        "dc-status-bits",
-        "dc-status-bits-motion",
-        "dc-status-bits-limits",
-        "dc-status-bit-enabled",
-        "status-bits-alone",
-        "status-bits-same",
-        "at-rest-unchanged",
-        "settled-at-rest",
-        "position-counter-absolute",
-        "piezo-status-bits-meaning",
-        "piezo-update-content",
-        "piezo-update-always-chan1",
-        "piezo-update-voltage",
-        "piezo-update-position",
-    ),
-    make=_checks,
-)

@@ -6,10 +6,9 @@ The document has no bound; a vendor may promise one in the PICS.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean_request
 from stagewire_conformance.device.checks.apt.requests import Request
 from stagewire_conformance.device.lines.line import jitter_of, percentile
@@ -19,26 +18,33 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _REQUESTS: Final = 100
 """Of each place; fewer do not tell the one that is late of a hundred."""
 
 
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND = Kind(
+    name="timing",
+    title="Requests are answered as soon as the PICS promises",
+    rules=(),  # the document has none,
+)
+
+
+def _places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     found = [clean_request(declared, place) for place in declared.places]
     requests = [request for request in found if request is not None]
     if requests:
-        yield Check(
-            id="timing/reply",
-            title="Requests are answered as soon as the PICS promises, where it does",
-            messages=tuple(dict.fromkeys(name for each in requests for name in each.messages)),
-            run=partial(_run, requests),
+        yield Case(
+            arguments={"requests": requests},
+            messages=[name for each in requests for name in each.messages],
             seconds=1.0 + len(requests),
         )
 
 
-def _run(requests: Sequence[Request], trial: Trial) -> None:
+@KIND.check(
+    "Requests are answered as soon as the PICS promises, where it does", name="reply", each=_places
+)
+def _run(trial: Trial, requests: Sequence[Request]) -> None:
     """Measure each place, and hold the slowest to what is promised."""
     jitter = jitter_of(trial.line)
     took = {request.about: _measure(trial, request) for request in requests}
@@ -73,11 +79,3 @@ def _measure(trial: Trial, request: Request) -> list[float]:
         reply = trial.reply(request.message, request.place.address)
         took.append(reply.time - began)
     return took
-
-
-KIND = Kind(
-    name="timing",
-    title="Requests are answered as soon as the PICS promises",
-    rules=(),  # the document has none
-    make=_checks,
-)

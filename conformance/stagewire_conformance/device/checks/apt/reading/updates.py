@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean_request
 from stagewire_conformance.device.checks.apt.reading.rates import FIXED, judge_rate, run_rate
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
@@ -17,10 +17,8 @@ from stagewire_conformance.device.rules import about
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.lines.dialogue import Heard
-    from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _SECONDS: Final = 2.0
 _ALONE: Final = 0.35
@@ -41,31 +39,24 @@ _RATE: Final = "update-rate-fixed"
 _RATE_SECONDS: Final = 30.0
 
 
-def _checks(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    streams = streams_of(declared)
-    claimed = [stream for stream in streams if not stream.skip]
-    if not streams:
-        return
-    messages = tuple(dict.fromkeys(name for stream in streams for name in stream.messages))
-    skip = "" if claimed else streams[0].skip
-    yield Check(
-        id="updates/start-stop",
-        title="Status messages come from the start to the stop, and from where they were started",
-        messages=messages,
-        rules=_rules(declared, messages),
-        run=partial(_run, claimed),
-        seconds=_SECONDS + 1.5,
-        skip=skip,
-    )
-    yield Check(
-        id="updates/rate",
-        title="Status messages come ten times a second, and go on as long as the host is alive",
-        messages=(*messages, *_signs(claimed)),
-        rules=_rules(declared, (*messages, *_signs(claimed))),
-        run=partial(run_rate, claimed, _RATE_SECONDS),
-        seconds=_RATE_SECONDS + 1,
-        skip=skip,
-    )
+KIND = Kind(
+    name="updates",
+    title="Status messages come ten times a second from the start to the stop",
+    rules=(
+        "status-updates-periodic",
+        "status-updates-every-100-ms",
+        "updates-start",
+        "updates-until-stop",
+        _RATE,
+        "updates-stop",
+        "slot-source",
+        "slot-addressed-by-destination",
+        "keep-alive-once-a-second",
+        "keep-alive-usb-only",
+        "piezo-keep-alive-once-a-second",
+        "piezo-keep-alive-usb-only",
+    ),
+)
 
 
 def _rules(declared: Declared, messages: Sequence[str]) -> tuple[str, ...]:
@@ -81,7 +72,27 @@ def _signs(streams: Sequence[Stream]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(stream.sign for stream in streams if stream.sign))
 
 
-def _run(streams: Sequence[Stream], trial: Trial) -> None:
+def _streams(declared: Declared, signs: bool) -> Iterator[Case]:
+    streams = streams_of(declared)
+    claimed = [stream for stream in streams if not stream.skip]
+    if streams:
+        messages = [name for stream in streams for name in stream.messages]
+        used = tuple(dict.fromkeys((*messages, *(_signs(claimed) if signs else ()))))
+        yield Case(
+            arguments={"streams": claimed},
+            messages=used,
+            rules=_rules(declared, used),
+            skip="" if claimed else streams[0].skip,
+        )
+
+
+@KIND.check(
+    "Status messages come from the start to the stop, and from where they were started",
+    name="start-stop",
+    seconds=_SECONDS + 1.5,
+    each=lambda declared, allowed: _streams(declared, signs=False),
+)
+def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     line = trial.line
     first, *others = streams
     first.begin(trial)
@@ -177,22 +188,9 @@ def _surely(stream: Stream, heard: Sequence[Heard]) -> list[Heard]:
     ]
 
 
-KIND = Kind(
-    name="updates",
-    title="Status messages come ten times a second from the start to the stop",
-    rules=(
-        "status-updates-periodic",
-        "status-updates-every-100-ms",
-        "updates-start",
-        "updates-until-stop",
-        _RATE,
-        "updates-stop",
-        "slot-source",
-        "slot-addressed-by-destination",
-        "keep-alive-once-a-second",
-        "keep-alive-usb-only",
-        "piezo-keep-alive-once-a-second",
-        "piezo-keep-alive-usb-only",
-    ),
-    make=_checks,
-)
+KIND.check(
+    "Status messages come ten times a second, and go on as long as the host is alive",
+    name="rate",
+    seconds=_RATE_SECONDS + 1,
+    each=lambda declared, allowed: _streams(declared, signs=True),
+)(partial(run_rate, seconds=_RATE_SECONDS))

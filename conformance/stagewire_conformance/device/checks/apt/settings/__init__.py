@@ -12,8 +12,6 @@ from stagewire_conformance.device.checks.apt.settings import (
     readback,
 )
 
-__all__ = ["KINDS"]
-
 KINDS: Final[tuple[Kind, ...]] = (
     readback.KIND,
     counters.KIND,

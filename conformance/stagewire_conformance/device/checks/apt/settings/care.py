@@ -26,8 +26,6 @@ from typing import Final
 
 from stagewire_conformance.registry import Json
 
-__all__ = ["CARE", "Care", "How", "Varied", "When"]
-
 
 class How(enum.Enum):
     """In which way a value may be changed."""

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
 from stagewire_conformance.device.checks.apt.settings.conditions import why_not_now
 from stagewire_conformance.device.checks.apt.settings.readback import ELSEWHERE, NEEDS
@@ -21,36 +21,36 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["BAYS_APART", "CHANNELS"]
+
+CHANNELS = Kind(
+    name="channels",
+    title="What is set on one channel leaves the others as they are",
+    rules=(
+        "module-channels",
+        "dual-channel-idents",
+        "messages-for-any-channel",
+        "piezo-dual-channel-idents",
+        "piezo-messages-for-any-channel",
+        "lut-channel",
+        "low-pass-for-all-channels",
+    ),
+)
+BAYS_APART = Kind(
+    name="bays-apart",
+    title="What is set in one bay leaves the others as they are",
+    rules=("slot-addressed-by-destination", "slot-source", "bays-are-single-channel"),
+)
 
 
-def _channels(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+def _channels(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for one in parameter_sets(declared, place):
             if one.has_channel and len(place.channels) > 1:
                 apart = [Spot(place, channel, one) for channel in place.channels]
-                yield from _checks(f"channels/{place.name}/{one.set}", apart)
+                yield from _apart(f"{place.name}/{one.set}", apart)
 
 
-def _common(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for place in declared.places:
-        for one in parameter_sets(declared, place):
-            care = CARE.get(one.name, Care())
-            names = [name for name, varied in care.fields.items() if varied.common]
-            if names and len(place.channels) > 1:
-                first, last = (Spot(place, place.channels[at], one) for at in (0, -1))
-                yield Check(
-                    id=f"channels/{place.name}/{one.set}",
-                    title=f"{names[0]} of {one.set} is that of all channels of {place.name}",
-                    messages=one.messages,
-                    run=partial(_run_common, first=first, last=last, field=names[0]),
-                    needs=frozenset({NEEDS[one.effect]}),
-                    skip=one.skip,
-                    does=f"changes {names[0]} with {one.set} in open loop, and puts it back",
-                )
-
-
-def _bays(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+def _bays(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     by_name: dict[str, list[Spot]] = {}
     for place in declared.places:
         if place.bay is not None:
@@ -59,27 +59,31 @@ def _bays(declared: Declared, allowed: Permissions) -> Iterator[Check]:
                 by_name.setdefault(one.name, []).append(Spot(place, channel, one))
     for apart in by_name.values():
         if len(apart) > 1:
-            yield from _checks(f"bays-apart/{apart[0].set.set}", apart)
+            yield from _apart(apart[0].set.set, apart)
 
 
-def _checks(id: str, apart: Sequence[Spot]) -> Iterator[Check]:
+def _apart(name: str, apart: Sequence[Spot]) -> Iterator[Case]:
     one = apart[0].set
     care = CARE.get(one.name, Care())
     loops = care.when is When.DISABLED  # which an enabled channel would feel
     if one.name in ELSEWHERE or not care.fields or care.first_channel or loops:
         return
-    names = " and ".join(spot.text for spot in apart)
-    yield Check(
-        id=id,
-        title=f"{one.set} sets each of {names} for itself",
+    yield Case(
+        name=name,
+        words={"set": one.set, "spots": " and ".join(spot.text for spot in apart)},
+        arguments={"apart": apart},
         messages=one.messages,
-        run=partial(_run, apart=apart),
         needs=frozenset({NEEDS[one.effect]}),
-        does=f"changes a value with {one.set} in one place after the other, and puts them back",
         skip=next((spot.set.skip for spot in apart if spot.set.skip), ""),
     )
 
 
+_TITLE: Final = "{set} sets each of {spots} for itself"
+_DOES: Final = "changes a value with {set} in one place after the other, and puts them back"
+
+
+@CHANNELS.check(_TITLE, does=_DOES, each=_channels)
+@BAYS_APART.check(_TITLE, does=_DOES, each=_bays)
 def _run(trial: Trial, apart: Sequence[Spot]) -> None:
     care = CARE[apart[0].set.name]
     now: list[tuple[Spot, Values]] = []
@@ -107,6 +111,28 @@ def _run(trial: Trial, apart: Sequence[Spot]) -> None:
         trial.inconclusive("there was nothing that could be changed without risk")
 
 
+def _common(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    for place in declared.places:
+        for one in parameter_sets(declared, place):
+            care = CARE.get(one.name, Care())
+            names = [name for name, varied in care.fields.items() if varied.common]
+            if names and len(place.channels) > 1:
+                first, last = (Spot(place, place.channels[at], one) for at in (0, -1))
+                yield Case(
+                    name=f"{place.name}/{one.set}",
+                    words={"set": one.set, "field": names[0], "place": place.name},
+                    arguments={"first": first, "last": last, "field": names[0]},
+                    messages=one.messages,
+                    needs=frozenset({NEEDS[one.effect]}),
+                    skip=one.skip,
+                )
+
+
+@CHANNELS.check(
+    "{field} of {set} is that of all channels of {place}",
+    does="changes {field} with {set} in open loop, and puts it back",
+    each=_common,
+)
 def _run_common(trial: Trial, first: Spot, last: Spot, field: str) -> None:
     """See on one channel what was written to another; that one may not be told by itself (page 119)."""
     care = CARE[first.set.name]
@@ -146,25 +172,3 @@ def _judge(trial: Trial, other: Spot, theirs: Values, after: str) -> None:
         wanted=other.expected(trial, theirs, came),
         came=came.raw,
     )
-
-
-CHANNELS = Kind(
-    name="channels",
-    title="What is set on one channel leaves the others as they are",
-    rules=(
-        "module-channels",
-        "dual-channel-idents",
-        "messages-for-any-channel",
-        "piezo-dual-channel-idents",
-        "piezo-messages-for-any-channel",
-        "lut-channel",
-        "low-pass-for-all-channels",
-    ),
-    make=lambda declared, allowed: (*_channels(declared, allowed), *_common(declared, allowed)),
-)
-BAYS_APART = Kind(
-    name="bays-apart",
-    title="What is set in one bay leaves the others as they are",
-    rules=("slot-addressed-by-destination", "slot-source", "bays-are-single-channel"),
-    make=_bays,
-)

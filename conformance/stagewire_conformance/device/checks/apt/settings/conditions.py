@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.checks.apt.settings.sets import Spot
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["why_not_now"]
 
 _OPEN: Final = (PositionControlMode.OPEN_LOOP, PositionControlMode.OPEN_LOOP_SMOOTH)
 

@@ -7,11 +7,10 @@ counter says may differ by less than can be mistaken for what it said before.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Case, Kind, Need
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, spots
 
 if TYPE_CHECKING:
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _COUNTERS: Final = {"MOT_POSCOUNTER": "position", "MOT_ENCCOUNTER": "encoder_count"}
 """Parameter set -> its value."""
@@ -34,21 +32,44 @@ _NOISE: Final = 64
 """Counts by which a stage that is held may be seen beside where it is."""
 
 
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND = Kind(
+    name="counters",
+    title="Counters can be set, and count on from there",
+    rules=(
+        "position-counter-set",
+        "position-counter-signed",
+        "encoder-counter-set",
+        "encoder-counter-signed",
+        "status-position",
+        "dc-status-position",
+        "command-without-acknowledgement",
+    ),
+)
+
+
+def _counters(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     for spot in spots(declared):
         if field := _COUNTERS.get(spot.set.name):
-            yield Check(
-                id=spot.id("counters"),
-                title=f"{spot.set.set} sets the counter at {spot.text}, and {spot.set.req} tells it",
+            yield Case(
+                name=spot.name,
+                words={
+                    "set": spot.set.set,
+                    "req": spot.set.req,
+                    "spot": spot.text,
+                    "field": field.replace("_", " "),
+                },
+                arguments={"spot": spot, "field": field},
                 messages=spot.set.messages,
-                run=partial(_run, spot=spot, field=field),
-                needs=frozenset({Need.SETTINGS}),
-                does=f"lets the {field.replace('_', ' ')} count from elsewhere for a moment, and puts "
-                "it back; nothing moves",
                 skip=spot.set.skip,
             )
 
 
+@KIND.check(
+    "{set} sets the counter at {spot}, and {req} tells it",
+    needs={Need.SETTINGS},
+    does="lets the {field} count from elsewhere for a moment, and puts it back; nothing moves",
+    each=_counters,
+)
 def _run(trial: Trial, spot: Spot, field: str) -> None:
     before: int = spot.read(trial)[field]
     trial.undo(f"{spot.set.set} at {spot.text}", lambda: _put_back(trial, spot, field, before))
@@ -95,19 +116,3 @@ def _put_back(trial: Trial, spot: Spot, field: str, before: int) -> None:
         raise StagewireError(
             f"{spot.text}: write {spot.set.set} {field}={before} (it says: {says})"
         )
-
-
-KIND = Kind(
-    name="counters",
-    title="Counters can be set, and count on from there",
-    rules=(
-        "position-counter-set",
-        "position-counter-signed",
-        "encoder-counter-set",
-        "encoder-counter-signed",
-        "status-position",
-        "dc-status-position",
-        "command-without-acknowledgement",
-    ),
-    make=_make,
-)

@@ -7,10 +7,9 @@ wears out; what was saved of it before is not known to anybody and is overwritte
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Case, Kind, Need
 from stagewire_conformance.device.checks.apt.clean import clean
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
@@ -21,33 +20,11 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["KIND"]
 
 _FIRST: Final = ("MOT_AVMODES", "PZ_TPZ_DISPSETTINGS", "MOT_JOGPARAMS")
 """Sets that are saved rather than others: those with the least effect."""
 _QUIET: Final = 0.3
 """Seconds in which an answer would have come."""
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    chosen: dict[tuple[str, int], Spot] = {}
-    for spot in sorted(spots(declared), key=_rank):
-        if _saving(declared, spot.place) and spot.set.effect == "settings" and not spot.set.skip:
-            channel = spot.channel or spot.place.channels[0]
-            chosen.setdefault((spot.place.name, channel), spot)
-    for (name, channel), spot in sorted(chosen.items()):
-        saving = _saving(declared, spot.place)[0]
-        yield Check(
-            id=f"eeprom/{name}/{saving}/{channel}",
-            title=f"{saving} saves {spot.set.set} at {spot.text} without an answer",
-            messages=(saving, *spot.set.messages),
-            run=partial(_run, spot=spot, saving=saving, channel=channel),
-            needs=frozenset({Need.EEPROM}),
-            does=f"writes the present values of {spot.set.set} into the EEPROM of each channel, over "
-            "what was saved there",
-            seconds=0.5,
-            skip=spot.place.why_not(saving),
-        )
 
 
 def _saving(declared: Declared, place: Target) -> list[str]:
@@ -60,6 +37,37 @@ def _rank(spot: Spot) -> int:
     return _FIRST.index(spot.set.name) if spot.set.name in _FIRST else len(_FIRST)
 
 
+KIND = Kind(
+    name="eeprom",
+    title="Parameters are saved without an answer and without a change",
+    rules=("eeprom-message-id", "piezo-eeprom-message-id", "command-without-acknowledgement"),
+)
+
+
+def _savings(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    chosen: dict[tuple[str, int], Spot] = {}
+    for spot in sorted(spots(declared), key=_rank):
+        if _saving(declared, spot.place) and spot.set.effect == "settings" and not spot.set.skip:
+            channel = spot.channel or spot.place.channels[0]
+            chosen.setdefault((spot.place.name, channel), spot)
+    for (name, channel), spot in sorted(chosen.items()):
+        saving = _saving(declared, spot.place)[0]
+        yield Case(
+            name=f"{name}/{saving}/{channel}",
+            words={"saving": saving, "set": spot.set.set, "spot": spot.text},
+            arguments={"spot": spot, "saving": saving, "channel": channel},
+            messages=(saving, *spot.set.messages),
+            skip=spot.place.why_not(saving),
+        )
+
+
+@KIND.check(
+    "{saving} saves {set} at {spot} without an answer",
+    needs={Need.EEPROM},
+    does="writes the present values of {set} into the EEPROM of each channel, over what was saved there",
+    seconds=0.5,
+    each=_savings,
+)
 def _run(trial: Trial, spot: Spot, saving: str, channel: int) -> None:
     before = spot.read(trial)
     others = Neighbours.of(trial, spot)
@@ -78,11 +86,3 @@ def _run(trial: Trial, spot: Spot, saving: str, channel: int) -> None:
         came=came.raw,
     )
     others.judge(trial, f"{saving} was sent")
-
-
-KIND = Kind(
-    name="eeprom",
-    title="Parameters are saved without an answer and without a change",
-    rules=("eeprom-message-id", "piezo-eeprom-message-id", "command-without-acknowledgement"),
-    make=_make,
-)

@@ -10,8 +10,6 @@ from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, 
 if TYPE_CHECKING:
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["Neighbours"]
-
 
 @dataclass(frozen=True)
 class Neighbours:

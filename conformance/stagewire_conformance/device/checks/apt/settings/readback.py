@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Case, Kind, Need
 from stagewire_conformance.device.checks.apt.replies import judge_message
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, How, When
 from stagewire_conformance.device.checks.apt.settings.conditions import why_not_now
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["ELSEWHERE", "KIND", "NEEDS", "write_and_read"]
 
 ELSEWHERE = frozenset(
     {
@@ -48,21 +46,6 @@ class _Written:
     taken: bool
 
 
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for spot in spots(declared):
-        if spot.set.name not in ELSEWHERE:
-            care = CARE.get(spot.set.name, Care())
-            yield Check(
-                id=spot.id("readback"),
-                title=f"{spot.set.set} is read back by {spot.set.req} at {spot.text}",
-                messages=spot.set.messages,
-                run=partial(_run, spot=spot, care=care),
-                needs=frozenset({NEEDS[spot.set.effect]}),
-                does=_does(spot, care),
-                skip=spot.set.skip,
-            )
-
-
 def _does(spot: Spot, care: Care) -> str:
     names = [name for name in care.fields if name in spot.set.fields]
     if not names:
@@ -71,6 +54,106 @@ def _does(spot: Spot, care: Care) -> str:
     return f"changes {', '.join(names)} with {spot.set.set}{how}, and puts them back"
 
 
+KIND = Kind(
+    name="readback",
+    title="What is set is read back, and what was there before can be put back",
+    rules=(
+        "get-answers-request",
+        "command-without-acknowledgement",
+        "no-error-in-normal-operation",
+        "velocity-parameters",
+        "minimum-velocity-zero",
+        "jog-parameters",
+        "jog-mode-values",
+        "jog-stop-mode-values",
+        "jog-minimum-velocity-zero",
+        "backlash-parameters",
+        "relative-parameter-alone",
+        "absolute-parameter-alone",
+        "home-parameters",
+        "home-parameters-mls203",
+        "limit-switch-parameters",
+        "limit-switch-values",
+        "soft-limit-modes",
+        "dc-pid-parameters",
+        "led-modes",
+        "pot-parameters",
+        "pot-deflection-range",
+        "pot-equal-velocities",
+        "button-modes",
+        "button-positions",
+        "position-loop-parameters",
+        "motor-output-parameters",
+        "motor-bias-range",
+        "settle-ranges",
+        "profile-mode",
+        "profile-values",
+        "profile-jerk-range",
+        "current-loop-parameters",
+        "current-loop-phase",
+        "settled-current-loop-parameters",
+        "settled-current-loop-phase",
+        "solenoid-cycle",
+        "solenoid-cycle-times",
+        "solenoid-cycle-count",
+        "volts-source",
+        "pi-constants",
+        "pi-constants-range",
+        "lut-waveform",
+        "lut-index-range",
+        "lut-output-range",
+        "lut-parameters",
+        "lut-modes-combined",
+        "lut-cycle-length-range",
+        "lut-cycle-count-range",
+        "lut-delay-range",
+        "lut-rest-ranges",
+        "lut-trigger-start-range",
+        "lut-trigger-repeat-range",
+        "display-intensity",
+        "display-intensity-range",
+        "tpz-io-settings",
+        "tpz-voltage-limits",
+        "tpz-feedback-inputs",
+        "io-settings",
+        "current-limits",
+        "low-pass-filters",
+        "bnc-modes",
+        "max-voltage",
+        "max-voltage-range",
+        "max-voltage-flags-unused",
+        "max-voltage-answered",
+        "max-travel-announced",
+        "slew-rates",
+        "slew-rate-range",
+        "tsg-io-settings",
+        "tsg-outputs",
+        "tsg-display-modes",
+        "tsg-force-range",
+    ),
+)
+
+
+def _settings(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    for spot in spots(declared):
+        if spot.set.name not in ELSEWHERE:
+            care = CARE.get(spot.set.name, Care())
+            yield Case(
+                name=spot.name,
+                words={
+                    "set": spot.set.set,
+                    "req": spot.set.req,
+                    "spot": spot.text,
+                    "effect": _does(spot, care),
+                },
+                arguments={"spot": spot, "care": care},
+                messages=spot.set.messages,
+                needs=frozenset({NEEDS[spot.set.effect]}),
+                skip=spot.set.skip,
+            )
+
+
+@KIND.check("{set} is read back by {req} at {spot}", does="{effect}", each=_settings)
 def _run(trial: Trial, spot: Spot, care: Care) -> None:
     first = spot.ask(trial)
     judge_message(trial, spot.place, spot.channel, first)
@@ -174,84 +257,3 @@ def _differences(says: Values, wanted: Values) -> str:
         for name, value in says.items()
         if value != wanted[name]
     )
-
-
-KIND = Kind(
-    name="readback",
-    title="What is set is read back, and what was there before can be put back",
-    rules=(
-        "get-answers-request",
-        "command-without-acknowledgement",
-        "no-error-in-normal-operation",
-        "velocity-parameters",
-        "minimum-velocity-zero",
-        "jog-parameters",
-        "jog-mode-values",
-        "jog-stop-mode-values",
-        "jog-minimum-velocity-zero",
-        "backlash-parameters",
-        "relative-parameter-alone",
-        "absolute-parameter-alone",
-        "home-parameters",
-        "home-parameters-mls203",
-        "limit-switch-parameters",
-        "limit-switch-values",
-        "soft-limit-modes",
-        "dc-pid-parameters",
-        "led-modes",
-        "pot-parameters",
-        "pot-deflection-range",
-        "pot-equal-velocities",
-        "button-modes",
-        "button-positions",
-        "position-loop-parameters",
-        "motor-output-parameters",
-        "motor-bias-range",
-        "settle-ranges",
-        "profile-mode",
-        "profile-values",
-        "profile-jerk-range",
-        "current-loop-parameters",
-        "current-loop-phase",
-        "settled-current-loop-parameters",
-        "settled-current-loop-phase",
-        "solenoid-cycle",
-        "solenoid-cycle-times",
-        "solenoid-cycle-count",
-        "volts-source",
-        "pi-constants",
-        "pi-constants-range",
-        "lut-waveform",
-        "lut-index-range",
-        "lut-output-range",
-        "lut-parameters",
-        "lut-modes-combined",
-        "lut-cycle-length-range",
-        "lut-cycle-count-range",
-        "lut-delay-range",
-        "lut-rest-ranges",
-        "lut-trigger-start-range",
-        "lut-trigger-repeat-range",
-        "display-intensity",
-        "display-intensity-range",
-        "tpz-io-settings",
-        "tpz-voltage-limits",
-        "tpz-feedback-inputs",
-        "io-settings",
-        "current-limits",
-        "low-pass-filters",
-        "bnc-modes",
-        "max-voltage",
-        "max-voltage-range",
-        "max-voltage-flags-unused",
-        "max-voltage-answered",
-        "max-travel-announced",
-        "slew-rates",
-        "slew-rate-range",
-        "tsg-io-settings",
-        "tsg-outputs",
-        "tsg-display-modes",
-        "tsg-force-range",
-    ),
-    make=_make,
-)

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
-__all__ = ["ParameterSet", "Spot", "Values", "parameter_sets", "spots"]
 
 Values = dict[str, Any]
 
@@ -101,10 +100,11 @@ class Spot:
         channel = "" if self.channel is None else f" channel {self.channel}"
         return f"{self.place.name}{channel}"
 
-    def id(self, kind: str) -> str:
-        """Return the id of a check of it."""
+    @property
+    def name(self) -> str:
+        """What names it in the id of a check."""
         channel = "" if self.channel is None else f"/{self.channel}"
-        return f"{kind}/{self.place.name}/{self.set.set}{channel}"
+        return f"{self.place.name}/{self.set.set}{channel}"
 
     def ask(self, trial: Trial) -> Heard:
         """Ask for the values; the check ends where nothing answers."""

@@ -10,8 +10,6 @@ from stagewire_conformance.device.checks.apt.settings.care import Care, How, Var
 from stagewire_conformance.device.checks.apt.settings.sets import ParameterSet, Values
 from stagewire_conformance.registry import Json
 
-__all__ = ["first_variant", "variants"]
-
 _SHARE: Final = 16
 """A number is changed by a sixteenth of it, or somewhat less: more than a controller should round."""
 _WIDE: Final = (0x1_0000, 0x1_FFFF)

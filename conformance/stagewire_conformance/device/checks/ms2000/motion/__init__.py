@@ -17,8 +17,6 @@ from stagewire_conformance.device.checks.ms2000.motion import (
     vector,
 )
 
-__all__ = ["KINDS"]
-
 KINDS: Final[tuple[Kind, ...]] = (
     targets.KIND,
     increments.KIND,

@@ -6,21 +6,16 @@ So this needs the range of motion.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
-from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
-
-__all__ = ["KIND"]
 
 _SHIFT: Final = (100, 500)
 """Counts by which the number is changed first, 10 to 50 µm."""
@@ -58,6 +53,20 @@ class _Number:
         _is_at(self.mover, number, f"not restored: WRITE_MOTOR_POSITION wrote {number}")
 
 
+KIND: Final = Kind(
+    name="counter",
+    title="The counter of positions takes another number, and nothing moves",
+    rules=("position-written", "position-write-no-reply", "data-order", "twos-complement"),
+)
+
+
+@motion_check(
+    KIND,
+    "The place of {axis} is given another number, and nothing moves",
+    messages=("WRITE_MOTOR_POSITION",),
+    settings=True,
+    seconds=0.8,
+)
 def _renumber(mover: Mover) -> None:
     """Give the place another number within the range, and, where nothing moves by it, two far away."""
     mover.ready()
@@ -106,24 +115,3 @@ def _is_at(mover: Mover, count: int, after: str) -> bool:
         f"{after}, and of axis {mover.name} "
         + " and ".join(f"{name} tells {told}" for name, told in wrong.items()),
     )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _renumber,
-        title="The place of {axis} is given another number, and nothing moves",
-        messages=("WRITE_MOTOR_POSITION",),
-        settings=True,
-        seconds=0.8,
-    )
-
-
-KIND: Final = Kind(
-    name="counter",
-    title="The counter of positions takes another number, and nothing moves",
-    rules=("position-written", "position-write-no-reply", "data-order", "twos-complement"),
-    make=_make,
-)

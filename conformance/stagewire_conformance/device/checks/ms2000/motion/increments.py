@@ -2,23 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
 from stagewire.protocols import Command
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course, judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
 from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
-__all__ = ["KIND"]
+KIND: Final = Kind(
+    name="move-increment",
+    title="A move by the increment goes as far, from where the axis is",
+    rules=(
+        "increment-up",
+        "increment-up-no-response",
+        "increment-down",
+        "increment-down-no-response",
+        "increment-used",
+        "increment-written",
+        "status-busy",
+        "status-not-busy",
+    ),
+)
 
 
+@motion_check(
+    KIND,
+    "{axis} goes up and down by its increment, from where it is",
+    messages=(
+        "INCREMENT_MOVE_UP",
+        "INCREMENT_MOVE_DOWN",
+        "WRITE_INCREMENT_VALUE",
+        "READ_INCREMENT_VALUE",
+    ),
+    settings=True,
+    seconds=2.0,
+)
 def _up_and_down(mover: Mover) -> None:
     """Move twice by the increment in each direction: it is counted from where the axis is."""
     mover.ready()
@@ -45,32 +67,3 @@ def _move(mover: Mover, command: Command, way: int) -> None:
     judge_course(mover, target, samples)
     judge_rest(mover, target)
     mover.silent(command)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _up_and_down,
-        title="{axis} goes up and down by its increment, from where it is",
-        messages=(
-            "INCREMENT_MOVE_UP",
-            "INCREMENT_MOVE_DOWN",
-            "WRITE_INCREMENT_VALUE",
-            "READ_INCREMENT_VALUE",
-        ),
-        settings=True,
-        seconds=2.0,
-    )
-
-
-KIND: Final = Kind(
-    name="move-increment",
-    title="A move by the increment goes as far, from where the axis is",
-    rules=(
-        "increment-up", "increment-up-no-response", "increment-down", "increment-down-no-response",
-        "increment-used", "increment-written", "status-busy", "status-not-busy",
-    ),
-    make=_make,
-)  # fmt: skip

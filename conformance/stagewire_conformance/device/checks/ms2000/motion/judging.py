@@ -8,8 +8,6 @@ from typing import Final
 from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover, Sample
 from stagewire_ms2000.flags import StatusBits
 
-__all__ = ["judge_course", "judge_rest"]
-
 _MOVED: Final = 20
 """Counts between two looks by which an axis has certainly moved."""
 _LOOKS: Final = 4

@@ -7,20 +7,65 @@ way round. The table is the definition.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.checks.ms2000.motion.making import lacks_of, motion_check
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import lacks_of, motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.places import Target
 from stagewire_ms2000.flags import StatusBits
 
-__all__ = ["KIND"]
+KIND: Final = Kind(
+    name="limits",
+    title="An axis at an end of its travel says at which",
+    rules=("status-limit-bits",),
+)
 
 
+def _ends(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for place in declared.places:
+        for name, upper in (("upper", True), ("lower", False)):
+            yield AxisCase(
+                place=place,
+                name=name,
+                words={"end": name},
+                arguments={"upper": upper},
+                skip=_undeclared(place),
+                lacks=_lacks(declared, allowed, place, upper),
+            )
+
+
+def _undeclared(place: Target) -> str:
+    connected = place.connected_to()
+    if connected.travel is None:
+        return f"the PICS declares no travel of axis {place.name}"
+    if not connected.limit_switches:
+        return f"the PICS declares no limit switches of axis {place.name}"
+    return ""
+
+
+def _lacks(declared: Declared, allowed: Permissions, place: Target, upper: bool) -> str:
+    """Return why the range does not reach an end; empty where it does."""
+    travel = place.travel_of()
+    if travel is None or allowed.motion is None or lacks_of(declared, allowed, place):
+        return ""
+    low, high = declared.reach(place, None, allowed.motion)
+    end = travel.high if upper else travel.low
+    if end in (low, high):
+        return ""
+    return f"axis {place.name} goes to {end} counts: --allow-motion that includes it"
+
+
+@motion_check(
+    KIND,
+    "{axis} tells that it is at its {end} end",
+    messages=("READ_STATUS_BYTE",),
+    seconds=10.0,
+    each=_ends,
+)
 def _end(mover: Mover, upper: bool) -> None:
     mover.ready()
     trial = mover.trial
@@ -55,50 +100,3 @@ def _end(mover: Mover, upper: bool) -> None:
 
 def _at_an_end(status: StatusBits) -> bool:
     return bool(status.upper_limit or status.lower_limit)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for place in declared.places:
-        for name, upper in (("upper", True), ("lower", False)):
-            yield motion_check(
-                KIND.name,
-                declared,
-                allowed,
-                place,
-                partial(_end, upper=upper),
-                title=f"{{axis}} tells that it is at its {name} end",
-                messages=("READ_STATUS_BYTE",),
-                behind=name,
-                lacks=_lacks(declared, allowed, place, upper),
-                undeclared=_undeclared(place),
-                seconds=10.0,
-            )
-
-
-def _undeclared(place: Target) -> str:
-    connected = place.connected_to()
-    if connected.travel is None:
-        return f"the PICS declares no travel of axis {place.name}"
-    if not connected.limit_switches:
-        return f"the PICS declares no limit switches of axis {place.name}"
-    return ""
-
-
-def _lacks(declared: Declared, allowed: Permissions, place: Target, upper: bool) -> str:
-    """Return why the range does not reach an end; empty where it does."""
-    travel = place.travel_of()
-    if travel is None or allowed.motion is None or lacks_of(declared, allowed, place):
-        return ""
-    low, high = declared.reach(place, None, allowed.motion)
-    end = travel.high if upper else travel.low
-    if end in (low, high):
-        return ""
-    return f"axis {place.name} goes to {end} counts: --allow-motion that includes it"
-
-
-KIND: Final = Kind(
-    name="limits",
-    title="An axis at an end of its travel says at which",
-    rules=("status-limit-bits",),
-    make=_make,
-)

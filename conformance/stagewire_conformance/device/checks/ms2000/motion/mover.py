@@ -15,8 +15,6 @@ from stagewire_ms2000 import messages as m
 from stagewire_ms2000.flags import StatusBits
 from stagewire_ms2000.quantities import POSITION, SPEED
 
-__all__ = ["ARRIVED", "Mover", "Sample"]
-
 ARRIVED: Final = 10
 """Counts, a micrometre, by which an axis may miss its target; the document does not say."""
 

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course
-from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample
 from stagewire_conformance.device.checks.ms2000.motion.stopping import stop
 from stagewire_conformance.device.checks.ms2000.stored import RAMP_TIME, TOP_SPEED, keep
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
-
-__all__ = ["KIND"]
 
 _RAMP: Final = 0.25
 """Seconds of the ramp, long enough to be seen."""
@@ -38,6 +33,26 @@ _SLOWEST: Final = 50
 """µm/s of the slowest top speed of which a ramp tells anything."""
 
 
+KIND: Final = Kind(
+    name="ramps",
+    title="An axis reaches its top speed within the ramp time",
+    rules=(
+        "ramp-time-meaning",
+        "ramp-time-acceleration",
+        "vector-speed-ramp",
+        "status-ramping-bits",
+    ),
+)
+
+
+@motion_check(
+    KIND,
+    "{axis} is as fast as its ramp time says when it goes to a target",
+    messages=("WRITE_RAMPING_TIME", "WRITE_TOP_SPEED"),
+    settings=True,
+    seconds=2.5,
+    name="target",
+)
 def _to_target(mover: Mover) -> None:
     _prepare(mover)
     goal = mover.goal(_LONG * _RAMP)
@@ -47,6 +62,14 @@ def _to_target(mover: Mover) -> None:
     judge_course(mover, goal, samples)
 
 
+@motion_check(
+    KIND,
+    "{axis} is as fast as its ramp time says when it is told a speed",
+    messages=("WRITE_VECTOR_SPEED", "WRITE_RAMPING_TIME", "WRITE_TOP_SPEED", "STOP_MOTOR"),
+    settings=True,
+    seconds=2.0,
+    name="vector",
+)
 def _at_speed(mover: Mover) -> None:
     """Go at half the top speed, which takes half of the ramp; up, since the document has no way down."""
     _prepare(mover)
@@ -103,38 +126,3 @@ def _judge(mover: Mover, began: float, samples: list[Sample], speed: int) -> Non
             f"{1000 * _RAMP * passed:.0f} ms after it began, axis {mover.name} goes at {sample.speed} µm/s; "
             f"with a ramp of {1000 * _RAMP:.0f} ms to a top speed of {top} µm/s it is {due}",
         )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    yield from motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _to_target,
-        title="{axis} is as fast as its ramp time says when it goes to a target",
-        messages=("WRITE_RAMPING_TIME", "WRITE_TOP_SPEED"),
-        behind="target",
-        settings=True,
-        seconds=2.5,
-    )
-    yield from motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _at_speed,
-        title="{axis} is as fast as its ramp time says when it is told a speed",
-        messages=("WRITE_VECTOR_SPEED", "WRITE_RAMPING_TIME", "WRITE_TOP_SPEED", "STOP_MOTOR"),
-        behind="vector",
-        settings=True,
-        seconds=2.0,
-    )
-
-
-KIND: Final = Kind(
-    name="ramps",
-    title="An axis reaches its top speed within the ramp time",
-    rules=(
-        "ramp-time-meaning", "ramp-time-acceleration", "vector-speed-ramp", "status-ramping-bits",
-    ),
-    make=_make,
-)  # fmt: skip

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course, judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
 from stagewire_conformance.device.checks.ms2000.stored import TOP_SPEED, keep
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
-
-__all__ = ["KIND"]
 
 _SECONDS: Final = 0.5
 """How long the move takes at the speed that is set."""
@@ -23,6 +18,20 @@ _SPARE: Final = 0.9
 """The part of the time that a move needs at least at its top speed, as far as it is known when it began."""
 
 
+KIND: Final = Kind(
+    name="top-speed",
+    title="A move is no faster than the top speed",
+    rules=("top-speed-limits-travel", "top-speed-written", "maximum-speed-reply"),
+)
+
+
+@motion_check(
+    KIND,
+    "A move of {axis} is no faster than its top speed",
+    messages=("WRITE_TOP_SPEED",),
+    settings=True,
+    seconds=1.5,
+)
 def _obeys(mover: Mover) -> None:
     mover.ready()
     top = keep(mover, TOP_SPEED)
@@ -42,24 +51,3 @@ def _obeys(mover: Mover) -> None:
     )
     judge_course(mover, goal, samples)
     judge_rest(mover, goal)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _obeys,
-        title="A move of {axis} is no faster than its top speed",
-        messages=("WRITE_TOP_SPEED",),
-        settings=True,
-        seconds=1.5,
-    )
-
-
-KIND: Final = Kind(
-    name="top-speed",
-    title="A move is no faster than the top speed",
-    rules=("top-speed-limits-travel", "top-speed-written", "maximum-speed-reply"),
-    make=_make,
-)

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover, Sample
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
-
-__all__ = ["KIND", "stop"]
 
 _STANDS: Final = 0.4
 """Seconds in which an axis that is stopped has to stand; the document has no ramp for it."""
@@ -54,6 +49,31 @@ def stop(mover: Mover) -> int:
     return place
 
 
+KIND: Final = Kind(
+    name="stop-start",
+    title="A stop disables an axis, and a start enables it",
+    rules=(
+        "stop-disables",
+        "stop-no-response",
+        "start-enables",
+        "start-no-response",
+        "disabled-not-busy",
+        "status-moving-bit",
+        "size-omitted-by-three",
+    ),
+)
+
+
+@motion_check(
+    KIND,
+    "{axis} stands when it is stopped, stays so, and goes when it is started",
+    messages=(
+        "STOP_MOTOR",
+        "START_MOTOR",
+        "READ_STATUS_BYTE",
+    ),
+    seconds=2.5,
+)
 def _stop_and_start(mover: Mover) -> None:
     mover.ready()
     trial, line = mover.trial, mover.line
@@ -127,30 +147,3 @@ def _start(mover: Mover, stood: int) -> None:
         mover.trial.info(
             f"START_MOTOR {'only enables: it stays where it is' if stays else 'lets it go to its target'}"
         )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    return motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _stop_and_start,
-        title="{axis} stands when it is stopped, stays so, and goes when it is started",
-        messages=(
-            "STOP_MOTOR",
-            "START_MOTOR",
-            "READ_STATUS_BYTE",
-        ),
-        seconds=2.5,
-    )
-
-
-KIND: Final = Kind(
-    name="stop-start",
-    title="A stop disables an axis, and a start enables it",
-    rules=(
-        "stop-disables", "stop-no-response", "start-enables", "start-no-response",
-        "disabled-not-busy", "status-moving-bit", "size-omitted-by-three",
-    ),
-    make=_make,
-)  # fmt: skip

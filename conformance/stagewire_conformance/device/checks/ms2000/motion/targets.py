@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course, judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
-
-__all__ = ["KIND"]
 
 _SHORT: Final = 0.2
 """Seconds of a move that only has to be long enough to be asked about."""
 
 
+KIND: Final = Kind(
+    name="move-target",
+    title="A target is gone to, and what is said meanwhile and afterwards is true",
+    rules=(
+        "target-written",
+        "target-moves",
+        "target-no-reply",
+        "target-reply",
+        "status-busy",
+        "status-not-busy",
+        "status-moving-bit",
+        "status-ramping-bits",
+        "current-speed-reply",
+    ),
+)
+
+
+@motion_check(KIND, "{axis} goes to a target and back, is busy meanwhile, and says so", seconds=1.5)
 def _there_and_back(mover: Mover) -> None:
     """Move to a target and back; the others stay where they are."""
     mover.ready()
@@ -50,6 +63,7 @@ def _others(mover: Mover) -> dict[Axis, int]:
     return {axis: axis.position for axis in axes if axis.address != mover.address}
 
 
+@motion_check(KIND, "{axis} takes another target on its way", seconds=1.0, name="turned-round")
 def _turned_round(mover: Mover) -> None:
     """Give another target on the way."""
     mover.ready()
@@ -64,6 +78,13 @@ def _turned_round(mover: Mover) -> None:
     judge_rest(mover, mover.start)
 
 
+@motion_check(
+    KIND,
+    "{axis} says in its status byte that it moves while it does, and no longer",
+    messages=("READ_STATUS_BYTE",),
+    seconds=1.0,
+    name="status-byte",
+)
 def _status_byte(mover: Mover) -> None:
     """Ask for the status byte alone, on the way and at the end."""
     mover.ready()
@@ -90,44 +111,3 @@ def _status_byte(mover: Mover) -> None:
         f"axis {mover.name} is not busy any more, and READ_STATUS_BYTE tells {int(byte):#04x}: it moves",
         came=bytes((int(byte),)),
     )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    yield from motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _there_and_back,
-        title="{axis} goes to a target and back, is busy meanwhile, and says so",
-        seconds=1.5,
-    )
-    yield from motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _turned_round,
-        title="{axis} takes another target on its way",
-        behind="turned-round",
-        seconds=1.0,
-    )
-    yield from motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _status_byte,
-        title="{axis} says in its status byte that it moves while it does, and no longer",
-        messages=("READ_STATUS_BYTE",),
-        behind="status-byte",
-        seconds=1.0,
-    )
-
-
-KIND: Final = Kind(
-    name="move-target",
-    title="A target is gone to, and what is said meanwhile and afterwards is true",
-    rules=(
-        "target-written", "target-moves", "target-no-reply", "target-reply", "status-busy",
-        "status-not-busy", "status-moving-bit", "status-ramping-bits", "current-speed-reply",
-    ),
-    make=_make,
-)  # fmt: skip

@@ -3,27 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from itertools import pairwise
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.making import MOVES, lacks_of, motion_check
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import (
+    MOVES,
+    lacks_of,
+    motion_check,
+)
 from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.places import Target
 from stagewire_ms2000 import messages as m
 
-__all__ = ["KIND"]
-
 _FIRST, _SECOND = 0.3, 0.6
 """Seconds that the two moves take."""
 
 
-def _both(first: Mover, place: Target) -> None:
-    second = Mover(first.trial, place)
+KIND: Final = Kind(
+    name="move-together",
+    title="Two axes that move at once do not mix",
+    rules=("axis-identifiers", "target-moves", "status-busy", "status-not-busy"),
+)
+
+
+def _pairs(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for first, second in pairwise(declared.places):
+        yield AxisCase(
+            place=first,
+            name=second.name,
+            words={"other": second.name},
+            arguments={"other": second},
+            skip=next(filter(None, map(second.why_not, MOVES)), ""),
+            lacks=lacks_of(declared, allowed, second),
+        )
+
+
+@motion_check(
+    KIND, "{axis} and axis {other} go to their own targets at once", seconds=1.5, each=_pairs
+)
+def _both(first: Mover, other: Target) -> None:
+    second = Mover(first.trial, other)
     first.ready()
     second.ready()
     near, far = first.goal(_FIRST), second.goal(_SECOND)
@@ -41,27 +65,3 @@ def _both(first: Mover, place: Target) -> None:
     second.follow(f"on its way to {far}", abs(far - second.start))
     judge_rest(first, near)
     judge_rest(second, far)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for first, second in pairwise(declared.places):
-        yield motion_check(
-            KIND.name,
-            declared,
-            allowed,
-            first,
-            partial(_both, place=second),
-            title=f"{{axis}} and axis {second.name} go to their own targets at once",
-            behind=second.name,
-            undeclared=next(filter(None, map(second.why_not, MOVES)), ""),
-            lacks=lacks_of(declared, allowed, second),
-            seconds=1.5,
-        )
-
-
-KIND: Final = Kind(
-    name="move-together",
-    title="Two axes that move at once do not mix",
-    rules=("axis-identifiers", "target-moves", "status-busy", "status-not-busy"),
-    make=_make,
-)

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.checks.ms2000.motion.making import motion_checks
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample
 from stagewire_conformance.device.checks.ms2000.motion.stopping import stop
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
-
-__all__ = ["KIND"]
 
 _SLOWEST: Final = 20
 """µm/s of the slowest movement that tells anything."""
@@ -31,6 +26,22 @@ _GLANCE: Final = 0.1
 """Seconds in which the way is seen that an axis goes."""
 
 
+KIND: Final = Kind(
+    name="move-vector",
+    title="A vector speed is kept until something else is told",
+    rules=("vector-speed-runs", "vector-speed-no-reply", "current-speed-reply", "status-busy"),
+)
+
+
+_MESSAGES: Final = ("WRITE_VECTOR_SPEED", "STOP_MOTOR", "START_MOTOR")
+
+
+@motion_check(
+    KIND,
+    "{axis} goes at the speed that it is told, until it is told otherwise",
+    messages=_MESSAGES,
+    seconds=1.5,
+)
 def _runs(mover: Mover) -> None:
     """Move up at a speed, see that it is kept, ask for the speed 0, and stop."""
     mover.ready()
@@ -101,6 +112,13 @@ def _make_room(mover: Mover) -> None:
         mover.go(mover.goal(upwards=False))
 
 
+@motion_check(
+    KIND,
+    "{axis} takes a speed of 32768 and more in one way or the other",
+    messages=_MESSAGES,
+    name="sign",
+    seconds=0.5,
+)
 def _sign(mover: Mover) -> None:
     """See which way an axis goes at a speed whose highest bit is set: the document leaves its sign open.
 
@@ -139,34 +157,3 @@ def _bytes_of(mover: Mover, speed: int) -> bytes:
     command = bytearray(m.WriteVectorSpeed(0).pack(mover.address))
     command[3:5] = speed.to_bytes(2, "little")
     return bytes(command)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    messages = ("WRITE_VECTOR_SPEED", "STOP_MOTOR", "START_MOTOR")
-    yield from motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _runs,
-        title="{axis} goes at the speed that it is told, until it is told otherwise",
-        messages=messages,
-        seconds=1.5,
-    )
-    yield from motion_checks(
-        KIND.name,
-        declared,
-        allowed,
-        _sign,
-        title="{axis} takes a speed of 32768 and more in one way or the other",
-        messages=messages,
-        behind="sign",
-        seconds=0.5,
-    )
-
-
-KIND: Final = Kind(
-    name="move-vector",
-    title="A vector speed is kept until something else is told",
-    rules=("vector-speed-runs", "vector-speed-no-reply", "current-speed-reply", "status-busy"),
-    make=_make,
-)

@@ -18,8 +18,6 @@ from stagewire_conformance.device.checks.ms2000.reading import (
     wrong_size,
 )
 
-__all__ = ["KINDS"]
-
 KINDS: Final[tuple[Kind, ...]] = (
     identification.KIND,
     reads.KIND,

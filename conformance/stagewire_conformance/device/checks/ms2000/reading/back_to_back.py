@@ -7,18 +7,16 @@ from itertools import cycle, islice
 from typing import Final
 
 from stagewire.protocols import Command
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, line_of
+from stagewire_conformance.device.checks.ms2000.axis_check import SETTINGS_READ, requests_of
 from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import END
-from stagewire_conformance.device.checks.ms2000.making import SETTINGS_READ, requests_of
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.lines.command_line import QUIET
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.trial import Trial
-
-__all__ = ["KIND"]
 
 _REQUESTS: Final = 200
 _BURSTS: Final = 10
@@ -35,6 +33,23 @@ def _claimed(declared: Declared) -> list[tuple[Target, Command]]:
     ]
 
 
+KIND: Final = Kind(
+    name="back-to-back",
+    title="Requests without a pause are answered",
+    rules=("no-blanks-in-replies", "commands-processed-at-colon"),
+)
+
+
+def _all(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    yield Case(messages=[request.layout.message for _, request in _claimed(declared)])
+
+
+@KIND.check(
+    f"Each of {_REQUESTS} requests, sent as soon as the reply before is there, is answered",
+    name="one-by-one",
+    seconds=2.0,
+    each=_all,
+)
 def _one_by_one(trial: Trial) -> None:
     first: dict[tuple[int, str], bytes] = {}
     for number, (place, request) in enumerate(
@@ -55,6 +70,12 @@ def _one_by_one(trial: Trial) -> None:
     trial.must(not behind, f"{len(behind)} bytes came behind the last reply", came=behind)
 
 
+@KIND.check(
+    f"{_BURST} requests at once are answered by nothing but their replies",
+    name="bursts",
+    seconds=1.5,
+    each=_all,
+)
 def _bursts(trial: Trial) -> None:
     """Several at once; the document, which says that a colon clears the buffers, promises nothing of it."""
     line, clean = line_of(trial), Clean(trial)
@@ -82,30 +103,3 @@ def _bursts(trial: Trial) -> None:
         line.send_bytes(END, "ends what may be open")
         line.listen(QUIET)
     clean.again(f"after {_BURSTS} bursts of requests")
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    claimed = _claimed(declared)
-    messages = tuple(dict.fromkeys(request.layout.message for _, request in claimed))
-    yield Check(
-        id=f"{KIND.name}/one-by-one",
-        title=f"Each of {_REQUESTS} requests, sent as soon as the reply before is there, is answered",
-        messages=messages,
-        run=_one_by_one,
-        seconds=2.0,
-    )
-    yield Check(
-        id=f"{KIND.name}/bursts",
-        title=f"{_BURST} requests at once are answered by nothing but their replies",
-        messages=messages,
-        run=_bursts,
-        seconds=1.5,
-    )
-
-
-KIND: Final = Kind(
-    name="back-to-back",
-    title="Requests without a pause are answered",
-    rules=("no-blanks-in-replies", "commands-processed-at-colon"),
-    make=_make,
-)

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import Final
 
 from stagewire.protocols import Command
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.clean import asked
 from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.trial import Trial
-
-__all__ = ["KIND"]
 
 _WAIT: Final = 0.2
 """Seconds in which an answer would have come."""
@@ -132,28 +130,28 @@ _CASES: Final[dict[str, tuple[str, Look, tuple[str, ...], float]]] = {
 """Name -> what has to hold, what looks at it, the rules, and about how long it takes."""
 
 
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
+KIND: Final = Kind(
+    name="colon",
+    title="A command ends at its colon",
+    rules=tuple(dict.fromkeys(rule for case in _CASES.values() for rule in case[2])),
+)
+
+
+def _cases(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     place, request = asked(declared)
     name = request.layout.message
-
-    def run(look: Look, trial: Trial) -> None:
-        look(Axis(trial, place), request)
-
     for case, (title, look, rules, seconds) in _CASES.items():
-        yield Check(
-            id=f"{KIND.name}/{case}",
-            title=title,
+        yield Case(
+            name=case,
+            words={"title": title},
+            arguments={"place": place, "request": request, "look": look},
             messages=(name,),
-            run=partial(run, look),
             rules=rules,
             skip=place.why_not(name),
             seconds=seconds,
         )
 
 
-KIND: Final = Kind(
-    name="colon",
-    title="A command ends at its colon",
-    rules=tuple(dict.fromkeys(rule for case in _CASES.values() for rule in case[2])),
-    make=_make,
-)
+@KIND.check("{title}", each=_cases)
+def _run(trial: Trial, place: Target, request: Command, look: Look) -> None:
+    look(Axis(trial, place), request)

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.making import axis_check
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.checks.ms2000.axis_check import axis_check
 from stagewire_ms2000 import messages as m
-
-__all__ = ["KIND"]
 
 _MOTORS: Final = ("X", "Y", "Z")
 """The axes of which the document says what they answer."""
@@ -21,6 +16,16 @@ _LAST: Final = b": "
 """The sixth byte: the colon of the example, or the blank of the text."""
 
 
+KIND: Final = Kind(
+    name="identification",
+    title="Every axis says what it is",
+    rules=("identification-reply", "identification-blanks", "axis-identifiers"),
+)
+
+
+@axis_check(
+    KIND, "{axis} says in six bytes what it is", messages=("READ_IDENTIFICATION",), seconds=0.2
+)
 def _look(axis: Axis) -> None:
     came = axis.ask(m.ReadIdentification(), quiet=0.2).pack()
     if axis.name not in _MOTORS:
@@ -42,23 +47,3 @@ def _look(axis: Axis) -> None:
     )
     if came[5:] == b" ":
         axis.trial.info("its sixth byte is the blank of the text, not the colon of the example")
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for place in declared.places:
-        yield axis_check(
-            KIND.name,
-            place,
-            _look,
-            title="{axis} says in six bytes what it is",
-            messages=("READ_IDENTIFICATION",),
-            seconds=0.2,
-        )
-
-
-KIND: Final = Kind(
-    name="identification",
-    title="Every axis says what it is",
-    rules=("identification-reply", "identification-blanks", "axis-identifiers"),
-    make=_make,
-)

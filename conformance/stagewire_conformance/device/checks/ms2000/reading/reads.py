@@ -3,26 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Final
 
 from stagewire.protocols import Command, Reply
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.making import (
+from stagewire_conformance.device.checks.ms2000.axis_check import (
     SETTINGS_READ,
+    AxisCase,
     axis_check,
     requests_of,
 )
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
 
-__all__ = ["KIND"]
-
 _OWN: Final = ("READ_IDENTIFICATION",)
 """Has a kind of its own."""
 
 
+KIND: Final = Kind(
+    name="reads",
+    title="Every command that reads is answered by exactly its bytes",
+    rules=(
+        "no-ascii", "command-parts", "ends-with-colon", "command-identifiers", "size-of-data",
+        "data-of-command", "no-blanks-in-replies", "status-answered", "position-reply", "position-size",
+        "increment-reply", "position-and-status-reply", "position-and-status-size",
+        "current-speed-reply", "ramp-time-reply", "ramp-time-reply-range", "maximum-speed-reply",
+        "target-reply", "status-byte-reply",
+    ),
+)  # fmt: skip
+
+
+def _requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    requests = requests_of(declared)
+    for place in declared.places:
+        for name in sorted(requests.keys() - {*_OWN}, key=list(requests).index):
+            reply = requests[name].reply
+            assert reply is not None
+            size = f"{reply.layout.length} byte{'s'[: reply.layout.length - 1]}"
+            yield AxisCase(
+                place=place,
+                name=name,
+                words={"request": name, "size": size},
+                arguments={"request": requests[name]},
+                messages=(name,),
+            )
+
+
+@axis_check(KIND, "{request} of {axis} is answered by {size}, and nothing else", each=_requests)
 def _look(axis: Axis, request: Command) -> None:
     name = request.layout.message
     first = axis.ask(request)
@@ -56,34 +84,3 @@ def _values_are_known(axis: Axis, reply: Reply) -> None:
                 f"{entry['maximum']}",
                 came=reply.pack(),
             )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    requests = requests_of(declared)
-    for place in declared.places:
-        for name in sorted(requests.keys() - {*_OWN}, key=list(requests).index):
-            reply = requests[name].reply
-            assert reply is not None
-            size = reply.layout.length
-            yield axis_check(
-                KIND.name,
-                place,
-                partial(_look, request=requests[name]),
-                title=f"{name} of {{axis}} is answered by {size} byte{'s'[: size - 1]}, and nothing else",
-                messages=(name,),
-                behind=name,
-            )
-
-
-KIND: Final = Kind(
-    name="reads",
-    title="Every command that reads is answered by exactly its bytes",
-    rules=(
-        "no-ascii", "command-parts", "ends-with-colon", "command-identifiers", "size-of-data",
-        "data-of-command", "no-blanks-in-replies", "status-answered", "position-reply", "position-size",
-        "increment-reply", "position-and-status-reply", "position-and-status-size",
-        "current-speed-reply", "ramp-time-reply", "ramp-time-reply-range", "maximum-speed-reply",
-        "target-reply", "status-byte-reply",
-    ),
-    make=_make,
-)  # fmt: skip

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from functools import partial
 from random import Random
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import line_of
 from stagewire_conformance.device.checks.ms2000.clean import Clean, asked
 from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS, harmless_bytes
@@ -15,8 +14,6 @@ from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import PROTOCOL
-
-__all__ = ["KIND"]
 
 _WAIT: Final = 0.1
 """Seconds in which an answer would have come."""
@@ -135,6 +132,28 @@ _CASES: Final[dict[str, tuple[str, str, Make, tuple[str, ...]]]] = {
 """Name -> what is sent, what has to hold, what makes the bytes, and the rules."""
 
 
+KIND: Final = Kind(
+    name="silence",
+    title="What has an error is ignored, and what follows is not",
+    rules=tuple(dict.fromkeys(rule for case in _CASES.values() for rule in case[3])),
+)
+
+
+def _cases(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    place, request = asked(declared)
+    name = request.layout.message
+    for case, (about, title, make, rules) in _CASES.items():
+        yield Case(
+            name=case,
+            words={"title": title},
+            arguments={"about": about, "make": make},
+            messages=(name,),
+            rules=rules,
+            skip=place.why_not(name),
+        )
+
+
+@KIND.check("{title}", seconds=0.8, each=_cases)
 def _look(trial: Trial, about: str, make: Make) -> None:
     line, clean = line_of(trial), Clean(trial)
     for raw in make(trial.declared, trial.random):
@@ -151,26 +170,3 @@ def _look(trial: Trial, about: str, make: Make) -> None:
 
 def _shortly(raw: bytes) -> str:
     return raw.hex(" ") if len(raw) <= 12 else f"{raw[:8].hex(' ')} … {raw[-1:].hex()}"
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    place, request = asked(declared)
-    name = request.layout.message
-    for case, (about, title, make, rules) in _CASES.items():
-        yield Check(
-            id=f"{KIND.name}/{case}",
-            title=title,
-            messages=(name,),
-            run=partial(_look, about=about, make=make),
-            rules=rules,
-            skip=place.why_not(name),
-            seconds=0.8,
-        )
-
-
-KIND: Final = Kind(
-    name="silence",
-    title="What has an error is ignored, and what follows is not",
-    rules=tuple(dict.fromkeys(rule for case in _CASES.values() for rule in case[3])),
-    make=_make,
-)

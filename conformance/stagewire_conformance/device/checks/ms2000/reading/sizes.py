@@ -8,27 +8,49 @@ what it answers has to be the reply.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Final
 
 from stagewire.protocols import Command
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.clean import Clean
-from stagewire_conformance.device.checks.ms2000.making import (
+from stagewire_conformance.device.checks.ms2000.axis_check import (
+    AxisCase,
     axis_check,
     first_place,
     requests_of,
 )
+from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
-
-__all__ = ["KIND"]
 
 _WAIT: Final = 0.2
 """Seconds in which an answer would have come."""
 
 
+KIND: Final = Kind(
+    name="sizes",
+    title="A request in its other form, with or without its size, is answered rightly or ignored",
+    rules=("size-omitted-by-three", "size-of-data", "errors-ignored"),
+)
+
+
+def _requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for name, request in requests_of(declared).items():
+        yield AxisCase(
+            place=first_place(declared, name),
+            name=name,
+            words={
+                "request": name,
+                "form": "with the size 0" if request.layout.size is None else "without its size",
+            },
+            arguments={"request": request},
+            messages=(name,),
+        )
+
+
+@axis_check(
+    KIND, "{request} {form} is answered by the reply, or not at all", seconds=0.4, each=_requests
+)
 def _look(axis: Axis, request: Command) -> None:
     clean = Clean(axis.trial)
     name = request.layout.message
@@ -41,25 +63,3 @@ def _look(axis: Axis, request: Command) -> None:
         axis.exact(request, came, f"sent {form}")
         axis.trial.info(f"{name} {form} is understood")
     clean.again(f"after {name} {form}")
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for name, request in requests_of(declared).items():
-        form = "with the size 0" if request.layout.size is None else "without its size"
-        yield axis_check(
-            KIND.name,
-            first_place(declared, name),
-            partial(_look, request=request),
-            title=f"{name} {form} is answered by the reply, or not at all",
-            messages=(name,),
-            behind=name,
-            seconds=0.4,
-        )
-
-
-KIND: Final = Kind(
-    name="sizes",
-    title="A request in its other form, with or without its size, is answered rightly or ignored",
-    rules=("size-omitted-by-three", "size-of-data", "errors-ignored"),
-    make=_make,
-)

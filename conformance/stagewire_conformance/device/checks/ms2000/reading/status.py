@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final, NamedTuple
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
-from stagewire_conformance.device.checks.ms2000.making import axis_check
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.checks.ms2000.axis_check import axis_check
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.flags import StatusBits
-
-__all__ = ["KIND"]
 
 _SAMPLES: Final = 5
 _APART: Final = 0.1
@@ -38,6 +33,26 @@ def _sample(axis: Axis) -> _Sample:
     return _Sample(axis.is_busy, axis.position, axis.speed, axis.status, *told)
 
 
+KIND: Final = Kind(
+    name="status",
+    title="An axis at rest says so, by its letter, its bits, its position and its speed",
+    rules=(
+        "status-answered", "status-not-busy", "status-byte-reply", "status-moving-bit",
+        "status-servo-bit", "status-ramping-bits", "status-limit-bits", "position-and-status-reply",
+        "current-speed-reply",
+    ),
+)  # fmt: skip
+
+
+@axis_check(
+    KIND,
+    "{axis} at rest says so, in every way",
+    messages=(
+        "READ_STATUS", "READ_STATUS_BYTE", "READ_MOTOR_POSITION",
+        "READ_MOTOR_POSITION_AND_STATUS", "READ_CURRENT_SPEED", "READ_TARGET_POSITION",
+    ),
+    seconds=0.5,
+)  # fmt: skip
 def _look(axis: Axis) -> None:
     samples = [_sample(axis)]
     while len(samples) < _SAMPLES:
@@ -110,30 +125,3 @@ def _letter(axis: Axis, samples: list[_Sample]) -> None:
         abs(target - position) > DITHER, f"{told}, and READ_STATUS tells B", wanted=b"b", came=b"B"
     ):
         axis.trial.info(f"{told}, and it is busy: disabled, by a controller before firmware 3.3")
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for place in declared.places:
-        yield axis_check(
-            KIND.name,
-            place,
-            _look,
-            title="{axis} at rest says so, in every way",
-            messages=(
-                "READ_STATUS", "READ_STATUS_BYTE", "READ_MOTOR_POSITION",
-                "READ_MOTOR_POSITION_AND_STATUS", "READ_CURRENT_SPEED", "READ_TARGET_POSITION",
-            ),
-            seconds=0.5,
-        )  # fmt: skip
-
-
-KIND: Final = Kind(
-    name="status",
-    title="An axis at rest says so, by its letter, its bits, its position and its speed",
-    rules=(
-        "status-answered", "status-not-busy", "status-byte-reply", "status-moving-bit",
-        "status-servo-bit", "status-ramping-bits", "status-limit-bits", "position-and-status-reply",
-        "current-speed-reply",
-    ),
-    make=_make,
-)  # fmt: skip

@@ -5,19 +5,36 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.making import axis_check, first_place
+from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, first_place
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.lines.line import jitter_of, percentile
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
-__all__ = ["KIND"]
-
 _REQUESTS: Final = 200
 
 
+KIND: Final = Kind(
+    name="timing",
+    title="Replies come as fast as the vendor promises",
+    rules=(),
+)
+
+
+def _first(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    yield AxisCase(place=first_place(declared, "READ_MOTOR_POSITION"))
+
+
+@axis_check(
+    KIND,
+    f"99 in 100 of {_REQUESTS} replies of {{axis}} come within what the vendor promises",
+    messages=("READ_MOTOR_POSITION",),
+    name="reply",
+    seconds=2.0,
+    each=_first,
+)
 def _look(axis: Axis) -> None:
     trial, line = axis.trial, axis.line
     promised = trial.declared.pics.timing.reply_p99_ms
@@ -40,23 +57,3 @@ def _look(axis: Axis) -> None:
             p99 <= promised,
             f"99 in 100 replies came within {p99:.2f} ms; the PICS promises {promised:g} ms",
         )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    yield axis_check(
-        "timing",
-        first_place(declared, "READ_MOTOR_POSITION"),
-        _look,
-        title=f"99 in 100 of {_REQUESTS} replies of {{axis}} come within what the vendor promises",
-        messages=("READ_MOTOR_POSITION",),
-        behind="reply",
-        seconds=2.0,
-    )
-
-
-KIND: Final = Kind(
-    name="timing",
-    title="Replies come as fast as the vendor promises",
-    rules=(),
-    make=_make,
-)

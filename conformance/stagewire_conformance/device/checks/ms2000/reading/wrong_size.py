@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Final
 
 from stagewire.protocols import Command
-from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.clean import Clean
-from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS
-from stagewire_conformance.device.checks.ms2000.making import (
+from stagewire_conformance.device.checks.ms2000.axis_check import (
+    AxisCase,
     axis_check,
     first_place,
     requests_of,
 )
+from stagewire_conformance.device.checks.ms2000.clean import Clean
+from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
-
-__all__ = ["KIND"]
 
 _WAIT: Final = 0.1
 """Seconds in which an answer would have come."""
@@ -43,6 +41,28 @@ def _sizes(axis: Axis, request: Command) -> list[int]:
     return sorted({small, draw.choice([size for size in _LARGE if size in HARMLESS]), *example})
 
 
+KIND: Final = Kind(
+    name="wrong-size",
+    title="A request with another size than its own is ignored",
+    rules=("size-of-data", "sizes-supported", "errors-ignored"),
+)
+
+
+def _requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for name, request in requests_of(declared).items():
+        if request.layout.size is not None:
+            yield AxisCase(
+                place=first_place(declared, name),
+                name=name,
+                words={"request": name},
+                arguments={"request": request},
+                messages=(name,),
+            )
+
+
+@axis_check(
+    KIND, "{request} with another size than its own is ignored", seconds=0.6, each=_requests
+)
 def _look(axis: Axis, request: Command) -> None:
     trial, name, clean = axis.trial, request.layout.message, Clean(axis.trial)
     assert request.reply is not None
@@ -65,25 +85,3 @@ def _look(axis: Axis, request: Command) -> None:
                 not came, f"{about} was answered by {len(came)} bytes; it has an error", came=came
             )
         clean.again(f"after {about}")
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for name, request in requests_of(declared).items():
-        if request.layout.size is not None:
-            yield axis_check(
-                KIND.name,
-                first_place(declared, name),
-                partial(_look, request=request),
-                title=f"{name} with another size than its own is ignored",
-                messages=(name,),
-                behind=name,
-                seconds=0.6,
-            )
-
-
-KIND: Final = Kind(
-    name="wrong-size",
-    title="A request with another size than its own is ignored",
-    rules=("size-of-data", "sizes-supported", "errors-ignored"),
-    make=_make,
-)

@@ -13,8 +13,6 @@ from stagewire_conformance.device.checks.ms2000.settings import (
     written_size,
 )
 
-__all__ = ["KINDS"]
-
 KINDS: Final[tuple[Kind, ...]] = (
     formats.KIND,
     readback.KIND,

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Final
 
 from stagewire.protocols import SetupCommand
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Case, Kind, Need
 from stagewire_conformance.device.checks.ms2000.axis import Axis, line_of
 from stagewire_conformance.device.checks.ms2000.clean import Clean, asked
 from stagewire_conformance.device.declared import Declared
@@ -19,8 +19,6 @@ from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m
-
-__all__ = ["KIND"]
 
 _WAIT: Final = 0.2
 """Seconds in which an answer would have come."""
@@ -97,26 +95,31 @@ _CASES: Final[
 """Name -> what has to hold, what looks at it, the messages, the rules, whether it may switch formats."""
 
 
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    place, request = asked(declared)
-    for case, (title, look, messages, rules, switches) in _CASES.items():
-        all_messages = (*messages, request.layout.message)
-        yield Check(
-            id=f"{KIND.name}/{case}",
-            title=title,
-            messages=all_messages,
-            run=look,
-            rules=rules,
-            needs=frozenset({Need.SETTINGS} if switches else ()),
-            does="switches to the high-level format for a moment" if switches else "",
-            skip=next(filter(None, map(place.why_not, all_messages)), ""),
-            seconds=0.6,
-        )
-
-
 KIND: Final = Kind(
     name="formats",
     title="Setup commands lead from one format into the other, and back",
     rules=("low-level-only-by-setup", "setup-prefix", "high-level-switch", "low-level-switch"),
-    make=_make,
 )
+
+
+def _cases(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    place, request = asked(declared)
+    for case, (title, look, messages, rules, switches) in _CASES.items():
+        used = (*messages, request.layout.message)
+        yield Case(
+            name=case,
+            words={
+                "title": title,
+                "effect": "switches to the high-level format for a moment" if switches else "",
+            },
+            arguments={"look": look},
+            messages=used,
+            rules=rules,
+            needs=frozenset({Need.SETTINGS} if switches else ()),
+            skip=next(filter(None, map(place.why_not, used)), ""),
+        )
+
+
+@KIND.check("{title}", does="{effect}", seconds=0.6, each=_cases)
+def _run(trial: Trial, look: Callable[[Trial], None]) -> None:
+    look(trial)

@@ -2,21 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import partial
 from typing import Final
 
 from stagewire.protocols import Command
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Kind, Need
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.making import axis_check
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.checks.ms2000.axis_check import axis_check
 from stagewire_ms2000 import messages as m
 
-__all__ = ["KIND"]
+KIND: Final = Kind(
+    name="joystick",
+    title="Joystick or knob is disabled and enabled, and the status byte tells it",
+    rules=(
+        "joystick-enabled", "joystick-size-optional", "joystick-disabled",
+        "joystick-disable-size-optional", "status-joystick-bit",
+    ),
+)  # fmt: skip
 
 
+@axis_check(
+    KIND,
+    "Bit 3 of {axis} tells that its joystick is disabled and enabled, with the size or without",
+    messages=("JOYSTICK_ENABLE", "JOYSTICK_DISABLE", "READ_STATUS_BYTE"),
+    needs={Need.SETTINGS},
+    does="disables joystick or knob of every axis for a moment; enables it if it was enabled",
+    seconds=0.8,
+)
 def _look(axis: Axis) -> None:
     """Switch it off and on, in both forms, and leave it as it was.
 
@@ -73,28 +85,3 @@ def _switch(axis: Axis, command: Command, sized: bool | None) -> None:
         f"{int(wanted)}",
         came=bytes((int(status),)),
     )
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for place in declared.places:
-        yield axis_check(
-            KIND.name,
-            place,
-            _look,
-            title="Bit 3 of {axis} tells that its joystick is disabled and enabled, with the size or without",
-            messages=("JOYSTICK_ENABLE", "JOYSTICK_DISABLE", "READ_STATUS_BYTE"),
-            needs=frozenset({Need.SETTINGS}),
-            does="disables joystick or knob of every axis for a moment; enables it if it was enabled",
-            seconds=0.8,
-        )
-
-
-KIND: Final = Kind(
-    name="joystick",
-    title="Joystick or knob is disabled and enabled, and the status byte tells it",
-    rules=(
-        "joystick-enabled", "joystick-size-optional", "joystick-disabled",
-        "joystick-disable-size-optional", "status-joystick-bit",
-    ),
-    make=_make,
-)  # fmt: skip

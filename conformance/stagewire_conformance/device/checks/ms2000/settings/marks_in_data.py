@@ -8,20 +8,18 @@ that is so in the midst of a command. Whichever way a controller takes, it does 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
+from dataclasses import replace
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Kind, Need
 from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, first_place
 from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes
-from stagewire_conformance.device.checks.ms2000.making import axis_check, first_place
 from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import PROTOCOL
-
-__all__ = ["KIND"]
 
 _COLON: Final = PROTOCOL.marks.terminator
 _SIZE: Final = INCREMENT.write.layout.length
@@ -32,6 +30,36 @@ _COLONS: Final = {"low": (0,), "middle": (1,), "high": (2,), "all": (0, 1, 2)}
 """Which bytes of the data are colons."""
 
 
+KIND: Final = Kind(
+    name="marks-in-data",
+    title="A colon or 255 among the data does no harm",
+    rules=("colon-found-behind-data", "setup-prefix"),
+)
+
+
+_DOES: Final = "writes increments with colons and 255 in them, and puts the increment back"
+
+
+def _first(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    yield AxisCase(place=first_place(declared, *INCREMENT.messages))
+
+
+def _places_of_colons(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for first in _first(declared, allowed):
+        for name, at in _COLONS.items():
+            yield replace(first, name=f"colon-{name}", arguments={"at": at})
+
+
+@axis_check(
+    KIND,
+    f"{INCREMENT.name} with a colon in its data writes just that, or nothing",
+    rules=("colon-found-behind-data",),
+    each=_places_of_colons,
+    messages=INCREMENT.messages,
+    needs={Need.SETTINGS},
+    does=_DOES,
+    seconds=0.3,
+)
 def _colons(axis: Axis, at: tuple[int, ...]) -> None:
     data = bytearray(harmless_bytes(axis.trial.random, _SIZE))
     for place in at:
@@ -39,6 +67,17 @@ def _colons(axis: Axis, at: tuple[int, ...]) -> None:
     _try(axis, bytes(data), "a colon among the data is data", "any colon ends a command")
 
 
+@axis_check(
+    KIND,
+    f"{INCREMENT.name} with 255 in its data writes just that, or nothing",
+    rules=("setup-prefix",),
+    name="prefix",
+    each=_first,
+    messages=INCREMENT.messages,
+    needs={Need.SETTINGS},
+    does=_DOES,
+    seconds=0.3,
+)
 def _prefix(axis: Axis) -> None:
     data = _NOTHING + harmless_bytes(axis.trial.random, 1)
     _try(axis, data, "255 among the data is data", "255 and a letter are a setup command anywhere")
@@ -59,29 +98,3 @@ def _try(axis: Axis, data: bytes, taken: str, not_taken: str) -> None:
     ):
         trial.info(f"of two readings of the document: {taken if found == value else not_taken}")
     clean.again(f"after {INCREMENT.name} with the data {data.hex(' ')}")
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    cases = {f"colon-{name}": partial(_colons, at=at) for name, at in _COLONS.items()}
-    for name, look in (cases | {"prefix": _prefix}).items():
-        mark = "255" if name == "prefix" else "a colon"
-        yield axis_check(
-            KIND.name,
-            first_place(declared, *INCREMENT.messages),
-            look,
-            title=f"{INCREMENT.name} with {mark} in its data writes just that, or nothing",
-            messages=INCREMENT.messages,
-            behind=name,
-            needs=frozenset({Need.SETTINGS}),
-            does="writes increments with colons and 255 in them, and puts the increment back",
-            seconds=0.3,
-            rules=("setup-prefix",) if name == "prefix" else ("colon-found-behind-data",),
-        )
-
-
-KIND: Final = Kind(
-    name="marks-in-data",
-    title="A colon or 255 among the data does no harm",
-    rules=("colon-found-behind-data", "setup-prefix"),
-    make=_make,
-)

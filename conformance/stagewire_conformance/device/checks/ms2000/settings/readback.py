@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Kind, Need
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.making import axis_check
+from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check
 from stagewire_conformance.device.checks.ms2000.stored import (
     STORED,
     TOP_SPEED,
@@ -18,12 +17,42 @@ from stagewire_conformance.device.checks.ms2000.stored import (
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
 
-__all__ = ["KIND"]
-
 _ROUNDING: Final = 0.02
 """The part of a speed by which one that is read may differ: servos have steps of their own."""
 
 
+KIND: Final = Kind(
+    name="readback",
+    title="What was written is read back, and nothing else changes",
+    rules=(
+        "data-order", "twos-complement", "data-of-command", "increment-written",
+        "increment-write-no-reply", "ramp-time-written", "ramp-time-range", "ramp-time-no-reply",
+        "top-speed-written", "top-speed-no-reply",
+    ),
+)  # fmt: skip
+
+
+def _settings(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for place in declared.places:
+        for stored in STORED:
+            write, read = stored.messages
+            yield AxisCase(
+                place=place,
+                name=write,
+                words={"write": write, "read": read},
+                arguments={"stored": stored},
+                messages=stored.messages,
+            )
+
+
+@axis_check(
+    KIND,
+    "{read} of {axis} tells what {write} wrote, and nothing else changes",
+    needs={Need.SETTINGS},
+    does="writes increment, ramp time and top speed of every axis, and puts them back",
+    seconds=0.6,
+    each=_settings,
+)
 def _look(axis: Axis, stored: Stored) -> None:
     trial = axis.trial
     others = _others(axis, stored)
@@ -62,32 +91,3 @@ def _is_there(axis: Axis, stored: Stored, value: int) -> None:
         axis.trial.should(found == value, f"{text}: it is rounded", wanted=raw, came=came)
     else:
         axis.trial.must(found == value, text, wanted=raw, came=came)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for place in declared.places:
-        for stored in STORED:
-            write, read = stored.messages
-            yield axis_check(
-                KIND.name,
-                place,
-                partial(_look, stored=stored),
-                title=f"{read} of {{axis}} tells what {write} wrote, and nothing else changes",
-                messages=stored.messages,
-                behind=write,
-                needs=frozenset({Need.SETTINGS}),
-                does="writes increment, ramp time and top speed of every axis, and puts them back",
-                seconds=0.6,
-            )
-
-
-KIND: Final = Kind(
-    name="readback",
-    title="What was written is read back, and nothing else changes",
-    rules=(
-        "data-order", "twos-complement", "data-of-command", "increment-written",
-        "increment-write-no-reply", "ramp-time-written", "ramp-time-range", "ramp-time-no-reply",
-        "top-speed-written", "top-speed-no-reply",
-    ),
-    make=_make,
-)  # fmt: skip

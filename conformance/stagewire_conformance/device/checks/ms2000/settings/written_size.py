@@ -3,25 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Final
 
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Kind, Need
 from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, first_place
 from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
-from stagewire_conformance.device.checks.ms2000.making import axis_check, first_place
 from stagewire_conformance.device.checks.ms2000.stored import STORED, Stored, keep
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.lines.command_line import QUIET
 from stagewire_conformance.device.permissions import Permissions
 
-__all__ = ["KIND"]
-
 _LARGE: Final = 7
 """A size that is not supported up to firmware 3.3."""
 
 
+KIND: Final = Kind(
+    name="written-size",
+    title="A command that writes with another size than its own changes nothing",
+    rules=(
+        "size-of-data", "sizes-supported", "errors-ignored", "colon-after-command-aborts",
+        "data-of-command",
+    ),
+)  # fmt: skip
+
+
+def _settings(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for stored in STORED:
+        yield AxisCase(
+            place=first_place(declared, *stored.messages),
+            name=stored.name,
+            words={"write": stored.name},
+            arguments={"stored": stored},
+            messages=stored.messages,
+        )
+
+
+@axis_check(
+    KIND,
+    "{write} with another size than its own changes nothing",
+    needs={Need.SETTINGS},
+    does="sends commands that write with a wrong size, which are to be ignored",
+    seconds=1.0,
+    each=_settings,
+)
 def _look(axis: Axis, stored: Stored) -> None:
     trial, clean = axis.trial, Clean(axis.trial)
     present = keep(axis, stored)
@@ -51,29 +77,3 @@ def _is_ignored(axis: Axis, stored: Stored, present: int, raw: bytes, about: str
     if found != present:
         axis.line.settle()
         stored.set(axis, present)
-
-
-def _make(declared: Declared, allowed: Permissions) -> Iterator[Check]:
-    for stored in STORED:
-        yield axis_check(
-            KIND.name,
-            first_place(declared, *stored.messages),
-            partial(_look, stored=stored),
-            title=f"{stored.name} with another size than its own changes nothing",
-            messages=stored.messages,
-            behind=stored.name,
-            needs=frozenset({Need.SETTINGS}),
-            does="sends commands that write with a wrong size, which are to be ignored",
-            seconds=1.0,
-        )
-
-
-KIND: Final = Kind(
-    name="written-size",
-    title="A command that writes with another size than its own changes nothing",
-    rules=(
-        "size-of-data", "sizes-supported", "errors-ignored", "colon-after-command-aborts",
-        "data-of-command",
-    ),
-    make=_make,
-)  # fmt: skip

@@ -10,17 +10,15 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Check, Need
+from stagewire_conformance.device.check import ALLOWED, Check, Kind, Need
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
-from stagewire_conformance.device.checks.apt.motion.moving import returning
+from stagewire_conformance.device.checks.apt.motion.moves import returning
 from stagewire_conformance.device.permissions import RangeError
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
-
-__all__ = ["Motor", "Moving", "lacks_range", "motor_checks", "motors", "unseen"]
 
 Motor = tuple["Target", int]
 """A channel of a place."""
@@ -51,27 +49,23 @@ def lacks_range(declared: Declared, allowed: Permissions, motor: Motor) -> str:
     return ""
 
 
-def motor_checks(
-    declared: Declared,
-    allowed: Permissions,
-    kind: str,
-    *,
+def motor_check(
+    kind: Kind,
     title: str,
+    *,
     messages: tuple[str, ...],
-    run: Moving,
     does: str,
     settings: bool = False,
     seconds: float = 1.5,
-    lacks: Callable[[Target, int], str] = lambda place, channel: "",
+    lacks: Callable[[Declared, Permissions, Motor], str] = lambda declared, allowed, motor: "",
     name: str = "",
     at_least: int = 1,
     also: tuple[str, ...] = (),
     only: str = _MOTOR,
-) -> Iterator[Check]:
-    """Make a check for all motors that are declared alike.
+) -> Callable[[Moving], Moving]:
+    """Declare a function that looks at motors as a check of all motors that are declared alike.
 
     :param title: with ``{}`` for the motors.
-    :param run: what is done with them.
     :param does: with ``{}`` for the range.
     :param settings: whether it changes settings, too.
     :param lacks: says what else is missing of what was allowed.
@@ -80,24 +74,29 @@ def motor_checks(
     :param also: messages that it uses where they are claimed; those of the status are always among them.
     :param only: a message that units with such motors have in their lists.
     """
-    needs = {Need.MOTION} | ({Need.SETTINGS} if settings else set())
-    for group in _alike(declared):
-        place, channel = group[0]
-        if len(group) < at_least or only not in place.listed:
-            continue
-        yield Check(
-            id="/".join(filter(None, (kind, _name(group), name))),
-            title=title.format(
-                " and ".join(f"channel {each[1]} of {each[0].name}" for each in group)
-            ),
-            messages=(*messages, *_used(declared, place, also)),
-            run=partial(_run, group=group, moving=run),
-            needs=frozenset(needs),
-            does=does.format(allowed.motion or "the range that is allowed"),
-            seconds=seconds,
-            skip=_skip(place, messages),
-            lacks=lacks_range(declared, allowed, group[0]) or lacks(place, channel),
-        )
+    needs = frozenset({Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION})
+
+    def checks(moving: Moving, declared: Declared, allowed: Permissions) -> Iterator[Check]:
+        for group in _alike(declared):
+            place = group[0][0]
+            if len(group) < at_least or only not in place.listed:
+                continue
+            yield Check(
+                id="/".join(filter(None, (kind.name, _name(group), name))),
+                title=title.format(
+                    " and ".join(f"channel {each[1]} of {each[0].name}" for each in group)
+                ),
+                messages=(*messages, *_used(declared, place, also)),
+                run=partial(_run, group=group, moving=moving),
+                needs=needs,
+                does=does.format(allowed.motion or ALLOWED),
+                seconds=seconds,
+                skip=_skip(place, messages),
+                lacks=lacks_range(declared, allowed, group[0])
+                or lacks(declared, allowed, group[0]),
+            )
+
+    return kind.declare(checks)
 
 
 def _used(declared: Declared, place: Target, also: tuple[str, ...]) -> list[str]:

@@ -23,18 +23,6 @@ if TYPE_CHECKING:
     from stagewire_apt.enumerations import MoveDirection
     from stagewire_conformance.device.checks.apt.motion.pace import Pace
 
-__all__ = [
-    "COMPLETED",
-    "Move",
-    "absolute",
-    "distances",
-    "go_back",
-    "jog",
-    "make_room",
-    "move",
-    "relative",
-    "returning",
-]
 
 COMPLETED: Final = "MOT_MOVE_COMPLETED"
 
