@@ -10,8 +10,7 @@ from typing import TypeAlias
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.devices import check_devices, check_effects
 from stagewire_generator.lint.errata import check_errata
-from stagewire_generator.lint.framing import check_framing
-from stagewire_generator.lint.layouts import check_layouts, check_pages
+from stagewire_generator.lint.layouts import check_framing, check_layouts, check_pages
 from stagewire_generator.lint.names import check_names
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Protocol

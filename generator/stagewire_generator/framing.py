@@ -2,7 +2,7 @@
 
 A folder of ``framings/`` holds everything that the generator knows of one framing, and its templates. No
 other module asks which kind a framing is: it asks the table for the part that it needs. The parts are named
-by strings, and imported when they are first used, so that checking a spec imports no target.
+by strings, and imported when they are first used, because a folder imports the steps that ask for its parts.
 """
 
 from __future__ import annotations

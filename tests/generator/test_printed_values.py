@@ -8,6 +8,8 @@ from fractions import Fraction
 import pytest
 
 from stagewire_generator.lint.witness.reading import (
+    Vocabulary,
+    amount,
     count,
     find_field,
     limit,
@@ -15,7 +17,6 @@ from stagewire_generator.lint.witness.reading import (
     same_name,
     squash,
 )
-from stagewire_generator.lint.witness.vocabulary import Vocabulary, amount
 from stagewire_generator.model import Factor, Field, Protocol
 
 BYTE, WORD = 0xFF, 0xFFFF

@@ -22,9 +22,8 @@ from typing import Any
 from stagewire_conformance.hexes import octets
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.framing import part
-from stagewire_generator.lint.witness.chapters import compare_section
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
-from stagewire_generator.lint.witness.witness import Witness, compare_witness
+from stagewire_generator.lint.witness.witness import Witness, compare_section, compare_witness
 from stagewire_generator.model import Field, Format, Layout, Message, Protocol
 from stagewire_generator.reader import read
 from stagewire_generator.resolver.protocol import resolve

@@ -210,7 +210,7 @@ FRAMING = Framing(
     ),
     tests=Tests(
         calls="packet_calls.c.j2",
-        cut="slots_cut.c.j2",
+        cut="testing_cut.c.j2",
         trip="packet_trip.c.j2",
         trip_needs="packet_trip_needs.c.j2",
         data_at=lambda protocol, of: PacketParts(protocol.framing).payload_at,

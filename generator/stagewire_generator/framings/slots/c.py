@@ -265,7 +265,7 @@ FRAMING = Framing(
     ),
     tests=Tests(
         calls="slots_calls.c.j2",
-        cut="slots_cut.c.j2",
+        cut="testing_cut.c.j2",
         trip="slots_trip.c.j2",
         trip_needs="slots_trip_needs.c.j2",
         data_at=lambda protocol, of: 0 if of.layout.form == "reply" else 3,

@@ -11,8 +11,7 @@ import re
 from dataclasses import dataclass
 
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
-from stagewire_generator.lint.witness.reading import count, find_field, limit, squash
-from stagewire_generator.lint.witness.vocabulary import amount
+from stagewire_generator.lint.witness.reading import amount, count, find_field, limit, squash
 from stagewire_generator.model import EnumValue, Field, FlagBit, Json, Message, Protocol
 from stagewire_generator.strict_yaml import KeyPath
 

@@ -7,11 +7,9 @@ import re
 from dataclasses import dataclass
 
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.lint.witness.vocabulary import Vocabulary
+from stagewire_generator.lint.witness.reading import Vocabulary
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
-
-__all__ = ["NOTHING", "Comparison", "Difference"]
 
 NOTHING = "nothing"  # the side that does not say what the other does
 
