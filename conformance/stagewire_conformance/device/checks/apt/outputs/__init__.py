@@ -6,24 +6,21 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.outputs import (
-    digital,
     enable,
-    loops,
     lut,
     piezo_outputs,
-    slew,
     solenoid,
     zero,
 )
 
 KINDS: Final[tuple[Kind, ...]] = (
-    loops.KIND,
-    enable.KIND,
-    digital.KIND,
+    enable.LOOPS,
+    enable.ENABLE,
+    solenoid.DIGITAL,
     piezo_outputs.VOLTS,
     piezo_outputs.POSITION,
     piezo_outputs.MODE,
-    slew.KIND,
+    piezo_outputs.SLEW,
     lut.KIND,
     zero.KIND,
     solenoid.STATE,

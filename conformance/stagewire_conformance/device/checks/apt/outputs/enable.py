@@ -1,26 +1,40 @@
-"""``enable``: a channel is disabled and enabled, says so when asked, and in its status (pages 17 and 80)."""
+"""``enable``: a channel is disabled and enabled, says so when asked, and in its status (pages 17 and 80).
+
+Also here: gains and current limits of a motor's loop are read back while its channel is disabled. The loop of
+an enabled channel would feel a change, so ``readback`` only writes there what is there. This needs motion: a
+stage that nothing holds may give way.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, SolenoidState
 from stagewire_apt.flags import BpcStatusBits, DcStatusBits
-from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.enabling import ENABLED_SETS, enable_state, put_back
+from stagewire_conformance.device.check import Case, Kind, Need
+from stagewire_conformance.device.checks.apt.enabling import (
+    ENABLED_SETS,
+    enable_state,
+    put_back,
+    switch,
+)
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import lacks_range, motors, unseen
 from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
 from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_are_printed
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
+from stagewire_conformance.device.checks.apt.settings.care import CARE, When
+from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
+from stagewire_conformance.device.checks.apt.settings.readback import write_and_read
+from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
-
 
 _WAIT: Final = 1.0
 """Seconds within which the status says it."""
@@ -46,7 +60,7 @@ def _bits_of(place: Target) -> tuple[str, ...]:
     return ()
 
 
-KIND = Kind(
+ENABLE = Kind(
     name="enable",
     title="A channel is disabled and enabled, and says so",
     rules=(
@@ -61,7 +75,7 @@ KIND = Kind(
 
 
 @output_check(
-    KIND,
+    ENABLE,
     "MOD_SET_CHANENABLESTATE disables and enables {}, and the channel says so",
     messages=tuple(sorted(ENABLED_SETS)),
     does="disables each channel for a moment and enables it again: what it holds may give way, "
@@ -70,7 +84,7 @@ KIND = Kind(
     also=_bits_of,
     skip=_skip,
 )
-def _run(trial: Trial, place: Target, channel: int) -> None:
+def _enable(trial: Trial, place: Target, channel: int) -> None:
     _see_to_it(trial, place, channel)
     before = enable_state(trial, place, channel)
     other = EnableState.DISABLE if before == EnableState.ENABLE else EnableState.ENABLE
@@ -128,3 +142,57 @@ def _judge_bit(trial: Trial, place: Target, channel: int, *, enabled: bool) -> N
         f"channel_enabled = {int(says)}",
         came=heard.raw,
     )
+
+
+LOOPS = Kind(
+    name="loops",
+    title="Gains and limits of a motor's loop are read back as they were written",
+    rules=(
+        "dc-pid-parameters",
+        "dc-pid-ranges",
+        "dc-pid-filter-bits",
+        "position-loop-parameters",
+        "position-loop-ranges",
+        "motor-output-parameters",
+        "motor-output-ranges",
+        "motor-bias-range",
+        "current-loop-parameters",
+        "current-loop-ranges",
+        "settled-current-loop-parameters",
+        "settled-current-loop-ranges",
+    ),
+)
+
+
+def _loops(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    for spot in spots(declared):
+        care = CARE.get(spot.set.name)
+        if care is None or care.when is not When.DISABLED:
+            continue
+        if spot.place.messages >= ENABLED_SETS:
+            yield Case(
+                name=spot.name,
+                words={"set": spot.set.set, "spot": spot.text, "fields": ", ".join(care.fields)},
+                arguments={"spot": spot},
+                messages=spot.set.messages,
+                skip=spot.set.skip or unseen(spot.place),
+                lacks=lacks_range(declared, allowed, (spot.place, spot.channel or 1)),
+            )
+
+
+@LOOPS.check(
+    "{set} is read back while the channel is disabled, at {spot}",
+    needs={Need.SETTINGS, Need.MOTION},
+    does="disables each channel, makes {fields} of {set} a little smaller, puts them back, and enables it "
+    "again",
+    each=_loops,
+)
+def _look_at_loops(trial: Trial, spot: Spot) -> None:
+    care = CARE[spot.set.name]
+    assert spot.channel is not None  # loops are those of channels
+    Axis(trial, spot.place, spot.channel).inside()
+    switch(trial, spot.place, spot.channel, EnableState.DISABLE)
+    before = spot.read(trial)
+    neighbours = Neighbours.of(trial, spot)
+    trial.undo(f"{spot.set.set} at {spot.text}", lambda: spot.put_back(trial, before))
+    write_and_read(trial, spot, care, before, neighbours)

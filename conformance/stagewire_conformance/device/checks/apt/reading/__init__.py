@@ -11,11 +11,9 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.reading import (
     answers,
     bays,
-    bursts,
     damage,
     frames,
     identification,
-    identify,
     keep_alive,
     odd_frames,
     quiet,
@@ -26,20 +24,20 @@ from stagewire_conformance.device.checks.apt.reading import (
 
 KINDS: Final[tuple[Kind, ...]] = (
     quiet.KIND,
-    identification.KIND,
+    identification.IDENTIFICATION,
     bays.KIND,
     frames.KIND,
     answers.KIND,
     status.KIND,
-    identify.KIND,
-    bursts.KIND,
-    timing.KIND,
+    identification.IDENTIFY,
+    timing.BURSTS,
+    timing.TIMING,
     odd_frames.UNKNOWN_ID,
     odd_frames.WRONG_LENGTH,
     odd_frames.FOREIGN_DESTINATION,
     damage.TRUNCATED,
     damage.GARBAGE,
-    updates.KIND,
+    updates.UPDATES,
     keep_alive.KIND,
 )
 """In the order in which they are run."""

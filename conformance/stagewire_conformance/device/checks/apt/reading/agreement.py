@@ -3,6 +3,8 @@
 Things are read one after the other, so that what lives, such as a loop that holds its position within a
 count or two, may differ for a moment. So each look is repeated before a difference counts, and what changes
 while it is looked at is left out.
+
+Also here: a status shows no motion where nothing was asked to move (pages 69, 77 and 79).
 """
 
 from __future__ import annotations
@@ -15,7 +17,6 @@ from stagewire_conformance.device.checks.apt.reading.channel_status import Chann
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
-
 
 POSITION: Final = "MOT_GET_POSCOUNTER"
 ENABLED: Final = "MOD_GET_CHANENABLESTATE"
@@ -145,3 +146,65 @@ def enabling(trial: Trial) -> int:
     """Return the enable state that stands for enabled."""
     states = trial.declared.registry.fields(ENABLED, "header")["enable_state"]["enum"]
     return int(states["ENABLE"])
+
+
+_PAUSE: Final = 0.1
+"""Seconds between two looks."""
+
+_CREEP: Final = 100
+"""Counts that a position may creep in that time though nothing moves: a loop holds it within fewer."""
+
+
+def looks_at_rest(channel: ChannelStatus) -> list[Look]:
+    """Return the looks that apply to a channel."""
+    has_velocity = channel.moving and "velocity" in channel.fields
+    return [*([_motion] if channel.moving else []), *([_velocity] if has_velocity else [])]
+
+
+def _motion(trial: Trial, channel: ChannelStatus) -> Difference | None:
+    """Look whether the bits of motion and the position agree."""
+    first, second = _twice(trial, channel)
+    position = second.message.position
+    went = position - first.message.position
+    bits, more = (each.message.status_bits & channel.moving for each in (first, second))
+    if bits & more and not went:
+        names = ", ".join(name for name, mask in channel.masks.items() if bits & more & mask)
+        return Difference(
+            f"{second.name} says {names}, though the position stays at {position} for {_PAUSE:g} s; nothing "
+            "was set in motion",
+            second.raw,
+        )
+    if abs(went) > _CREEP and not bits | more and _is_held(trial, channel):
+        return Difference(
+            f"{second.name} has the position {position}, {went:+d} in {_PAUSE:g} s, and no bit that says "
+            "that it moves; nothing was set in motion",
+            second.raw,
+        )
+    return None
+
+
+def _velocity(trial: Trial, channel: ChannelStatus) -> Difference | None:
+    first, second = _twice(trial, channel)
+    rests = first.message.position == second.message.position
+    speeds = first.message.velocity, second.message.velocity
+    if not rests or not all(speeds):
+        return None
+    return Difference(
+        f"{second.name} has the velocity {speeds[1]}, though the position stays at "
+        f"{second.message.position}; at rest it is 0",
+        second.raw,
+    )
+
+
+def _twice(trial: Trial, channel: ChannelStatus) -> tuple[Heard, Heard]:
+    first = channel.get(trial)
+    trial.line.listen(_PAUSE)
+    return first, channel.get(trial)
+
+
+def _is_held(trial: Trial, channel: ChannelStatus) -> bool:
+    """Return whether a loop holds the stage; one that nothing holds may be pushed."""
+    if not channel.claims(ENABLED):
+        return False
+    state: int = channel.ask(trial, ENABLED).message.enable_state
+    return state == enabling(trial)

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from random import Random
 from typing import TYPE_CHECKING, Final
 
-from stagewire.protocols import HEADER_SIZE
+from stagewire.protocols import DATA_FLAG, HEADER_SIZE
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.clean import (
     before_clean_request,
@@ -18,11 +19,43 @@ from stagewire_conformance.device.checks.apt.clean import (
     clean_request,
     unheeded,
 )
-from stagewire_conformance.device.checks.apt.reading.harmless import harmless_bytes, unknown_frame
 from stagewire_conformance.device.checks.apt.requests import Request
 
 if TYPE_CHECKING:
+    from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.trial import Trial
+
+
+def harmless_bytes(declared: Declared, random: Random, count: int) -> bytes:
+    """Return bytes in which no message begins, wherever one looks for it.
+
+    The second byte of no id is among them, and no address, so that not even a receiver that is out of step
+    finds a message that is meant for it.
+    """
+    return bytes(random.choices(_harmless(declared), k=count))
+
+
+def unknown_frame(
+    declared: Declared, random: Random, dest: int, packet: bytes | None = None
+) -> bytes:
+    """Return a frame with an id that no message has.
+
+    :param packet: what follows the header; None: nothing does.
+    """
+    host = declared.framed.host
+    id = harmless_bytes(declared, random, 2)
+    if packet is None:
+        return id + harmless_bytes(declared, random, 2) + bytes((dest, host))
+    length = len(packet).to_bytes(2, "little")
+    return id + length + bytes((dest | DATA_FLAG, host)) + packet
+
+
+def _harmless(declared: Declared) -> list[int]:
+    protocol = declared.framed
+    ids = [entry["id"] for entry in declared.registry.messages.values() if entry["id"] is not None]
+    addresses = {protocol.host, *protocol.devices}
+    telling = {id >> 8 for id in ids} | addresses | {address | DATA_FLAG for address in addresses}
+    return [byte for byte in range(256) if byte not in telling]
 
 
 _SILENCE: Final = 1.1

@@ -1,4 +1,7 @@
-"""Whether a controller says what it is (pages 7, 21 and 22)."""
+"""Whether a controller says what it is (pages 7, 21 and 22).
+
+Also here: a command that nothing answers is carried out in silence (pages 11 and 16).
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,17 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.apt.clean import identity_of
+from stagewire_conformance.device.checks.apt.clean import clean, identity_of
 from stagewire_conformance.device.checks.apt.replies import ask_all, judge_answer, with_value
 from stagewire_conformance.device.checks.apt.requests import Request, requests_of
 from stagewire_conformance.device.checks.apt.values import is_readable
+from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Target
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
-
 
 _DIGITS: Final = 8
 """Digits of a serial number; the first two are the prefix (pages 7 and 22)."""
@@ -25,7 +28,7 @@ _MOTHERBOARD: Final = "MULTI_CHANNEL_MOTHERBOARD"
 """The hardware type of a motherboard (page 22)."""
 
 
-KIND = Kind(
+IDENTIFICATION = Kind(
     name="identification",
     title="The controller says what it is",
     rules=(
@@ -43,7 +46,7 @@ KIND = Kind(
 )
 
 
-def _places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _identified_places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for request in requests_of(declared, place):
             if request.name in identity_of(declared):
@@ -56,8 +59,8 @@ def _places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
                 )
 
 
-@KIND.check("{place} says what it is, twice the same", each=_places)
-def _identify(trial: Trial, request: Request) -> None:
+@IDENTIFICATION.check("{place} says what it is, twice the same", each=_identified_places)
+def _identify_twice(trial: Trial, request: Request) -> None:
     address = request.place.address
     first = judge_answer(trial, request, ask_all(trial, request))
     if first is None:
@@ -142,3 +145,43 @@ def _judge_hardware(trial: Trial, place: Target, heard: Heard) -> None:
             wanted=with_value(heard, "nchs", channels),
             came=heard.raw,
         )
+
+
+_IDENTIFY: Final = "MOD_IDENTIFY"
+_SILENCE: Final = 0.1
+
+
+IDENTIFY = Kind(
+    name="identify",
+    title="A command is carried out without acknowledgement",
+    rules=("command-without-acknowledgement",),
+)
+
+
+def _flashing_places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    for place in declared.places:
+        if _IDENTIFY in place.listed:
+            yield Case(
+                name=place.name,
+                words={"place": place.name},
+                arguments={"place": place},
+                skip=place.why_not(_IDENTIFY),
+            )
+
+
+@IDENTIFY.check(
+    "{place} flashes its front panel when it is asked to, and says nothing",
+    messages=(_IDENTIFY,),
+    seconds=0.3,
+    each=_flashing_places,
+)
+def _flash(trial: Trial, place: Target) -> None:
+    trial.line.send(trial.declared.make(_IDENTIFY), place.address)
+    came = trial.line.listen(_SILENCE)
+    trial.must(
+        not came,
+        f"{_IDENTIFY} to {place.name} was answered with {described(trial, came)}; it is carried out without "
+        "acknowledgement",
+        came=raw_of(came),
+    )
+    clean(trial, f"after {_IDENTIFY}", place)

@@ -24,7 +24,7 @@ from stagewire_conformance.device.checks.apt.clean import (
     is_error,
     unheeded,
 )
-from stagewire_conformance.device.checks.apt.reading.harmless import harmless_bytes, unknown_frame
+from stagewire_conformance.device.checks.apt.reading.damage import harmless_bytes, unknown_frame
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.requests import Request
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When

@@ -12,12 +12,12 @@ from stagewire_conformance.device.checks.apt.reading.agreement import (
     POSITION,
     Look,
     agreements,
+    looks_at_rest,
 )
 from stagewire_conformance.device.checks.apt.reading.channel_status import (
     ChannelStatus,
     statuses_of,
 )
-from stagewire_conformance.device.checks.apt.reading.rest import looks_at_rest
 from stagewire_conformance.device.checks.apt.replies import ask_all, judge_answer, judge_message
 
 if TYPE_CHECKING:

@@ -6,25 +6,22 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.motion import (
-    counter,
     increments,
     limits,
-    ramps,
     speeds,
     stopping,
     targets,
-    together,
     vector,
 )
 
 KINDS: Final[tuple[Kind, ...]] = (
-    targets.KIND,
-    increments.KIND,
-    together.KIND,
+    targets.TARGETS,
+    increments.INCREMENTS,
+    targets.TOGETHER,
     stopping.KIND,
-    speeds.KIND,
+    speeds.SPEEDS,
     vector.KIND,
-    ramps.KIND,
+    speeds.RAMPS,
     limits.KIND,
-    counter.KIND,
+    increments.COUNTER,
 )

@@ -1,4 +1,7 @@
-"""The top speed: no move is faster (sections 12 and 24)."""
+"""The top speed: no move is faster (sections 12 and 24).
+
+Also here: an axis reaches its top speed within the ramp time, evenly (sections 10, 22 and 25).
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,10 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course, judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
-from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
-from stagewire_conformance.device.checks.ms2000.stored import TOP_SPEED, keep
+from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample
+from stagewire_conformance.device.checks.ms2000.motion.stopping import stop
+from stagewire_conformance.device.checks.ms2000.stored import RAMP_TIME, TOP_SPEED, keep
+from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
 
 _SECONDS: Final = 0.5
@@ -18,7 +23,7 @@ _SPARE: Final = 0.9
 """The part of the time that a move needs at least at its top speed, as far as it is known when it began."""
 
 
-KIND: Final = Kind(
+SPEEDS: Final = Kind(
     name="top-speed",
     title="A move is no faster than the top speed",
     rules=("top-speed-limits-travel", "top-speed-written", "maximum-speed-reply"),
@@ -26,7 +31,7 @@ KIND: Final = Kind(
 
 
 @motion_check(
-    KIND,
+    SPEEDS,
     "A move of {axis} is no faster than its top speed",
     messages=("WRITE_TOP_SPEED",),
     settings=True,
@@ -51,3 +56,118 @@ def _obeys(mover: Mover) -> None:
     )
     judge_course(mover, goal, samples)
     judge_rest(mover, goal)
+
+
+_RAMP: Final = 0.25
+"""Seconds of the ramp, long enough to be seen."""
+_LONG: Final = 2.0
+"""Ramp times at top speed that are as far as the move goes; its last ramp begins by then."""
+_JUDGED: Final = 1.4
+"""Ramp times up to which a speed is judged."""
+_ON_RAMP: Final = 0.2
+"""The part of the top speed by which a speed on a ramp may differ: servos lag, and hosts."""
+_OFF_RAMP: Final = 0.1
+"""The same when the ramp has been over for :data:`_ON_RAMP` of its time."""
+_FASTEST: Final = 0x7FFF
+"""µm/s of the fastest speed that a reply can tell."""
+_BLUR: Final = 0.1 * _RAMP
+"""Seconds by which nobody knows when a speed was told; half of what a speed may differ on a ramp."""
+_LEAST: Final = 4
+"""Looks that are needed."""
+_SLOWEST: Final = 50
+"""µm/s of the slowest top speed of which a ramp tells anything."""
+
+
+RAMPS: Final = Kind(
+    name="ramps",
+    title="An axis reaches its top speed within the ramp time",
+    rules=(
+        "ramp-time-meaning",
+        "ramp-time-acceleration",
+        "vector-speed-ramp",
+        "status-ramping-bits",
+    ),
+)
+
+
+@motion_check(
+    RAMPS,
+    "{axis} is as fast as its ramp time says when it goes to a target",
+    messages=("WRITE_RAMPING_TIME", "WRITE_TOP_SPEED"),
+    settings=True,
+    seconds=2.5,
+    name="target",
+)
+def _to_target(mover: Mover) -> None:
+    _prepare(mover)
+    goal = mover.goal(_LONG * _RAMP)
+    began = mover.begin(m.WriteTargetPosition(goal))
+    samples = mover.follow(f"on its way to {goal}", abs(goal - mover.start))
+    _judge(mover, began, samples, mover.top_speed)
+    judge_course(mover, goal, samples)
+
+
+@motion_check(
+    RAMPS,
+    "{axis} is as fast as its ramp time says when it is told a speed",
+    messages=("WRITE_VECTOR_SPEED", "WRITE_RAMPING_TIME", "WRITE_TOP_SPEED", "STOP_MOTOR"),
+    settings=True,
+    seconds=2.0,
+    name="vector",
+)
+def _at_speed(mover: Mover) -> None:
+    """Go at half the top speed, which takes half of the ramp; up, since the document has no way down."""
+    _prepare(mover)
+    goal = mover.goal(_LONG * _RAMP)
+    if goal < mover.start:
+        mover.go(goal)
+    speed, brake = mover.top_speed // 2, mover.high - mover.counts_in(_RAMP)
+    began = mover.begin(m.WriteVectorSpeed(speed))
+    try:
+        samples = mover.follow(
+            f"at {speed} µm/s",
+            abs(goal - mover.start),
+            until=lambda at: at.time > began + _RAMP or at.position > brake,
+        )
+    finally:
+        stop(mover)
+    _judge(mover, began, samples, speed)
+
+
+def _prepare(mover: Mover) -> None:
+    """Set the ramp, and a top speed that is reached within the range."""
+    mover.ready()
+    trial = mover.trial
+    keep(mover, RAMP_TIME)
+    top = keep(mover, TOP_SPEED)
+    room = max(mover.high - mover.start, mover.start - mover.low)
+    speed = min(top, _FASTEST, int(room / mover.counts_in(_LONG * _RAMP, 1)))
+    if speed < _SLOWEST:
+        trial.inconclusive(f"{mover.low}..{mover.high} leaves too little way to reach a speed")
+        raise EnoughError
+    RAMP_TIME.set(mover, round(1000 * _RAMP))
+    TOP_SPEED.set(mover, speed)
+    mover.ramp_time, mover.top_speed = RAMP_TIME.of(mover), TOP_SPEED.of(mover)
+
+
+def _judge(mover: Mover, began: float, samples: list[Sample], speed: int) -> None:
+    """Hold the speeds of the first ramp, and of the time behind it, against the time that has passed.
+
+    :param speed: at which the ramp ends.
+    """
+    top = mover.top_speed
+    # The last ramp may have begun behind the judged part.
+    judged = [each for each in samples if each.time - began <= _JUDGED * _RAMP]
+    sharp = [each for each in judged if each.blur <= _BLUR]
+    if len(sharp) < _LEAST:
+        mover.trial.inconclusive(f"replies are too slow to see a ramp of {1000 * _RAMP:.0f} ms")
+        return
+    for sample in sharp:
+        passed = (sample.time - began) / _RAMP
+        due = min(speed, round(top * passed))
+        over = passed > speed / top + _ON_RAMP
+        mover.trial.must(
+            abs(abs(sample.speed) - due) <= (_OFF_RAMP if over else _ON_RAMP) * top,
+            f"{1000 * _RAMP * passed:.0f} ms after it began, axis {mover.name} goes at {sample.speed} µm/s; "
+            f"with a ramp of {1000 * _RAMP:.0f} ms to a top speed of {top} µm/s it is {due}",
+        )

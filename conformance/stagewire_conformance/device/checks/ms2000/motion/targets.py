@@ -1,21 +1,34 @@
-"""Moves to a target, from rest and on the way (section 18)."""
+"""Moves to a target, from rest and on the way (section 18).
+
+Also here: two axes at once. Each goes to its own target, and is busy as long as it moves itself.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
+from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
 from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course, judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
-from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
+from stagewire_conformance.device.checks.ms2000.motion.motion_check import (
+    MOVES,
+    lacks_of,
+    motion_check,
+)
+from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover
+from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.places import Target
 from stagewire_ms2000 import messages as m
 
 _SHORT: Final = 0.2
 """Seconds of a move that only has to be long enough to be asked about."""
 
 
-KIND: Final = Kind(
+TARGETS: Final = Kind(
     name="move-target",
     title="A target is gone to, and what is said meanwhile and afterwards is true",
     rules=(
@@ -32,7 +45,9 @@ KIND: Final = Kind(
 )
 
 
-@motion_check(KIND, "{axis} goes to a target and back, is busy meanwhile, and says so", seconds=1.5)
+@motion_check(
+    TARGETS, "{axis} goes to a target and back, is busy meanwhile, and says so", seconds=1.5
+)
 def _there_and_back(mover: Mover) -> None:
     """Move to a target and back; the others stay where they are."""
     mover.ready()
@@ -63,7 +78,7 @@ def _others(mover: Mover) -> dict[Axis, int]:
     return {axis: axis.position for axis in axes if axis.address != mover.address}
 
 
-@motion_check(KIND, "{axis} takes another target on its way", seconds=1.0, name="turned-round")
+@motion_check(TARGETS, "{axis} takes another target on its way", seconds=1.0, name="turned-round")
 def _turned_round(mover: Mover) -> None:
     """Give another target on the way."""
     mover.ready()
@@ -79,7 +94,7 @@ def _turned_round(mover: Mover) -> None:
 
 
 @motion_check(
-    KIND,
+    TARGETS,
     "{axis} says in its status byte that it moves while it does, and no longer",
     messages=("READ_STATUS_BYTE",),
     seconds=1.0,
@@ -111,3 +126,50 @@ def _status_byte(mover: Mover) -> None:
         f"axis {mover.name} is not busy any more, and READ_STATUS_BYTE tells {int(byte):#04x}: it moves",
         came=bytes((int(byte),)),
     )
+
+
+_FIRST, _SECOND = 0.3, 0.6
+"""Seconds that the two moves take."""
+
+
+TOGETHER: Final = Kind(
+    name="move-together",
+    title="Two axes that move at once do not mix",
+    rules=("axis-identifiers", "target-moves", "status-busy", "status-not-busy"),
+)
+
+
+def _pairs(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for first, second in pairwise(declared.places):
+        yield AxisCase(
+            place=first,
+            name=second.name,
+            words={"other": second.name},
+            arguments={"other": second},
+            skip=next(filter(None, map(second.why_not, MOVES)), ""),
+            lacks=lacks_of(declared, allowed, second),
+        )
+
+
+@motion_check(
+    TOGETHER, "{axis} and axis {other} go to their own targets at once", seconds=1.5, each=_pairs
+)
+def _both(first: Mover, other: Target) -> None:
+    second = Mover(first.trial, other)
+    first.ready()
+    second.ready()
+    near, far = first.goal(_FIRST), second.goal(_SECOND)
+    second.begin(m.WriteTargetPosition(far))
+    first.begin(m.WriteTargetPosition(near))
+    first.follow(f"on its way to {near}", abs(near - first.start))
+    where = second.position
+    if abs(where - far) > ARRIVED:
+        first.trial.must(
+            second.is_busy or abs(second.position - far) <= ARRIVED,
+            f"axis {second.name} is not busy at {where} on its way to {far}; axis {first.name} had arrived",
+            wanted=b"B",
+            came=b"b",
+        )
+    second.follow(f"on its way to {far}", abs(far - second.start))
+    judge_rest(first, near)
+    judge_rest(second, far)

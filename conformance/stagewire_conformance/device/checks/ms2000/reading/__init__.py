@@ -6,28 +6,24 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.reading import (
-    back_to_back,
     colons,
-    identification,
-    quiet,
     reads,
     silence,
     sizes,
     status,
     timing,
-    wrong_size,
 )
 
 KINDS: Final[tuple[Kind, ...]] = (
-    identification.KIND,
-    reads.KIND,
-    sizes.KIND,
+    reads.IDENTIFICATION,
+    reads.READS,
+    sizes.SIZES,
     status.KIND,
-    quiet.KIND,
-    silence.KIND,
-    wrong_size.KIND,
+    silence.QUIET,
+    silence.SILENCE,
+    sizes.WRONG_SIZE,
     colons.KIND,
-    back_to_back.KIND,
-    timing.KIND,
+    timing.BACK_TO_BACK,
+    timing.TIMING,
 )
 """In the order in which they are run."""

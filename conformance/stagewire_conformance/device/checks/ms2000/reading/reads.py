@@ -1,4 +1,7 @@
-"""Every command that reads: exactly its bytes come back, and the same again while nothing changes."""
+"""Every command that reads: exactly its bytes come back, and the same again while nothing changes.
+
+Also here: the identification of an axis (section 7).
+"""
 
 from __future__ import annotations
 
@@ -16,12 +19,56 @@ from stagewire_conformance.device.checks.ms2000.axis_check import (
 )
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
+from stagewire_ms2000 import messages as m
+
+_MOTORS: Final = ("X", "Y", "Z")
+"""The axes of which the document says what they answer."""
+_MOTOR: Final = b"EMOT "
+_LAST: Final = b": "
+"""The sixth byte: the colon of the example, or the blank of the text."""
+
+
+IDENTIFICATION: Final = Kind(
+    name="identification",
+    title="Every axis says what it is",
+    rules=("identification-reply", "identification-blanks", "axis-identifiers"),
+)
+
+
+@axis_check(
+    IDENTIFICATION,
+    "{axis} says in six bytes what it is",
+    messages=("READ_IDENTIFICATION",),
+    seconds=0.2,
+)
+def _identification(axis: Axis) -> None:
+    came = axis.ask(m.ReadIdentification(), quiet=0.2).pack()
+    if axis.name not in _MOTORS:
+        axis.trial.info(
+            f"axis {axis.name} says that it is {came!r}; the document does not say what is due"
+        )
+        return
+    axis.trial.must(
+        came[:5] == _MOTOR,
+        f"axis {axis.name} says that it is {came!r}; it has to say EMOT and a blank",
+        wanted=_MOTOR + _LAST[:1],
+        came=came,
+    )
+    axis.trial.must(
+        came[5] in _LAST,
+        f"the identification of axis {axis.name} ends with {came[5]:#04x}; it ends with a colon or a blank",
+        wanted=_MOTOR + _LAST[:1],
+        came=came,
+    )
+    if came[5:] == b" ":
+        axis.trial.info("its sixth byte is the blank of the text, not the colon of the example")
+
 
 _OWN: Final = ("READ_IDENTIFICATION",)
 """Has a kind of its own."""
 
 
-KIND: Final = Kind(
+READS: Final = Kind(
     name="reads",
     title="Every command that reads is answered by exactly its bytes",
     rules=(
@@ -50,8 +97,8 @@ def _requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
             )
 
 
-@axis_check(KIND, "{request} of {axis} is answered by {size}, and nothing else", each=_requests)
-def _look(axis: Axis, request: Command) -> None:
+@axis_check(READS, "{request} of {axis} is answered by {size}, and nothing else", each=_requests)
+def _reads(axis: Axis, request: Command) -> None:
     name = request.layout.message
     first = axis.ask(request)
     _values_are_known(axis, first)

@@ -1,4 +1,8 @@
-"""What has an error is ignored: nothing answers, and a clean request behind it is answered (section 2)."""
+"""What has an error is ignored: nothing answers, and a clean request behind it is answered (section 2).
+
+Also here: nothing comes while nothing is asked. The document has no message that a controller sends by
+itself.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +18,24 @@ from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import PROTOCOL
+
+_SECONDS: Final = 0.5
+
+
+QUIET: Final = Kind(
+    name="quiet",
+    title="Nothing comes unasked",
+    rules=("no-blanks-in-replies",),
+)
+
+
+@QUIET.check("Nothing comes while nothing is asked", seconds=_SECONDS)
+def _quiet(trial: Trial) -> None:
+    came = line_of(trial).listen(_SECONDS)
+    trial.must(
+        not came, f"{len(came)} bytes came within {_SECONDS:g} s, and nothing was asked", came=came
+    )
+
 
 _WAIT: Final = 0.1
 """Seconds in which an answer would have come."""
@@ -132,7 +154,7 @@ _CASES: Final[dict[str, tuple[str, str, Make, tuple[str, ...]]]] = {
 """Name -> what is sent, what has to hold, what makes the bytes, and the rules."""
 
 
-KIND: Final = Kind(
+SILENCE: Final = Kind(
     name="silence",
     title="What has an error is ignored, and what follows is not",
     rules=tuple(dict.fromkeys(rule for case in _CASES.values() for rule in case[3])),
@@ -153,8 +175,8 @@ def _cases(declared: Declared, allowed: Permissions) -> Iterator[Case]:
         )
 
 
-@KIND.check("{title}", seconds=0.8, each=_cases)
-def _look(trial: Trial, about: str, make: Make) -> None:
+@SILENCE.check("{title}", seconds=0.8, each=_cases)
+def _silence(trial: Trial, about: str, make: Make) -> None:
     line, clean = line_of(trial), Clean(trial)
     for raw in make(trial.declared, trial.random):
         line.send_bytes(raw, about)

@@ -3,6 +3,8 @@
 Three commands are without it, and the examples of two more leave it out. Whether any other may, the document
 leaves open, and clients of both kinds exist: which form a controller understands is told, not judged. But
 what it answers has to be the reply.
+
+Also here: requests with another size than their own (section 2, group 3).
 """
 
 from __future__ import annotations
@@ -20,21 +22,23 @@ from stagewire_conformance.device.checks.ms2000.axis_check import (
     requests_of,
 )
 from stagewire_conformance.device.checks.ms2000.clean import Clean
+from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
+from stagewire_ms2000 import messages as m
 
-_WAIT: Final = 0.2
+_SIZES_WAIT: Final = 0.2
 """Seconds in which an answer would have come."""
 
 
-KIND: Final = Kind(
+SIZES: Final = Kind(
     name="sizes",
     title="A request in its other form, with or without its size, is answered rightly or ignored",
     rules=("size-omitted-by-three", "size-of-data", "errors-ignored"),
 )
 
 
-def _requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _sizes_requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
     for name, request in requests_of(declared).items():
         yield AxisCase(
             place=first_place(declared, name),
@@ -49,17 +53,90 @@ def _requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
 
 
 @axis_check(
-    KIND, "{request} {form} is answered by the reply, or not at all", seconds=0.4, each=_requests
+    SIZES,
+    "{request} {form} is answered by the reply, or not at all",
+    seconds=0.4,
+    each=_sizes_requests,
 )
-def _look(axis: Axis, request: Command) -> None:
+def _sizes(axis: Axis, request: Command) -> None:
     clean = Clean(axis.trial)
     name = request.layout.message
     usual = request.layout.size is not None
     form = "without its size" if usual else "with the size 0"
-    came = axis.line.ask(request, axis.address, _WAIT, sized=not usual)
+    came = axis.line.ask(request, axis.address, _SIZES_WAIT, sized=not usual)
     if not came:
         axis.trial.info(f"{name} {form} is ignored")
     else:
         axis.exact(request, came, f"sent {form}")
         axis.trial.info(f"{name} {form} is understood")
     clean.again(f"after {name} {form}")
+
+
+_WRONG_SIZE_WAIT: Final = 0.1
+"""Seconds in which an answer would have come."""
+_SUPPORTED: Final = range(7)
+"""Sizes that are supported up to firmware 3.3."""
+_LARGE: Final = range(7, 0x100)
+"""Sizes that are not."""
+_EXAMPLES: Final = {m.ReadMotorPositionAndStatus.layout.message: (3,)}
+"""A size that an example has, though the table has another."""
+
+
+def _wrong_sizes(axis: Axis, request: Command) -> list[int]:
+    """Return some sizes that are wrong: one that is supported, one that is not, and that of an example.
+
+    None is the byte of a command, nor ends anything.
+    """
+    own, draw = request.layout.size, axis.trial.random
+    small = draw.choice([size for size in _SUPPORTED if size != own])
+    example = _EXAMPLES.get(request.layout.message, ())
+    return sorted({small, draw.choice([size for size in _LARGE if size in HARMLESS]), *example})
+
+
+WRONG_SIZE: Final = Kind(
+    name="wrong-size",
+    title="A request with another size than its own is ignored",
+    rules=("size-of-data", "sizes-supported", "errors-ignored"),
+)
+
+
+def _wrong_size_requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for name, request in requests_of(declared).items():
+        if request.layout.size is not None:
+            yield AxisCase(
+                place=first_place(declared, name),
+                name=name,
+                words={"request": name},
+                arguments={"request": request},
+                messages=(name,),
+            )
+
+
+@axis_check(
+    WRONG_SIZE,
+    "{request} with another size than its own is ignored",
+    seconds=0.6,
+    each=_wrong_size_requests,
+)
+def _wrong_size(axis: Axis, request: Command) -> None:
+    trial, name, clean = axis.trial, request.layout.message, Clean(axis.trial)
+    assert request.reply is not None
+    due = request.reply.layout.length
+    for size in _wrong_sizes(axis, request):
+        about = f"{name} of axis {axis.name} with the size {size} instead of {request.layout.size}"
+        axis.line.send_bytes(bytes((axis.address, request.layout.id, size)) + END, about)
+        came = axis.line.collect(1, _WRONG_SIZE_WAIT)
+        if size in _EXAMPLES.get(name, ()):
+            trial.info(f"{about}, as in its example, is {'answered' if came else 'ignored'}")
+            trial.must(
+                len(came) in (0, due),
+                f"{about} was answered by {len(came)} bytes, not by its {due}",
+                came=came,
+            )
+        elif len(came) == due:
+            trial.should(False, f"{about} was answered; it has an error", wanted=b"", came=came)
+        else:
+            trial.must(
+                not came, f"{about} was answered by {len(came)} bytes; it has an error", came=came
+            )
+        clean.again(f"after {about}")

@@ -10,13 +10,12 @@ from stagewire_conformance.device.checks.ms2000.settings import (
     joystick,
     marks_in_data,
     readback,
-    written_size,
 )
 
 KINDS: Final[tuple[Kind, ...]] = (
     formats.KIND,
-    readback.KIND,
-    written_size.KIND,
+    readback.READBACK,
+    readback.WRITTEN_SIZE,
     marks_in_data.KIND,
     joystick.KIND,
 )

@@ -1,4 +1,7 @@
-"""What was written to an axis is read back, and nothing else changes (sections 21, 22 and 24)."""
+"""What was written to an axis is read back, and nothing else changes (sections 21, 22 and 24).
+
+Also here: commands that write, cut short or with another size than their own, change nothing (section 2).
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,9 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind, Need
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check
+from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, first_place
+from stagewire_conformance.device.checks.ms2000.clean import Clean
+from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
 from stagewire_conformance.device.checks.ms2000.stored import (
     STORED,
     TOP_SPEED,
@@ -15,13 +20,14 @@ from stagewire_conformance.device.checks.ms2000.stored import (
     keep,
 )
 from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.lines.command_line import QUIET
 from stagewire_conformance.device.permissions import Permissions
 
 _ROUNDING: Final = 0.02
 """The part of a speed by which one that is read may differ: servos have steps of their own."""
 
 
-KIND: Final = Kind(
+READBACK: Final = Kind(
     name="readback",
     title="What was written is read back, and nothing else changes",
     rules=(
@@ -32,7 +38,7 @@ KIND: Final = Kind(
 )  # fmt: skip
 
 
-def _settings(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _readback_settings(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
     for place in declared.places:
         for stored in STORED:
             write, read = stored.messages
@@ -46,14 +52,14 @@ def _settings(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
 
 
 @axis_check(
-    KIND,
+    READBACK,
     "{read} of {axis} tells what {write} wrote, and nothing else changes",
     needs={Need.SETTINGS},
     does="writes increment, ramp time and top speed of every axis, and puts them back",
     seconds=0.6,
-    each=_settings,
+    each=_readback_settings,
 )
-def _look(axis: Axis, stored: Stored) -> None:
+def _readback(axis: Axis, stored: Stored) -> None:
     trial = axis.trial
     others = _others(axis, stored)
     before = [each.of(other) for other, each in others]
@@ -91,3 +97,67 @@ def _is_there(axis: Axis, stored: Stored, value: int) -> None:
         axis.trial.should(found == value, f"{text}: it is rounded", wanted=raw, came=came)
     else:
         axis.trial.must(found == value, text, wanted=raw, came=came)
+
+
+_LARGE: Final = 7
+"""A size that is not supported up to firmware 3.3."""
+
+
+WRITTEN_SIZE: Final = Kind(
+    name="written-size",
+    title="A command that writes with another size than its own changes nothing",
+    rules=(
+        "size-of-data", "sizes-supported", "errors-ignored", "colon-after-command-aborts",
+        "data-of-command",
+    ),
+)  # fmt: skip
+
+
+def _written_size_settings(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    for stored in STORED:
+        yield AxisCase(
+            place=first_place(declared, *stored.messages),
+            name=stored.name,
+            words={"write": stored.name},
+            arguments={"stored": stored},
+            messages=stored.messages,
+        )
+
+
+@axis_check(
+    WRITTEN_SIZE,
+    "{write} with another size than its own changes nothing",
+    needs={Need.SETTINGS},
+    does="sends commands that write with a wrong size, which are to be ignored",
+    seconds=1.0,
+    each=_written_size_settings,
+)
+def _written_size(axis: Axis, stored: Stored) -> None:
+    trial, clean = axis.trial, Clean(axis.trial)
+    present = keep(axis, stored)
+    id, own = stored.write.layout.id, stored.write.layout.size
+    assert own is not None  # what writes has data
+    begin = bytes((axis.address, id))
+    _is_ignored(axis, stored, present, begin + END, "without size and data")
+    clean.again(f"after {stored.name} without size and data")
+    for size in (own - 1, own + 1, _LARGE):
+        data = harmless_bytes(trial.random, size)
+        about = f"with the size {size} and as many bytes"
+        _is_ignored(axis, stored, present, begin + bytes((size,)) + data + END, about)
+        clean.again(f"after {stored.name} {about}")
+
+
+def _is_ignored(axis: Axis, stored: Stored, present: int, raw: bytes, about: str) -> None:
+    trial = axis.trial
+    axis.line.send_bytes(raw, f"{stored.name} {about}")
+    came = axis.line.listen(QUIET)
+    trial.must(not came, f"{stored.name} {about} was answered", wanted=b"", came=came)
+    found = stored.of(axis)
+    trial.should(
+        found == present,
+        f"{stored.name} of axis {axis.name} {about} ({raw.hex(' ')}) changed {present} to {found}; what has "
+        "an error is ignored",
+    )
+    if found != present:
+        axis.line.settle()
+        stored.set(axis, present)
