@@ -116,7 +116,9 @@ def test_every_file_of_the_packages_is_in_the_wheel_and_nothing_else(names: list
 
 
 def test_every_template_is_compiled(unpacked: Path, names: list[str]) -> None:
-    templates = [name for name in names if "/targets/" in name and name.endswith(".j2")]
+    templates = [
+        name for name in names if name.startswith("stagewire_generator/") and name.endswith(".j2")
+    ]
     assert templates
     modules = {
         f"{COMPILED}{compiled_templates(our_templates()).name}/"
