@@ -9,7 +9,7 @@ import pytest
 from attached_controller import URL, attached
 
 import stagewire_virtual as virtual
-from stagewire_conformance.device.pics.reader import read_pics
+from stagewire_conformance.device.pics_file import read_pics
 
 if TYPE_CHECKING:
     from conftest import Stagewire

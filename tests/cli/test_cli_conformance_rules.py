@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from stagewire.protocols import load_protocol
-from stagewire_conformance.device import rules
-from stagewire_conformance.device.rules import Coverage
+from stagewire_conformance.device import rules_page
+from stagewire_conformance.device.rules_page import Coverage
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -30,7 +30,7 @@ def row(**changes: object) -> Coverage:
 def only(monkeypatch: pytest.MonkeyPatch) -> list[Coverage]:
     """Rows that take the place of all rules; a test puts in what it needs."""
     rows: list[Coverage] = []
-    monkeypatch.setattr(rules, "coverage", lambda protocol: tuple(rows))
+    monkeypatch.setattr(rules_page, "coverage", lambda protocol: tuple(rows))
     return rows
 
 

@@ -22,7 +22,7 @@ from markdown_blocks import blocks
 from stagewire.capture import read_capture
 from stagewire.protocols import load_protocol
 from stagewire_cli.main import main
-from stagewire_conformance.device.pics.reader import parse_pics
+from stagewire_conformance.device.pics_file import parse_pics
 from stagewire_conformance.testee import Testee
 from stagewire_conformance.testees import read_expected
 from stagewire_conformance.testees.runner import plan

@@ -10,9 +10,10 @@ from stagewire_cli.conformance.typed import as_typed
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declared import RACK, Declared, declare
-from stagewire_conformance.device.permissions import Permissions, Range
-from stagewire_conformance.device.pics.reader import read_pics
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.pics_file import read_pics
 from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.ranges import Range
 
 __all__ = ["Planned", "planned"]
 
@@ -40,7 +41,7 @@ class Planned:
 
     def refusal(self, check: Check) -> str:
         """Return why a check will not be run; empty if it will."""
-        return self.allowed.refusal(check)
+        return check.refusal(self.allowed)
 
     def again(self, url: str, only: str) -> str:
         """Return the command that does the same again, or of it one check alone.

@@ -11,7 +11,8 @@ import typer
 
 from stagewire_cli.conformance.device_plan import Planned
 from stagewire_cli.output import bar, console, printable, table
-from stagewire_conformance.device.check import Check, Need
+from stagewire_conformance.device.check import Check
+from stagewire_conformance.device.permissions import Need
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.reports.device_sheet import places
 from stagewire_conformance.reports.text import counted, where

@@ -55,7 +55,7 @@ def pics(
     from stagewire.links import open_link
     from stagewire_cli.conformance.told import contradiction
     from stagewire_conformance.device.errors import NothingAnswersError
-    from stagewire_conformance.device.pics.draft import ask_pics
+    from stagewire_conformance.device.pics_draft import ask_pics
 
     if out is not None:
         ReportFiles.check_file(out, "--out")

@@ -13,7 +13,7 @@ from stagewire_cli.output import console, printable, table
 from stagewire_cli.protocols import one_or_all
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.rules import Coverage
+    from stagewire_conformance.device.rules_page import Coverage
 
 __all__ = ["EXAMPLE", "rules"]
 
@@ -32,7 +32,7 @@ def rules(
 
     Exits with 1 where a must has neither a check nor a waiver, or a rule has both.
     """
-    from stagewire_conformance.device.rules import coverage
+    from stagewire_conformance.device.rules_page import coverage
 
     found = [(one, coverage(one)) for one in one_or_all(protocol, whole=True)]
     for one, rows in found:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeVar
+
+from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
@@ -14,16 +15,14 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.trial import Trial
 
 
+_OPTIONS: Final[dict[Need, str]] = {
+    Need.SETTINGS: "--allow-settings",
+    Need.MOTION: "--allow-motion MIN..MAX",
+    Need.EEPROM: "--allow-eeprom",
+}
+
 ALLOWED: Final = "the range that is allowed"
 """What a check with motion does is said within it, where no range was given."""
-
-
-class Need(StrEnum):
-    """What a check does beyond asking, so that it runs only where that was allowed."""
-
-    SETTINGS = "settings"
-    MOTION = "motion"
-    EEPROM = "eeprom"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +55,13 @@ class Check:
     skip: str = ""
     lacks: str = ""
     kind: Kind | None = field(default=None, repr=False, compare=False)
+
+    def refusal(self, allowed: Permissions) -> str:
+        """Return why it is not run with what is allowed; empty if it is."""
+        missing = [need for need in Need if need in self.needs - allowed.granted]
+        if missing:
+            return f"not allowed: needs {' and '.join(_OPTIONS[need] for need in missing)}"
+        return self.lacks
 
     @property
     def held_to(self) -> tuple[str, ...]:

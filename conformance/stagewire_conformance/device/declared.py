@@ -17,10 +17,10 @@ from stagewire.protocols import (
     Protocol,
     usable_protocols,
 )
-from stagewire_conformance.device.permissions import Range, RangeError
 from stagewire_conformance.device.pics import Pics
 from stagewire_conformance.device.places import Connected, Target, Travel
 from stagewire_conformance.device.placing import RACK, places_of, rack_of
+from stagewire_conformance.device.ranges import Range, RangeError
 from stagewire_conformance.registry import Registry, registry_of
 
 __all__ = [

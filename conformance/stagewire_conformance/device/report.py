@@ -2,58 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.results import Entry, Finding, Result
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.permissions import Permissions
-
-__all__ = ["Entry", "Finding", "Outcome", "Report"]
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that a check found.
-
-    :param text: a sentence: what came, and what should have come.
-    :param wanted: the bytes that should have come, if that is known.
-    :param came: the bytes that it is about, if there are any.
-    """
-
-    result: Result
-    text: str
-    wanted: bytes | None = None
-    came: bytes | None = None
-
-
-@dataclass(frozen=True)
-class Entry:
-    """Something that passed on the line.
-
-    :param time: in seconds since the line was opened.
-    :param sent: whether the suite sent it.
-    :param raw: its bytes.
-    :param keep_alive: whether it was sent by itself, to keep the controller talking.
-    :param tell: says what it is, when somebody wants to know: most entries nobody reads.
-    """
-
-    time: float
-    sent: bool
-    raw: bytes
-    keep_alive: bool = False
-    tell: Callable[[], str] = field(default=str, repr=False, compare=False)
-
-    @cached_property
-    def text(self) -> str:
-        """What it says, in one line."""
-        return self.tell()
 
 
 @dataclass(frozen=True)

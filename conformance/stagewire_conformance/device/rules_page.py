@@ -1,4 +1,4 @@
-"""Makes ``docs/conformance-rules.md`` from the rules of the registry and the kinds of checks.
+"""The checks that hold a controller to each rule, and ``docs/conformance-rules.md``, the page of them.
 
 ``python -m stagewire_conformance.device.rules_page FILE`` writes it.
 """
@@ -8,12 +8,17 @@ from __future__ import annotations
 import sys
 import textwrap
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from stagewire.protocols import Protocol, load_protocol
-from stagewire_conformance.device.rules import Coverage, coverage
-
-__all__ = ["page"]
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks import kinds_of
+from stagewire_conformance.device.declared import declare, known_units
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.rules import known_rules
+from stagewire_conformance.registry import registry_of
 
 _PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 _MOST_SAID = 110  # characters of a quotation
@@ -79,3 +84,76 @@ def _cell(text: str) -> str:
 
 if __name__ == "__main__":
     Path(sys.argv[1]).write_text(page(), encoding="utf-8", newline="\n")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coverage:
+    """A rule, and what sees whether it is kept.
+
+    :param where: the page, or the section, of the document.
+    :param strength: ``must`` or ``should``.
+    :param subject: whom it binds: ``controller`` or ``host``.
+    :param says: the words of the document.
+    :param checks: the kinds of checks that hold a controller of some unit to it.
+    :param waiver: why there can be none; empty where there are.
+    """
+
+    rule: str
+    where: str
+    strength: str
+    subject: str
+    says: str
+    checks: tuple[str, ...]
+    waiver: str
+
+    @property
+    def problem(self) -> str:
+        """What is wrong: a must has either a check or a waiver, and no rule has both; empty if nothing is."""
+        if self.checks and self.waiver:
+            return "has a check and a waiver"
+        if self.strength == "must" and not self.checks and not self.waiver:
+            return "has neither a check nor a waiver"
+        return ""
+
+
+def coverage(protocol: Protocol) -> tuple[Coverage, ...]:
+    """Return all rules of a protocol in the order of its document, each with what sees it.
+
+    A kind counts where one of its checks for some unit is about the rule, not where it is only named.
+    """
+    registry = registry_of(protocol)
+    seen = _seen(protocol)
+    return tuple(
+        Coverage(
+            rule=name,
+            where=registry.where((entry["page"],)),
+            strength=entry["strength"],
+            subject=entry["subject"],
+            says=entry["says"],
+            checks=tuple(seen.get(name, ())),
+            waiver=entry["waiver"],
+        )
+        for name, entry in sorted(
+            known_rules(registry).items(), key=lambda item: (item[1]["page"], item[0])
+        )
+    )
+
+
+def unknown_rules(protocol: Protocol) -> Iterator[tuple[Kind, str]]:
+    """Yield what kinds of checks name as a rule and the protocol does not have."""
+    known = known_rules(registry_of(protocol))
+    for kind in kinds_of(protocol):
+        yield from ((kind, rule) for rule in kind.rules if rule not in known)
+
+
+def _seen(protocol: Protocol) -> dict[str, dict[str, None]]:
+    """Return the names of the kinds that hold a controller of some unit to a rule, by rule, in order."""
+    found: dict[str, dict[str, None]] = {}
+    for name, of in known_units().items():
+        if of.name != protocol.name:
+            continue
+        for check in plan(declare(name), Permissions()):
+            for rule in check.held_to:
+                if check.kind is not None:
+                    found.setdefault(rule, {})[check.kind.name] = None
+    return found

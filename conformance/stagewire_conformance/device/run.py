@@ -21,11 +21,12 @@ from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersE
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
-from stagewire_conformance.device.permissions import Permissions, RangeError
+from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.planning import plan
-from stagewire_conformance.device.report import Entry, Finding, Outcome, Report
+from stagewire_conformance.device.ranges import RangeError
+from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.restoring import Restoring
-from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.results import Entry, Finding, Result
 from stagewire_conformance.device.trial import EnoughError, Trial
 
 __all__ = ["Progress", "RunInterrupted", "line_to", "run"]
@@ -142,7 +143,7 @@ class _Run:
         ]
 
     def _run_checks(self, progress: Progress) -> None:
-        may_run = [not check.skip and not self._allowed.refusal(check) for check in self._checks]
+        may_run = [not check.skip and not check.refusal(self._allowed) for check in self._checks]
         before, total = 0, sum(may_run)
         for check, runs in zip(self._checks, may_run, strict=True):
             if check.skip:
@@ -211,7 +212,7 @@ class _Run:
     def _report(self) -> Report:
         reached = {outcome.check.id for outcome in self._outcomes}
         not_run = [
-            (check, self._allowed.refusal(check) or f"not reached: {self._unfinished}")
+            (check, check.refusal(self._allowed) or f"not reached: {self._unfinished}")
             for check in self._checks
             if check.id not in reached
         ]

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import TYPE_CHECKING, Any
 
-from stagewire_conformance.device.report import Finding
-from stagewire_conformance.device.results import Result, worst
+from stagewire_conformance.device.results import Finding, Result, worst
 
 if TYPE_CHECKING:
     from stagewire.protocols import FramedMessage

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from stagewire_conformance.device.check import Check, Need
+from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.permissions import Need
 from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result

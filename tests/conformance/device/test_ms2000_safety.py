@@ -24,12 +24,12 @@ from watched_links import DeadLink, WatchedLink
 
 from stagewire.errors import TransportLostError
 from stagewire.framing import CommandReceived
-from stagewire_conformance.device.check import Need
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes, harmless_value
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
 from stagewire_conformance.device.lines.command_line import CommandLine
-from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import RunInterrupted, run
 from stagewire_conformance.registry import registry_of

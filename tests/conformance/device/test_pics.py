@@ -19,7 +19,7 @@ import plain_yaml
 from checkout import SCHEMAS
 from stagewire_conformance.device.declared import Declared, declare, known_units
 from stagewire_conformance.device.errors import PicsError
-from stagewire_conformance.device.pics.reader import parse_pics, read_pics
+from stagewire_conformance.device.pics_file import parse_pics, read_pics
 
 SCHEMA = json.loads((SCHEMAS / "pics.schema.json").read_text(encoding="utf-8"))
 Draft202012Validator.check_schema(SCHEMA)

@@ -17,8 +17,8 @@ from stagewire_conformance.device.declared import Declared, declare, known_units
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import Pics
-from stagewire_conformance.device.pics.draft import ask_pics
-from stagewire_conformance.device.pics.reader import parse_pics
+from stagewire_conformance.device.pics_draft import ask_pics
+from stagewire_conformance.device.pics_file import parse_pics
 from stagewire_conformance.device.planning import plan
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run

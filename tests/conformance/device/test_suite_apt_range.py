@@ -23,8 +23,9 @@ from parts import every_nth
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_apt import PROTOCOL
-from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import RunInterrupted, run
 

@@ -13,9 +13,10 @@ from watched_links import WatchedLink
 import stagewire_virtual
 from stagewire_apt import stages
 from stagewire_conformance.device.declared import RACK, declare
-from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run

@@ -11,11 +11,11 @@ from watched_links import ALL, DeadLink, WatchedLink, declared_as, made, run_mad
 import stagewire_virtual
 from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
-from stagewire_conformance.device.check import Need
 from stagewire_conformance.device.declared import declare, known_units
 from stagewire_conformance.device.errors import NothingAnswersError, NothingToRunError
-from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result, worst
 from stagewire_conformance.device.run import run
 from stagewire_conformance.device.trial import Trial

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
-from stagewire_conformance.device.check import Check, Kind, Need
+from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.declared import Declared, declare
-from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.pics import BayPics, Pics
+from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.run import run
 from stagewire_conformance.device.trial import Trial

@@ -12,7 +12,8 @@ from typing import Final
 from stagewire.protocols import CommandFrame, CommandProtocol
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.errors import NotAllowedError
-from stagewire_conformance.device.permissions import Permissions, RangeError
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.ranges import RangeError
 
 __all__ = ["CommandGuard"]
 

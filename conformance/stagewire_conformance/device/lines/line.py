@@ -28,7 +28,7 @@ from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.report import Entry
+from stagewire_conformance.device.results import Entry
 
 _DEFAULTS: Final[dict[signal.Signals, Any]] = {
     signal.SIGINT: signal.default_int_handler,

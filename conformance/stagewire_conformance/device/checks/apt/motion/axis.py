@@ -15,7 +15,7 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, MoveDirection, StopMode
 from stagewire_conformance.device.checks.apt.enabling import switch
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
-from stagewire_conformance.device.checks.apt.motion.parameters import change
+from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, parameter_sets
 from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
-
 
 POLL: Final = 0.05
 """Seconds between two looks at a motor in motion."""
@@ -347,3 +346,38 @@ class Axis:
         way.
         """
         return max(JITTER, min(max(HELD, abs(distance) // 200), abs(distance) // 4))
+
+
+def present(axis: Axis, setting: str) -> Values:
+    """Return the values of a parameter set, by the name of its SET."""
+    return _spot(axis, setting).read(axis.trial)
+
+
+def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> None:
+    """Change values of a parameter set until the end of the check, and see that they are there.
+
+    The check ends where they are not: what it would do then, nobody can tell.
+
+    :param at_most: the value that may come back smaller, such as a velocity that the controller rounds.
+    """
+    spot = _spot(axis, setting)
+    before = spot.read(axis.trial)
+    wanted = {**before, **values}
+    axis.trial.undo(f"{setting} at {axis.text}", lambda: spot.put_back(axis.trial, before))
+    spot.write(axis.trial, wanted)
+    came = spot.ask(axis.trial)
+    told = spot.values(came)
+    lower = at_most and 0 < told[at_most] <= wanted[at_most]
+    wrote = ", ".join(f"{name} = {value}" for name, value in values.items())
+    says = ", ".join(f"{name} = {told[name]}" for name in values)
+    axis.trial.need(
+        told == ({**wanted, at_most: told[at_most]} if lower else wanted),
+        f"{axis.text}: {setting} wrote {wrote}, and {spot.set.get} then said {says}; so nothing was moved",
+        wanted=spot.expected(axis.trial, wanted, came),
+        came=came.raw,
+    )
+
+
+def _spot(axis: Axis, setting: str) -> Spot:
+    sets = parameter_sets(axis.trial.declared, axis.place)
+    return Spot(axis.place, axis.channel, next(each for each in sets if each.set == setting))

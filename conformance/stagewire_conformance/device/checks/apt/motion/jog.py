@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import JogMode, MoveDirection
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import Axis
+from stagewire_conformance.device.checks.apt.motion.axis import Axis, change
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, jog, make_room, move
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, jog_pace_of
-from stagewire_conformance.device.checks.apt.motion.parameters import change
 from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
 
 if TYPE_CHECKING:

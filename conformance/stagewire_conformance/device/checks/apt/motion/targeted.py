@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import Axis
+from stagewire_conformance.device.checks.apt.motion.axis import Axis, change
 from stagewire_conformance.device.checks.apt.motion.motor_check import Moving, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import (
     COMPLETED,
@@ -17,7 +17,6 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     move,
     relative,
 )
-from stagewire_conformance.device.checks.apt.motion.parameters import change
 from stagewire_conformance.device.checks.apt.motion.rules import APART, COMPLETION
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import MoveDirection
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status, change, present
 from stagewire_conformance.device.checks.apt.motion.judging import (
     judge_course,
     judge_end,
@@ -24,7 +24,6 @@ from stagewire_conformance.device.checks.apt.motion.judging import (
 )
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import make_room
-from stagewire_conformance.device.checks.apt.motion.parameters import change, present
 from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
 from stagewire_conformance.device.checks.apt.motion.watching import Watched, is_outside, watch
 

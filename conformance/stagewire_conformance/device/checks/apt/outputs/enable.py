@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, SolenoidState
 from stagewire_apt.flags import BpcStatusBits, DcStatusBits
-from stagewire_conformance.device.check import Case, Kind, Need
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.enabling import (
     ENABLED_SETS,
     enable_state,
@@ -30,6 +30,7 @@ from stagewire_conformance.device.checks.apt.settings.care import CARE, When
 from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
 from stagewire_conformance.device.checks.apt.settings.readback import write_and_read
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
+from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Target

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
-from stagewire_conformance.device.check import ALLOWED, Check, Kind, Need
-from stagewire_conformance.device.permissions import COUNTS
+from stagewire_conformance.device.check import ALLOWED, Check, Kind
+from stagewire_conformance.device.permissions import Need
+from stagewire_conformance.device.ranges import COUNTS
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Target

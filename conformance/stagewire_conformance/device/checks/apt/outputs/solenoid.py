@@ -17,9 +17,10 @@ from stagewire_apt.enumerations import (
     SolenoidState,
 )
 from stagewire_apt.flags import RackDigitalOutputs
-from stagewire_conformance.device.check import Case, Kind, Need
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.outputs.output_check import output_check
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
+from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Target

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import CodecError
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE
-from stagewire_conformance.device.check import Case, Kind, Need
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import (
     SILENCE,
     before_clean_request,
@@ -31,6 +31,7 @@ from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, Wh
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, spots
 from stagewire_conformance.device.checks.apt.settings.variants import first_variant
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
+from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared

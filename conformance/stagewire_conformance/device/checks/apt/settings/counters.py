@@ -10,8 +10,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
-from stagewire_conformance.device.check import Case, Kind, Need
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, spots
+from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared

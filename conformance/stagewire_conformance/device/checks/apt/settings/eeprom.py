@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import Case, Kind, Need
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
+from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declared import Declared, Target

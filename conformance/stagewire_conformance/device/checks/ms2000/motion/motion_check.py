@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import Any, Final, TypeVar
 
-from stagewire_conformance.device.check import Kind, Need
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, every_axis
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
 from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions, RangeError
+from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.ranges import RangeError
 
 _Look = TypeVar("_Look", bound=Callable[..., None])
 

@@ -11,11 +11,11 @@ from functools import partial
 from typing import Final
 
 from stagewire.protocols import SetupCommand
-from stagewire_conformance.device.check import Case, Kind, Need
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, line_of
 from stagewire_conformance.device.checks.ms2000.clean import Clean, asked
 from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m

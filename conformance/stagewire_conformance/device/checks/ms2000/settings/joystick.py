@@ -6,9 +6,10 @@ from functools import partial
 from typing import Final
 
 from stagewire.protocols import Command
-from stagewire_conformance.device.check import Kind, Need
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import axis_check
+from stagewire_conformance.device.permissions import Need
 from stagewire_ms2000 import messages as m
 
 KIND: Final = Kind(

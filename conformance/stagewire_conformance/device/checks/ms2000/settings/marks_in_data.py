@@ -11,14 +11,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from stagewire_conformance.device.check import Kind, Need
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, first_place
 from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes
 from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep
 from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_ms2000 import PROTOCOL
 
 _COLON: Final = PROTOCOL.marks.terminator

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from stagewire_conformance.device.check import Kind, Need
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, first_place
 from stagewire_conformance.device.checks.ms2000.clean import Clean
@@ -21,7 +21,7 @@ from stagewire_conformance.device.checks.ms2000.stored import (
 )
 from stagewire_conformance.device.declared import Declared
 from stagewire_conformance.device.lines.command_line import QUIET
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Need, Permissions
 
 _ROUNDING: Final = 0.02
 """The part of a speed by which one that is read may differ: servos have steps of their own."""

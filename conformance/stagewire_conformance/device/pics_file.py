@@ -19,9 +19,8 @@ from stagewire.errors import UnknownScaleError
 from stagewire.protocols import CommandProtocol, Protocol
 from stagewire_conformance.device.declared import RACK, axes_of, facts_of, known_units
 from stagewire_conformance.device.errors import PicsError
-from stagewire_conformance.device.permissions import RangeError
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
-from stagewire_conformance.device.pics.values import (
+from stagewire_conformance.device.pics_values import (
     as_it_is,
     factor,
     line,
@@ -35,6 +34,7 @@ from stagewire_conformance.device.pics.values import (
     within,
 )
 from stagewire_conformance.device.places import connected, moves_stages
+from stagewire_conformance.device.ranges import RangeError
 from stagewire_virtual.toml_tables import Table, flag, integer, tables_of, text
 
 _STAGE_KEYS: Final = ("stage", "counts_per_mm", "travel", "homes", "limit_switches")
