@@ -19,7 +19,7 @@ from stagewire.links import open_link
 from stagewire_conformance.device.declared import RACK, declare, known_units
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result

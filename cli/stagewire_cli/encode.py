@@ -13,7 +13,7 @@ from stagewire_cli.framings import framing_of
 from stagewire_cli.protocols import PROTOCOL_HELP, choose_by_message
 from stagewire_cli.values import parse_assignments, parse_value
 from stagewire_conformance.framings import codec_of
-from stagewire_conformance.hexes import spaced
+from stagewire_conformance.notation import spaced
 from stagewire_conformance.registry import registry_of
 
 EXAMPLE = """\b

@@ -9,7 +9,7 @@ from stagewire.errors import CodecError
 from stagewire.protocols import Protocol
 from stagewire_conformance.answers import ADDRESSES
 from stagewire_conformance.framings import Codec, codec_of
-from stagewire_conformance.hexes import octets, spaced
+from stagewire_conformance.notation import octets, spaced
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.verdict import Findings
 

@@ -15,7 +15,7 @@ from stagewire.errors import CodecError
 from stagewire.protocols import Protocol
 from stagewire_conformance.frames import check_reproduced, wanted_of
 from stagewire_conformance.framings import codec_of
-from stagewire_conformance.hexes import octets, spaced
+from stagewire_conformance.notation import octets, spaced
 from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.verdict import Findings
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from stagewire.errors import StagewireError
 from stagewire.quantities import Scale, exact, round_half_away
-from stagewire_conformance.hexes import octets, spaced
+from stagewire_conformance.notation import octets, spaced
 from stagewire_conformance.registry import Registry
 from stagewire_conformance.scales import in_unit, printed_factor, scale_of
 from stagewire_conformance.verdict import Findings

@@ -17,7 +17,7 @@ from stagewire.errors import CodecError, UnknownProtocolError
 from stagewire.protocols import available_protocols, load_protocol
 from stagewire_conformance.answers import RefusalError, refusal
 from stagewire_conformance.framings import ENDS, KEYS, Codec, codec_of
-from stagewire_conformance.hexes import from_hex
+from stagewire_conformance.notation import from_hex
 
 __all__ = ["IMPLEMENTATION", "MAXIMUM_LINE", "OPERATIONS", "TESTEE", "Testee", "lines_of", "serve"]
 

@@ -15,7 +15,7 @@ import pytest
 
 from checkout import TESTS
 from quick_plans import quick_plans
-from stagewire_cli.conformance import codec_session
+from stagewire_cli.conformance import codec
 
 if TYPE_CHECKING:
     from conftest import Result, Stagewire
@@ -161,7 +161,7 @@ def test_interrupted(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_
     def interrupt(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(codec_session._Lines, "__call__", interrupt)
+    monkeypatch.setattr(codec._Lines, "__call__", interrupt)
     report = tmp_path / "report.json"
     result = stagewire(*CODEC, *BOTH, "--json", report, *bad("good"))
     assert result.code == 130
@@ -216,7 +216,7 @@ def test_a_list_starts_nothing(stagewire: Stagewire) -> None:
 
 
 def test_lines_say_how_far_it_is(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(codec_session, "_EVERY", 0.0)
+    monkeypatch.setattr(codec, "_EVERY", 0.0)
     result = stagewire(*CODEC, *BOTH, *bad("rubbish"))
     assert "... 1 of 13: asi_ms2000/cases, 1 failed\n" in result.err
 

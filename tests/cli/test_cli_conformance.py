@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from stagewire.protocols import Protocol, available_protocols, load_protocol
-from stagewire_cli.conformance import examples
+from stagewire_cli.conformance import documents
 from stagewire_conformance import Verdict
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def test_exit_code(
     def run(_: Protocol) -> list[Verdict]:
         return [verdict(outcome) for outcome in found]
 
-    monkeypatch.setattr(examples, "run", run)
+    monkeypatch.setattr(documents, "run", run)
     result = stagewire("conformance", "examples")
     assert result.code == code
     assert "\x1b" not in result.out
@@ -93,7 +93,7 @@ def test_a_failure_is_shown_in_full(
     def run(_: Protocol) -> list[Verdict]:
         return [verdict("passed"), replace(verdict("failed"), detail="first; second " * 50)]
 
-    monkeypatch.setattr(examples, "run", run)
+    monkeypatch.setattr(documents, "run", run)
     result = stagewire("conformance", "examples", "--protocol", "asi_ms2000", *options)
     assert result.code == 1
     assert result.out.splitlines()[-3:-1] == [

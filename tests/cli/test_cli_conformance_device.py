@@ -27,7 +27,7 @@ from stagewire.links import Link
 from stagewire_conformance.device.declared import declare
 from stagewire_conformance.device.lines import apt_line as contact
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_virtual import linking
 from stagewire_virtual.controller import VirtualController
 from stagewire_virtual.linking import SteppedLink, blueprint_of

@@ -28,7 +28,7 @@ from stagewire_cli import decode, inputs
 from stagewire_cli.inputs import Source
 from stagewire_conformance.answers import frame_answer
 from stagewire_conformance.framings import codec_of
-from stagewire_conformance.hexes import spaced
+from stagewire_conformance.notation import spaced
 
 if TYPE_CHECKING:
     from conftest import Stagewire

@@ -19,7 +19,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from stagewire_conformance.hexes import octets
+from stagewire_conformance.notation import octets
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.framing import part
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison

@@ -9,7 +9,6 @@ from functools import cache
 import pytest
 
 from stagewire.protocols import Protocol
-from stagewire_cli.conformance import codec_session
 from stagewire_conformance.testees import Case, runner
 from stagewire_conformance.testees.result import Hello
 from stagewire_conformance.testees.runner import plan
@@ -20,7 +19,6 @@ def quick_plans() -> Iterator[None]:
     """Plan the cases of the same protocols, seed and testee once, until the block ends."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runner, "plan", _planned)
-        patch.setattr(codec_session, "plan", _planned)
         yield
 
 

@@ -1,28 +1,26 @@
 """``stagewire conformance``: whether codecs and controllers do what the documents say.
 
-One module a command.
+A module has the options of a command or two; what they decide is in ``stagewire_conformance``.
 """
 
 from __future__ import annotations
 
 import typer
 
-from stagewire_cli.conformance import codec, device, examples, pics, rules
+from stagewire_cli.conformance import codec, device, documents
 
-__all__ = ["EXAMPLE", "app"]
-
-EXAMPLE = examples.EXAMPLE
+EXAMPLE = documents.EXAMPLES_EXAMPLE
 
 app = typer.Typer(
     help="Check codecs and controllers against the documents.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-app.command("examples", epilog=examples.EXAMPLE)(examples.examples)
+app.command("examples", epilog=documents.EXAMPLES_EXAMPLE)(documents.examples)
 app.command("codec", epilog=codec.EXAMPLE)(codec.codec)
-app.command("device", epilog=device.EXAMPLE)(device.device)
-app.command("pics", epilog=pics.EXAMPLE)(pics.pics)
-app.command("rules", epilog=rules.EXAMPLE)(rules.rules)
+app.command("device", epilog=device.DEVICE_EXAMPLE)(device.device)
+app.command("pics", epilog=device.PICS_EXAMPLE)(device.pics)
+app.command("rules", epilog=documents.RULES_EXAMPLE)(documents.rules)
 
 
 @app.callback(epilog=EXAMPLE)

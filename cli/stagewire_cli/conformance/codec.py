@@ -2,15 +2,43 @@
 
 from __future__ import annotations
 
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from stagewire_cli.conformance.files import Html, Json, Junit, ReportFiles
+from stagewire_cli.conformance.sheets import (
+    Html,
+    Json,
+    Junit,
+    ReportFiles,
+    listing,
+    show_end,
+    show_results,
+)
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.output import bar, console, printable, table
+from stagewire_cli.protocols import one_or_all
+from stagewire_conformance.notation import as_typed
+from stagewire_conformance.reports import Grade, Verdict
+from stagewire_conformance.reports.codec_sheet import sheet_of, testee_line
+from stagewire_conformance.reports.text import counted
+from stagewire_conformance.testees import (
+    ExpectedFileError,
+    NotATesteeError,
+    NothingToAskError,
+    NotStartedError,
+    Plan,
+    Result,
+)
+from stagewire_conformance.testees.runner import Progress
 
-__all__ = ["EXAMPLE", "codec"]
+_EVERY = 2.0
+"""Seconds between two lines that say how far it is, where there is no terminal."""
 
 _LONGEST = 86_400
 """Seconds; a system waits for so long, and nobody longer."""
@@ -75,10 +103,6 @@ def codec(
     the registry, streams cut at every place, and lines that are no requests. Where it crashes or does not
     answer, it is started again, and the run goes on.
     """
-    from stagewire_cli.conformance.codec_session import Asked, run_session, show_list
-    from stagewire_cli.conformance.screen import listing
-    from stagewire_cli.protocols import one_or_all
-
     files = ReportFiles(junit, json, html, others=(("--expected", expected),))
     files.check()
     if not 0 < timeout <= _LONGEST:
@@ -87,21 +111,93 @@ def codec(
         )
     names: list[str | None] = [*dict.fromkeys(protocol or [])]
     protocols = [one for name in names or [None] for one in one_or_all(name, whole=True)]
-    asked = Asked(
-        tuple(command or ()),
-        tuple(protocols),
-        bool(names),
-        timeout,
-        expected,
-        tuple(only or ()),
-        seed,
+    plan = Plan(
+        command=tuple(command or ()),
+        protocols=tuple(protocols),
+        named=bool(names),
+        timeout=timeout,
+        expected=expected,
+        only=tuple(only or ()),
+        seed=seed,
     )
     if list_cases:
         with listing():
-            show_list(asked)
+            _show_list(plan)
         return
     if not command:
         raise CalledWronglyError("which testee? give its command behind --, such as -- ./testee")
-    code = run_session(asked, files)
+    code = _run(plan, files)
     if code:
         raise typer.Exit(code)
+
+
+def _show_list(plan: Plan) -> None:
+    """Print the cases that would be asked."""
+    try:
+        cases = plan.cases()
+    except (NothingToAskError, ExpectedFileError) as error:
+        raise CalledWronglyError(str(error)) from None
+    shown = table("case", "lines", "what it looks at", right=("lines",))
+    for case in cases:
+        shown.add_row(case.id, str(len(case.steps)), printable(case.about))
+    console().print(shown)
+    typer.echo(counted(len(cases), "case"))
+
+
+def _run(plan: Plan, files: ReportFiles) -> int:
+    """Run the cases, print what was found, write the reports, and return the exit status."""
+    try:
+        with _progressing() as progress:
+            report = plan.run(progress)
+    except (NotStartedError, NothingToAskError, ExpectedFileError) as error:
+        raise CalledWronglyError(str(error)) from None
+    except NotATesteeError as error:
+        problem = f"stagewire: {as_typed(plan.command)} is no testee: {error}"
+        typer.echo("\n".join(map(printable, problem.split("\n"))), err=True)
+        return Verdict.UNFINISHED.exit_status
+    typer.echo(printable(testee_line(report)))
+    sheet = sheet_of(report, plan.protocols, plan.repeat, whole=not plan.only)
+    show_results(sheet)
+    if len([*sheet.cases(Grade.FAILED)]) > 1:
+        typer.echo(printable(f"any of them again, with what was said: {plan.repeat('ID')}"))
+    if report.unfinished:
+        typer.echo(printable(f"not finished: {report.unfinished}"), err=True)
+    show_end(sheet, files.write(sheet))
+    return sheet.exit_status
+
+
+@contextmanager
+def _progressing() -> Iterator[Progress]:
+    """Give what hears of each case: a bar on a terminal, a line from time to time elsewhere."""
+    if not sys.stderr.isatty():
+        yield _Lines()
+        return
+    with bar("starting the testee") as show:
+        failed = 0
+
+        def hear(done: int, total: int, result: Result) -> None:
+            nonlocal failed
+            failed += result.failed
+            show(done, total, _state(result, failed))
+
+        yield hear
+
+
+class _Lines:
+    """Says from time to time how far it is."""
+
+    def __init__(self) -> None:
+        self._next = time.monotonic() + _EVERY
+        self._failed = 0
+
+    def __call__(self, done: int, total: int, result: Result) -> None:
+        """Hear of a case."""
+        self._failed += result.failed
+        if time.monotonic() >= self._next:
+            self._next = time.monotonic() + _EVERY
+            state = _state(result, self._failed)
+            print(f"... {done} of {total}: {state}", file=sys.stderr, flush=True)
+
+
+def _state(result: Result, failed: int) -> str:
+    return f"{result.case.group}, {failed} failed" if failed else result.case.group

@@ -1,4 +1,7 @@
-"""``stagewire conformance device``: whether a controller on a line does what its document says."""
+"""``stagewire conformance device`` and ``pics``: check a controller on a line, and draft its declaration.
+
+The suite is imported only when one of them is called.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,12 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.conformance.files import Html, Json, Junit, ReportFiles
+from stagewire_cli.conformance.sheets import Html, Json, Junit, ReportFiles, listing
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.output import output, printable, progress
+from stagewire_conformance.reports import Verdict
 
-__all__ = ["EXAMPLE", "device"]
-
-EXAMPLE = """\b
+DEVICE_EXAMPLE = """\b
 Examples:
   stagewire conformance device /dev/ttyUSB0 --unit TDC001
   stagewire conformance device COM3 --pics pics.toml --allow-settings --html report.html
@@ -92,31 +95,95 @@ def device(
     Asks, and does nothing else, unless it is allowed to: each --allow option says what it opens. What will be
     done is said before. Ctrl-C, and whatever else ends the run, sends stops first, then restores settings.
     """
-    from stagewire_cli.conformance.device_plan import planned
-    from stagewire_cli.conformance.device_screen import show_list
-    from stagewire_cli.conformance.screen import listing
+    from stagewire_cli.conformance.device_run import plan_of, run_session, show_list
 
     files = ReportFiles(junit, json, html, others=(("--log", log), ("--pics", pics)))
     files.check()
     if log is not None:
         files.check_file(log, "--log")
-    what = planned(
+    plan = plan_of(
         unit,
         pics,
         settings=allow_settings,
         motion=allow_motion,
         eeprom=allow_eeprom,
-        only=tuple(only or ()),
+        only=only or (),
         seed=seed,
     )
     if list_checks:
         with listing():
-            show_list(what)
+            show_list(plan)
         return
     if url is None:
         raise CalledWronglyError("which line? give a port or a URL, such as /dev/ttyUSB0 or COM3")
-    from stagewire_cli.conformance.device_session import run_session
-
-    code = run_session(url, what, files, log)
+    code = run_session(url, plan, files, log)
     if code:
         raise typer.Exit(code)
+
+
+PICS_EXAMPLE = """\b
+Examples:
+  stagewire conformance pics --from /dev/ttyUSB0 --out pics.toml
+  stagewire conformance pics --from COM3 --unit MS2000
+\b
+Exit status:
+  0    the file was written
+  2    called wrongly
+  4    nothing answers, or the line was lost
+"""
+
+
+def pics(
+    url: Annotated[
+        str,
+        typer.Option(
+            "--from",
+            metavar="URL",
+            help="A port, socket://HOST:PORT, virtual://NAME or another line.",
+        ),
+    ],
+    unit: Annotated[
+        str | None,
+        typer.Option("--unit", metavar="NAME", help="Unit that is there.  [default: what it says]"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="FILE", help="Write it to a file, which must not be there yet."
+        ),
+    ] = None,
+) -> None:
+    """Write a PICS, in which a vendor declares what a controller can do.
+
+    The controller is asked what it is, which bays are used, and then every request of its unit once. What
+    does not answer is written down as unsupported. Nothing is set, and nothing moves. Stages, travels and
+    promises are for you to fill in.
+    """
+    from stagewire.errors import BadValueError, StagewireError, TransportError
+    from stagewire.links import open_link
+    from stagewire_conformance.device.errors import NothingAnswersError
+    from stagewire_conformance.device.pics_draft import draft_pics
+
+    if out is not None:
+        ReportFiles.check_file(out, "--out")
+        if out.exists():
+            raise CalledWronglyError(
+                f"--out: {out} is there already, and may have been filled in by hand; name another file"
+            )
+    try:
+        with progress() as say, open_link(url) as link:
+            draft = draft_pics(link, unit or "", lambda about: say(printable(about)))
+    except (NothingAnswersError, TransportError) as error:
+        typer.echo(f"stagewire: {printable(str(error))}", err=True)
+        raise typer.Exit(Verdict.UNFINISHED.exit_status) from None
+    except (StagewireError, BadValueError) as error:
+        raise CalledWronglyError(str(error)) from None
+    if draft.doubt:
+        typer.echo(f"stagewire: warning: {printable(draft.doubt)}", err=True)
+    with output(out) as stream:
+        stream.write(draft.text)
+    if out is not None:
+        typer.echo(
+            f"written: {printable(str(out))}; fill in the stages, then run: "
+            "stagewire conformance device URL --pics FILE"
+        )

@@ -18,7 +18,7 @@ from stagewire_cli.output import console
 from stagewire_cli.rendering import event_line, explain, frame_line, frame_table, frame_title
 from stagewire_conformance.answers import Decoded, frame_answer, refusal
 from stagewire_conformance.framings import EVENT_NAMES
-from stagewire_conformance.hexes import spaced
+from stagewire_conformance.notation import spaced
 
 
 class JsonLinesWriter(TextWriter):

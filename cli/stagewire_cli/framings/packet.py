@@ -13,7 +13,7 @@ from stagewire_cli.formats.task import MessageRows, Task, integer_type
 from stagewire_cli.framings.framing import SEVERAL, Framing, Json, Options, message_class
 from stagewire_cli.output import table
 from stagewire_cli.values import parse_address
-from stagewire_conformance.hexes import spaced
+from stagewire_conformance.notation import spaced
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -31,7 +31,7 @@ declared of a controller        :mod:`.pics` (a file of it, and a first one by a
                                 :mod:`.places`, :mod:`.identity`
 may be done to it               :mod:`.permissions`
 the line to it                  :mod:`.lines`
-checks, and their run           :mod:`.checks`, :mod:`.planning`, :mod:`.run`, :mod:`.trial`,
+checks, and their run           :mod:`.checks`, :mod:`.plans`, :mod:`.run`, :mod:`.trial`,
                                 :mod:`.restoring`
 rules, and what sees them       :mod:`.rules`, :mod:`.rules_page`
 was found                       :mod:`.report`, :mod:`.results`

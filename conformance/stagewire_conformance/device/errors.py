@@ -6,13 +6,6 @@ from collections.abc import Sequence
 
 from stagewire.errors import StagewireError
 
-__all__ = [
-    "NotAllowedError",
-    "NothingAnswersError",
-    "NothingToRunError",
-    "PicsError",
-]
-
 
 class NotAllowedError(StagewireError):
     """A check wanted to send what nobody allowed; nothing was sent. The check has a defect."""
@@ -24,6 +17,10 @@ class NothingAnswersError(StagewireError):
 
 class NothingToRunError(StagewireError):
     """No check of the suite is chosen by what was asked for."""
+
+
+class DeclarationError(StagewireError):
+    """Nothing declares the controller of a run, or its unit and its PICS contradict each other."""
 
 
 class PicsError(StagewireError):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from stagewire.discovery import Known, by_name, by_serial_number
 from stagewire.errors import StagewireError
@@ -138,6 +138,54 @@ def ask_pics(link: Link, unit: str = "", say: Say = lambda about: None) -> str:
         return _Addresses(line, link, say).text()
 
 
+class Draft(NamedTuple):
+    """A PICS that was made by asking.
+
+    :param text: of the TOML file; a doubt is a comment at its beginning.
+    :param doubt: why the controller may be another unit than the one that was named; empty: nothing says so.
+    """
+
+    text: str
+    doubt: str
+
+
+def draft_pics(link: Link, unit: str = "", say: Say = lambda about: None) -> Draft:
+    """Ask a controller for a PICS, and whether it is the unit that was named; see :func:`ask_pics`."""
+    text = ask_pics(link, unit, say)
+    doubt = contradiction(link, unit) if unit else ""
+    return Draft(f"# Doubtful: {_comment(doubt)}.\n{text}" if doubt else text, doubt)
+
+
+def contradiction(link: Link, unit: str) -> str:
+    """Return in words what a controller says that it is, where that is another unit; else nothing.
+
+    :param unit: what was named. One whose protocol does not let it say what it is contradicts nothing.
+
+    Raises :class:`~stagewire.errors.StagewireError` where nothing answers.
+    """
+    declared = declare(unit)
+    if not isinstance(declared.protocol, FramedProtocol):
+        return ""
+    line = AptLine(link, declared, Permissions())
+    with line.silent():
+        reported = line.contact()
+    model = str(reported.get("model_number", "")).strip()
+    serial_number = str(reported.get("serial_number", ""))
+    units = {each.unit for each in _known(declared, model, serial_number)}
+    if not units - {None} or declared.unit.name in units:
+        return ""
+    return (
+        f"--unit {declared.unit.name} was named, and the controller says that it is a "
+        f"{model} with the serial number {serial_number}"
+    )
+
+
+def _known(declared: Declared, model: str, serial_number: str) -> list[Known]:
+    """Return what a controller can be, by its model, or else by its serial number."""
+    found = by_name(declared.protocol, model)
+    return [found] if found else by_serial_number(declared.protocol, serial_number)
+
+
 def _told(link: Link) -> str:
     """Return the unit that a controller says that it is."""
     asked = []
@@ -177,11 +225,7 @@ def _unit_of(declared: Declared, identity: Any) -> str:
     model = identity.model_number.strip()
     if model.upper() == RACK:
         return RACK
-    found = by_name(declared.protocol, model)
-    known: list[Known] = (
-        [found] if found else by_serial_number(declared.protocol, str(identity.serial_number))
-    )
-    units = {each.unit for each in known}
+    units = {each.unit for each in _known(declared, model, str(identity.serial_number))}
     if len(units) == 1 and (unit := units.pop()) is not None:
         return unit
     likely = f" (one of {', '.join(sorted(filter(None, units)))})" if units else ""

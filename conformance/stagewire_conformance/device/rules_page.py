@@ -16,7 +16,7 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks import kinds_of
 from stagewire_conformance.device.declared import declare, known_units
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.rules import known_rules
 from stagewire_conformance.registry import registry_of
 
@@ -80,10 +80,6 @@ def _cell(text: str) -> str:
     for mark in "\\|<>*_`[]":
         text = text.replace(mark, f"\\{mark}")
     return text
-
-
-if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(page(), encoding="utf-8", newline="\n")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,3 +153,7 @@ def _seen(protocol: Protocol) -> dict[str, dict[str, None]]:
                 if check.kind is not None:
                     found.setdefault(rule, {})[check.kind.name] = None
     return found
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(page(), encoding="utf-8", newline="\n")

@@ -22,7 +22,7 @@ from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import RangeError
 from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.restoring import Restoring

@@ -12,7 +12,7 @@ from stagewire.errors import BadValueError
 from stagewire.framing import End, Event, Garbage, join_garbage
 from stagewire.protocols import Layout, Protocol
 from stagewire_conformance.answers import Decoded, frame_answer
-from stagewire_conformance.hexes import from_hex
+from stagewire_conformance.notation import from_hex
 from stagewire_conformance.registry import registry_of
 
 EVENTS: dict[type[Event], str] = {Garbage: "garbage"}

@@ -16,7 +16,7 @@ from stagewire.protocols import (
     UndocumentedMessage,
 )
 from stagewire_conformance.framings.base import ENDS, Codec, Context, Json, Part, Reader, in_a_row
-from stagewire_conformance.hexes import from_hex
+from stagewire_conformance.notation import from_hex
 
 
 class FramedCodec(Codec):

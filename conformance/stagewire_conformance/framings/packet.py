@@ -9,7 +9,7 @@ from stagewire.errors import MissingFieldError
 from stagewire.framing import BadPacketLength, Event, PacketReceived, UnknownPacket
 from stagewire.protocols import Layout, Packet, PacketProtocol
 from stagewire_conformance.framings.base import Codec, Json, Part, Reader
-from stagewire_conformance.hexes import from_hex
+from stagewire_conformance.notation import from_hex
 
 
 class PacketCodec(Codec):

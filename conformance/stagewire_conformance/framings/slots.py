@@ -26,7 +26,7 @@ from stagewire.protocols import (
 )
 from stagewire_conformance.answers import RefusalError
 from stagewire_conformance.framings.base import Codec, Json, Part, Reader, in_a_row
-from stagewire_conformance.hexes import from_hex
+from stagewire_conformance.notation import from_hex
 
 DIRECTIONS = ("command", "reply")
 

@@ -20,11 +20,10 @@ from stagewire_conformance.reports.model import (
     PageReference,
     Sheet,
 )
+from stagewire_conformance.reports.text import counted
 from stagewire_conformance.testees import Case as Asked
 from stagewire_conformance.testees import Report, Result
 from stagewire_conformance.testees.runner import GROUPS
-
-__all__ = ["sheet_of"]
 
 _NOT_RUN = "not run"
 _LONGEST = 4_000
@@ -69,6 +68,17 @@ def sheet_of(
         unfinished=report.unfinished,
         messages=tuple(_messages(protocols)),
         whole=whole,
+        interrupted=report.interrupted,
+    )
+
+
+def testee_line(report: Report) -> str:
+    """Return one line about the testee of a run: what it is and can do, and how it was asked."""
+    hello = report.hello
+    return (
+        f"{hello.implementation} {hello.version} speaks {', '.join(hello.protocols)} and can "
+        f"{', '.join(hello.operations)}; {counted(len(report.results), 'case')}, seed {report.seed}, "
+        f"started {counted(report.starts, 'time')}, {report.seconds:.1f} s"
     )
 
 

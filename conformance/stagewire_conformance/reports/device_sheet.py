@@ -7,10 +7,12 @@ permissions no check used.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.execution import Execution
 from stagewire_conformance.device.permissions import Need
 from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.report import Outcome, Report
@@ -179,6 +181,19 @@ def sheet_of(
         whole=whole,
         missed=tuple(missed(report, checks)),
     )
+
+
+def sheet_of_execution(execution: Execution) -> Sheet:
+    """Return the sheet of a run that :func:`.execute` made, with its verdict and its exit status."""
+    plan = execution.plan
+    sheet = sheet_of(
+        execution.report,
+        plan.checks,
+        execution.seconds,
+        lambda only: plan.repeat(execution.url, only),
+        whole=not plan.only,
+    )
+    return replace(sheet, interrupted=execution.interrupted)
 
 
 def places(registry: Registry, pages: Iterable[int]) -> tuple[PageReference, ...]:

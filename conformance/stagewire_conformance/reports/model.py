@@ -10,21 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-
-__all__ = [
-    "Case",
-    "Erratum",
-    "Fact",
-    "Finding",
-    "Grade",
-    "Group",
-    "Line",
-    "Message",
-    "PageReference",
-    "Rule",
-    "Sheet",
-    "Verdict",
-]
+from typing import Final
 
 
 class Grade(enum.StrEnum):
@@ -45,6 +31,23 @@ class Verdict(enum.StrEnum):
     UNFINISHED = "NOT FINISHED"
     NON_STRICT = "NON-STRICT"
     PASSED = "PASSED"
+
+    @property
+    def exit_status(self) -> int:
+        """The exit status of a command that comes to this verdict."""
+        return _EXIT_STATUS[self]
+
+
+_EXIT_STATUS: Final = {
+    Verdict.PASSED: 0,
+    Verdict.FAILED: 1,
+    Verdict.NON_STRICT: 3,
+    Verdict.UNFINISHED: 4,
+}
+"""2 is left to a command that was called wrongly, before anything was run."""
+
+INTERRUPTED: Final = 130
+"""The exit status of a run that was ended by Ctrl-C or SIGTERM, as shells report it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -225,6 +228,7 @@ class Sheet:
     :param messages: every message that cases could be about, in the order of the document.
     :param whole: whether all cases were asked for; else what none of the chosen is about is left out.
     :param missed: in words, what was allowed and did not come about, and why.
+    :param interrupted: whether the run was ended by Ctrl-C or SIGTERM.
     """
 
     kind: str
@@ -243,6 +247,7 @@ class Sheet:
     messages: tuple[Message, ...] = ()
     whole: bool = True
     missed: tuple[str, ...] = ()
+    interrupted: bool = False
 
     def cases(self, *grades: Grade) -> Iterator[Case]:
         """Yield the cases of these grades, or all, in order."""
@@ -269,3 +274,8 @@ class Sheet:
         if self.unfinished:
             return Verdict.UNFINISHED
         return Verdict.NON_STRICT if counts[Grade.DEVIATES] else Verdict.PASSED
+
+    @property
+    def exit_status(self) -> int:
+        """The exit status of a command that made this run: that of its verdict, or of an interruption."""
+        return INTERRUPTED if self.interrupted else self.verdict.exit_status

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from stagewire_conformance.hexes import spaced
+from stagewire_conformance.notation import spaced
 from stagewire_conformance.reports.model import (
     Case,
     Finding,

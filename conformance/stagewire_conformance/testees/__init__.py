@@ -17,7 +17,7 @@ from stagewire_conformance.testees.case import (
 )
 from stagewire_conformance.testees.expected import Expected, read_expected
 from stagewire_conformance.testees.result import Hello, Report, Result
-from stagewire_conformance.testees.runner import TIMEOUT, chosen, plan, run
+from stagewire_conformance.testees.runner import TIMEOUT, Plan, chosen, plan, run
 
 __all__ = [
     "TIMEOUT",
@@ -29,6 +29,7 @@ __all__ = [
     "NotStartedError",
     "NothingToAskError",
     "Outcome",
+    "Plan",
     "Report",
     "Result",
     "Step",

@@ -14,8 +14,8 @@ from typing import Any
 from stagewire.protocols import Protocol
 from stagewire_conformance.frames import wanted_of
 from stagewire_conformance.framings import codec_of
-from stagewire_conformance.hexes import octets
 from stagewire_conformance.keyboard import keys_of
+from stagewire_conformance.notation import octets
 from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.testees.case import Case, Step, ask
 

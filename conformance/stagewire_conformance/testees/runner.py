@@ -1,4 +1,8 @@
-"""Run all cases against a testee, in order, and keep the results, however the run ends."""
+"""Plan the cases for a testee, run them in order, and keep the results, however the run ends.
+
+:func:`plan` makes the cases, :func:`run` asks them. A :class:`Plan` has all that a run depends on, and the
+command that repeats it.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +12,13 @@ import fnmatch
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from datetime import UTC, datetime
+from pathlib import Path
 
 from stagewire.protocols import Protocol
 from stagewire_conformance.comparison import Outcome
+from stagewire_conformance.notation import as_typed
 from stagewire_conformance.testees.case import Case, NothingToAskError, Step, ask
-from stagewire_conformance.testees.expected import Expected, not_asked
+from stagewire_conformance.testees.expected import Expected, not_asked, read_expected
 from stagewire_conformance.testees.explanation import shortened
 from stagewire_conformance.testees.hostile import at_once, damaged, ids, lines
 from stagewire_conformance.testees.process import Process
@@ -58,6 +64,14 @@ def chosen(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
         for names in [(case.id, case.group, case.message)]
         if any(fnmatch.fnmatchcase(name, pattern) for name in names for pattern in only)
     ]
+
+
+def _some(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
+    """Return the cases of :func:`chosen`; raises :class:`NothingToAskError` for none."""
+    found = chosen(cases, only)
+    if not found:
+        raise NothingToAskError(f"no case matches {' or '.join(only)}")
+    return found
 
 
 def why_not(case: Case, hello: Hello | None) -> str:
@@ -121,9 +135,7 @@ def run(
         _spoken(protocols, hello)
         every = plan(protocols, seed, hello)
         reasons = expected.reasons(every, not_asked(protocols)) if expected else {}
-        cases = chosen(every, only)
-        if not cases:
-            raise NothingToAskError(f"no case matches {' or '.join(only)}")
+        cases = _some(every, only)
         results: dict[str, Result] = {}
         unfinished, interrupted = "", False
         try:
@@ -177,3 +189,63 @@ def _too_much(session: Session, last: Result | None) -> Iterator[Result]:
         shown = shortened(came.decode("utf-8", errors="replace").rstrip("\r\n"))
         text = f"another line came behind the answer: {shown!r}"
         yield dataclasses.replace(last, outcome=Outcome.RUBBISH, text=text, came=came.rstrip())
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Plan:
+    """A run against a testee that has not begun.
+
+    :param command: the program and its arguments.
+    :param protocols: those whose cases are asked.
+    :param named: whether the protocols were chosen by name, or are all that are installed.
+    :param timeout: seconds that an answer may take.
+    :param expected: the file of the cases that are known to fail.
+    :param only: patterns of ids, groups or messages; without any, all cases are asked.
+    :param seed: what decides whatever chance decides.
+    """
+
+    command: tuple[str, ...]
+    protocols: tuple[Protocol, ...]
+    named: bool = False
+    timeout: float = TIMEOUT
+    expected: Path | None = None
+    only: tuple[str, ...] = ()
+    seed: int = 1
+
+    def cases(self) -> list[Case]:
+        """Return the cases that will be asked, without starting the testee.
+
+        Raises :class:`NothingToAskError` where there are none, and :class:`ExpectedFileError` for a file that
+        cannot be used.
+        """
+        expected = read_expected(self.expected) if self.expected else None
+        every = plan(self.protocols, self.seed)
+        if expected:
+            expected.reasons(every, not_asked(self.protocols))
+        return _some(every, self.only)
+
+    def run(self, progress: Progress | None = None) -> Report:
+        """Start the testee, and ask it the cases; raises what :func:`run` raises."""
+        return run(
+            self.command,
+            self.protocols,
+            seed=self.seed,
+            timeout=self.timeout,
+            only=self.only,
+            expected=read_expected(self.expected) if self.expected else None,
+            progress=progress,
+        )
+
+    def repeat(self, only: str = "") -> str:
+        """Return the command that repeats the run, or one case of it.
+
+        :param only: the id of a case; empty for all that were chosen.
+        """
+        words = ["stagewire", "conformance", "codec"]
+        if self.named:
+            words += [word for one in self.protocols for word in ("--protocol", one.name)]
+        words += ["--timeout", f"{self.timeout:g}"] if self.timeout != TIMEOUT else []
+        words += ["--expected", str(self.expected)] if self.expected else []
+        for pattern in [only] if only else self.only:
+            words += ["--only", pattern]
+        return as_typed([*words, "--seed", str(self.seed), "--", *self.command])

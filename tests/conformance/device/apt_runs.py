@@ -17,7 +17,7 @@ from stagewire_conformance.device.declared import Declared, declare
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result

@@ -10,7 +10,7 @@ from stagewire.links import Link
 from stagewire_conformance.device.declared import Declared, declare
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import ChannelPics, Pics, Timing
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result

@@ -15,7 +15,7 @@ from stagewire_apt import messages as apt
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.pics_draft import ask_pics
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.run import run
 from stagewire_ms2000 import messages as m
 

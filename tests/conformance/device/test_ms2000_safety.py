@@ -28,7 +28,7 @@ from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes, 
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.permissions import Need, Permissions
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import RunInterrupted, run

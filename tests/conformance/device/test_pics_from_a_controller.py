@@ -19,7 +19,7 @@ from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import Pics
 from stagewire_conformance.device.pics_draft import ask_pics
 from stagewire_conformance.device.pics_file import parse_pics
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController

@@ -15,7 +15,7 @@ from stagewire.protocols import load_protocol
 from stagewire_conformance.device.checks import kinds_of
 from stagewire_conformance.device.declared import declare, known_units
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.rules import about
 from stagewire_conformance.device.rules_page import Coverage, coverage, page, unknown_rules
 from stagewire_conformance.registry import registry_of

@@ -25,7 +25,7 @@ from faulty_apt_link import LinkFault, byte, of
 from parts import chosen, every_nth
 from stagewire_conformance.device.declared import declare
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result
 

@@ -17,7 +17,7 @@ from stagewire_apt import PROTOCOL
 from stagewire_conformance.device.declared import Declared, declare
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, Pics, Timing
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Outcome
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run

@@ -15,7 +15,7 @@ from stagewire_apt import stages
 from stagewire_conformance.device.declared import RACK, declare
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result

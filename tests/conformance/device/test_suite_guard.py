@@ -20,7 +20,7 @@ from stagewire_conformance.device.errors import NotAllowedError
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import ChannelPics, Pics
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.run import run
 from stagewire_virtual.linking import SteppedLink

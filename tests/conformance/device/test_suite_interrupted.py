@@ -17,7 +17,7 @@ from stagewire.errors import TransportLostError
 from stagewire.links import open_link
 from stagewire_apt import messages as m
 from stagewire_apt import stages
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import RunInterrupted, run

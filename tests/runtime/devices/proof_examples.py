@@ -14,7 +14,7 @@ import plain_yaml
 from checkout import ROOT
 from stagewire import End
 from stagewire.protocols import DATA_FLAG, load_protocol
-from stagewire_conformance.hexes import octets
+from stagewire_conformance.notation import octets
 
 CALLS = Path(__file__).parent / "worked_calls"
 

@@ -14,7 +14,7 @@ from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declared import Declared, declare, known_units
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
-from stagewire_conformance.device.planning import plan
+from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.run import run

@@ -1,12 +1,13 @@
-"""Bytes as text: hex as JSON lines carry it, strictly, and the notations of the documents."""
+"""Notations: bytes as hex of JSON lines and as the documents print them; a command as it is typed."""
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Mapping
+import shlex
+import subprocess
+from collections.abc import Mapping, Sequence
 from typing import Any
-
-__all__ = ["from_hex", "octets", "spaced"]
 
 _STRICT = re.compile(r"(?:[0-9A-Fa-f]{2})*\Z")
 
@@ -36,3 +37,8 @@ def octets(entry: Mapping[str, Any], key: str) -> bytes:
     if notation == "hash":
         return bytes.fromhex(text.replace("#", ""))
     return bytes.fromhex(text)
+
+
+def as_typed(words: Sequence[str]) -> str:
+    """Return the words of a command as they are typed at a prompt of this system."""
+    return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)

@@ -1,11 +1,14 @@
-"""``stagewire conformance examples``: whether the Python codec does what the documents print."""
+"""The documents: whether the Python codec does what they print, and which checks see their rules.
+
+``stagewire conformance examples`` and ``stagewire conformance rules``.
+"""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
 from dataclasses import asdict
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,9 +19,10 @@ from stagewire_cli.protocols import one_or_all
 from stagewire_conformance.examples import coverage, run
 from stagewire_conformance.verdict import FAILED, NOTED, PASSED, Verdict
 
-__all__ = ["EXAMPLE", "examples"]
+if TYPE_CHECKING:
+    from stagewire_conformance.device.rules_page import Coverage
 
-EXAMPLE = """\b
+EXAMPLES_EXAMPLE = """\b
 Examples:
   stagewire conformance examples
   stagewire conformance examples --summary
@@ -48,7 +52,7 @@ def examples(
     chosen = one_or_all(protocol, whole=True)  # half of what is installed would pass for all of it
     if with_coverage:
         for one in chosen:
-            _coverage(one, as_json)
+            _show_coverage(one, as_json)
         return
     verdicts: list[Verdict] = []
     for one in chosen:
@@ -61,14 +65,14 @@ def examples(
                 typer.echo(json.dumps({"protocol": one.name, **asdict(verdict)}))
         else:
             if not summary:
-                _table(found)
+                _verdict_table(found)
             _failures(found)
-            typer.echo(f"{one.name}: {_summary(found)}")
+            typer.echo(f"{one.name}: {_verdict_summary(found)}")
     if any(verdict.failed for verdict in verdicts) or not verdicts:
         raise typer.Exit(WRONG)
 
 
-def _table(verdicts: list[Verdict]) -> None:
+def _verdict_table(verdicts: list[Verdict]) -> None:
     """Print the verdicts; what there is to say of each only where there is room for it."""
     out = console()
     columns = ["id", "page", "kind", "message", "verdict", "result"]
@@ -98,7 +102,7 @@ def _failures(verdicts: list[Verdict]) -> None:
             typer.echo(f"  expected: {verdict.expected}; found: {printable(verdict.detail)}")
 
 
-def _summary(verdicts: list[Verdict]) -> str:
+def _verdict_summary(verdicts: list[Verdict]) -> str:
     """Return one line: how many of which verdict, and how many failed."""
     if not verdicts:
         return "there are no worked examples: nothing was checked"
@@ -113,7 +117,7 @@ def _summary(verdicts: list[Verdict]) -> str:
     )
 
 
-def _coverage(protocol: Protocol, as_json: bool) -> None:
+def _show_coverage(protocol: Protocol, as_json: bool) -> None:
     rows = coverage(protocol)
     if as_json:
         for row in rows:
@@ -135,3 +139,57 @@ def _coverage(protocol: Protocol, as_json: bool) -> None:
     console().print(shown)
     covered = sum(bool(row.examples) for row in rows)
     typer.echo(f"{protocol.name}: {covered} of {len(rows)} messages have worked examples")
+
+
+RULES_EXAMPLE = """\b
+Examples:
+  stagewire conformance rules
+  stagewire conformance rules --protocol asi_ms2000 --json
+"""
+
+
+def rules(
+    protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+) -> None:
+    """List the rules of the documents, each with the checks that see it, or the reason why none can.
+
+    Exits with 1 where a must has neither a check nor a waiver, or a rule has both.
+    """
+    from stagewire_conformance.device.rules_page import coverage
+
+    found = [(one, coverage(one)) for one in one_or_all(protocol, whole=True)]
+    for one, rows in found:
+        if as_json:
+            for row in rows:
+                typer.echo(json.dumps({"protocol": one.name, **asdict(row)}))
+            continue
+        if rows:
+            _rule_table(rows)
+        for row in rows:
+            if row.problem:
+                typer.echo(f"{one.name}: {row.rule} {row.problem}")
+        typer.echo(f"{one.name}: {_rule_summary(rows)}")
+    if any(row.problem for _, rows in found for row in rows):
+        raise typer.Exit(WRONG)
+
+
+def _rule_table(rows: tuple[Coverage, ...]) -> None:
+    shown = table("rule", "where", "strength", "checks, or why there are none")
+    for row in rows:
+        seen = ", ".join(row.checks) or printable(row.waiver) or "nothing"
+        shown.add_row(row.rule, row.where, row.strength, seen, style="red" if row.problem else None)
+    console().print(shown)
+
+
+def _rule_summary(rows: tuple[Coverage, ...]) -> str:
+    """Return one line: how many rules there are, how many are checked and how many are waived."""
+    if not rows:
+        return "the registry has no rules"
+    musts = [row for row in rows if row.strength == "must"]
+    checked, waived = sum(bool(row.checks) for row in musts), sum(bool(row.waiver) for row in musts)
+    neither = sum(not row.checks and not row.waiver for row in musts)
+    return (
+        f"{len(rows)} rules, {len(musts)} of them musts; of these {checked} have checks, "
+        f"{waived} waivers, {neither} neither"
+    )

@@ -1,0 +1,115 @@
+"""A run of ``stagewire conformance device``: plan it, announce it, show how far it is, print its results."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import typer
+
+from stagewire.errors import LinkOpenError, StagewireError
+from stagewire_cli.conformance.sheets import ReportFiles, show_end, show_results
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.output import bar, console, printable, table
+from stagewire_conformance.device.check import Check
+from stagewire_conformance.device.errors import NothingToRunError
+from stagewire_conformance.device.execution import execute, verify
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.plans import Plan
+from stagewire_conformance.device.ranges import Range
+from stagewire_conformance.device.report import Report
+from stagewire_conformance.reports.device_sheet import sheet_of_execution
+from stagewire_conformance.reports.device_text import announcement, ending, needs_text, pages_text
+from stagewire_conformance.reports.text import counted
+
+
+def plan_of(
+    unit: str | None,
+    pics: Path | None,
+    *,
+    settings: bool,
+    motion: str | None,
+    eeprom: bool,
+    only: Sequence[str],
+    seed: int,
+) -> Plan:
+    """Return the run that the options ask for; raises :class:`CalledWronglyError` where there is none."""
+    try:
+        span = Range.parse(motion) if motion else None
+    except StagewireError as error:
+        raise CalledWronglyError(f"--allow-motion: {error}") from None
+    allowed = Permissions(settings=settings, motion=span, eeprom=eeprom)
+    try:
+        return Plan.of(unit, allowed, pics=pics, only=only, seed=seed)
+    except StagewireError as error:
+        raise CalledWronglyError(str(error)) from None
+
+
+def show_list(plan: Plan) -> None:
+    """Print every check with what it needs, and the pages of the document about it."""
+    shown = table("check", "needs", "where", "what the controller has to do")
+    for check in plan.checks:
+        shown.add_row(check.id, needs_text(check), pages_text(plan, check), printable(check.title))
+    console().print(shown)
+    typer.echo(f"{plan.declared.unit.name}: {counted(len(plan.checks), 'check')}")
+
+
+def run_session(url: str, plan: Plan, files: ReportFiles, log: Path | None) -> int:
+    """Run the checks, write the reports, print what was found, and return the exit status.
+
+    Raises :class:`CalledWronglyError` where nothing could be run, and for reports that cannot be written.
+    """
+    try:
+        verify(url, plan)
+    except (NothingToRunError, LinkOpenError) as error:
+        raise CalledWronglyError(str(error)) from None
+    for text in announcement(url, plan):
+        typer.echo(printable(text))
+    execution = execute(url, plan, log=log, progress=_progressing)
+    sheet = sheet_of_execution(execution)
+    written = [] if execution.capture is None else [execution.capture]
+    try:
+        written += files.write(sheet)
+    finally:
+        with suppress(BrokenPipeError):  # nobody reads it any more; the exit status is the same
+            show_results(sheet)
+            if execution.report.unfinished:
+                _show_ending(execution.report)
+            show_end(sheet, written)
+    return sheet.exit_status
+
+
+@contextmanager
+def _progressing() -> Iterator[Callable[[Check, int, int], None]]:
+    """Give what hears of each check: a bar on a terminal, a line for each kind elsewhere."""
+    if not sys.stderr.isatty():
+        yield _KindLines()
+        return
+    with bar("asking what is there") as show:
+        yield lambda check, before, total: show(before, total, check.id)
+
+
+class _KindLines:
+    """Says of each kind of checks that it begins."""
+
+    def __init__(self) -> None:
+        self._kind = ""
+
+    def __call__(self, check: Check, before: int, total: int) -> None:
+        """Hear of a check."""
+        kind = check.kind.name if check.kind else check.id
+        if kind != self._kind:
+            self._kind = kind
+            print(f"... {before} of {total}: {kind}", file=sys.stderr, flush=True)
+
+
+def _show_ending(report: Report) -> None:
+    """Print why a run ended early, what was sent to stop the controller, and what was put back."""
+    typer.echo(f"stagewire: {printable(report.unfinished)}", err=True)
+    if report.defect is not None:
+        traceback.print_exception(report.defect)  # a defect of ours, for those who mend it
+    for text in ending(report):
+        typer.echo(printable(text), err=True)

@@ -1,0 +1,212 @@
+"""Sheets: the files of a report, their options, and what a terminal shows.
+
+Files are checked before a run, and written after it. The terminal has a table by kind, everything that is not
+right with its bytes, and one line at the end.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.output import check_output, console, output, printable, table
+from stagewire_conformance.reports import (
+    Case,
+    Grade,
+    Sheet,
+    Verdict,
+    as_html,
+    as_json,
+    as_junit,
+)
+from stagewire_conformance.reports.text import GRADES, case_text, counted, listed, sentence
+
+Junit = Annotated[
+    Path | None,
+    typer.Option("--junit", metavar="FILE", help="Write a report for CI servers (JUnit XML)."),
+]
+Json = Annotated[
+    Path | None, typer.Option("--json", metavar="FILE", help="Write a report for programs (JSON).")
+]
+Html = Annotated[
+    Path | None,
+    typer.Option("--html", metavar="FILE", help="Write a page to read, print and hand on."),
+]
+
+_NEEDED = {"--junit": "junitparser", "--html": "jinja2"}
+"""Of an option the module that it needs beyond what is always there."""
+
+
+@dataclass(frozen=True)
+class ReportFiles:
+    """The files that were asked for.
+
+    :param others: further files of the call, by their options, that must not be written over.
+    """
+
+    junit: Path | None = None
+    json: Path | None = None
+    html: Path | None = None
+    others: tuple[tuple[str, Path | None], ...] = ()
+
+    def check(self) -> None:
+        """Refuse before a run what could not be written after it.
+
+        Raises :class:`CalledWronglyError` for a file that cannot be made, for one that is named twice, and
+        where what writes it is not installed.
+        """
+        seen: dict[Path, str] = {}
+        for option, path in (*self._wanted(), *self.others):
+            if path is None:
+                continue
+            place = Path(os.path.realpath(path))
+            if place in seen:
+                raise CalledWronglyError(f"{seen[place]} and {option} name the same file, {path}")
+            seen[place] = option
+        for option, path in self._wanted():
+            if path is None:
+                continue
+            self.check_file(path, option)
+            _check_needed(option)
+
+    @staticmethod
+    def check_file(path: Path, option: str) -> None:
+        """Refuse a file that cannot be made, and ``-``; raises :class:`CalledWronglyError`."""
+        if str(path) == "-":
+            raise CalledWronglyError(f"{option}: - is no file; give the name of one")
+        check_output(path, None, option)
+
+    def write(self, sheet: Sheet) -> list[Path]:
+        """Write every report, and return their files; each appears when it is whole.
+
+        Raises :class:`CalledWronglyError` for those that could not be written, after all others were.
+        """
+        writers = {"--junit": as_junit, "--json": as_json, "--html": as_html}
+        written, failed = [], []
+        for option, path in self._wanted():
+            if path is None:
+                continue
+            try:
+                with output(path) as stream:
+                    stream.write(writers[option](sheet))
+            except OSError as error:
+                failed.append(f"{option} {path} could not be written: {error.strerror or error}")
+            else:
+                written.append(path)
+        if failed:
+            raise CalledWronglyError("\n".join(failed))
+        return written
+
+    def _wanted(self) -> tuple[tuple[str, Path | None], ...]:
+        return (("--junit", self.junit), ("--json", self.json), ("--html", self.html))
+
+
+def _check_needed(option: str) -> None:
+    name = _NEEDED.get(option)
+    try:
+        import_module(name) if name else None
+    except ModuleNotFoundError:
+        raise CalledWronglyError(
+            f"{option} needs {name}; it comes with pip install 'stagewire[conformance]'"
+        ) from None
+
+
+_STYLES = {Grade.FAILED: "bold red", Grade.DEVIATES: "yellow", Grade.NOTED: "cyan"}
+_VERDICT_STYLES = {
+    Verdict.FAILED: "bold red",
+    Verdict.UNFINISHED: "bold red",
+    Verdict.NON_STRICT: "yellow",
+    Verdict.PASSED: "green",
+}
+_MOST_IN_FULL = 12
+"""Failures and departures that are shown with their bytes; of more there is a line each."""
+
+
+@contextmanager
+def listing() -> Iterator[None]:
+    """Print a list; nothing is wrong where its reader, such as ``head``, has enough of it."""
+    try:
+        yield
+        sys.stdout.flush()
+    except (BrokenPipeError, SystemExit):  # Rich makes of the one the other
+        pass
+
+
+def show_results(sheet: Sheet) -> None:
+    """Print a table by kind, and below it everything that is not simply right."""
+    if not any(case.ran for case in sheet.cases()):
+        return
+    _show_kinds(sheet)
+    out = console()
+    grave = list(sheet.grave())
+    for case in grave[:_MOST_IN_FULL]:
+        _show_case(sheet, case)
+    for case in grave[_MOST_IN_FULL:]:
+        out.print(f"{case.word} {case.id}: {_first_words(case)}", style=_STYLES[case.grade])
+    for case in sheet.cases(Grade.NOTED):
+        for finding in case.findings:
+            out.print(
+                f"{case.word} {case.id}: {printable(finding.text)}", style=_STYLES[case.grade]
+            )
+    for grade in (Grade.SKIPPED, Grade.NOT_RUN):
+        _show_left_out(sheet, grade)
+
+
+def _show_kinds(sheet: Sheet) -> None:
+    grades = [grade for grade in GRADES if sheet.counts()[grade]]
+    names = {grade: _heading(sheet, grade) for grade in grades}
+    shown = table("kind", "what holds if it passes", *names.values(), right=tuple(names.values()))
+    for group in sheet.groups:
+        counts = group.counts()
+        worst = next((grade for grade in Grade if counts[grade]), None)
+        numbers = (str(counts[grade] or "") for grade in grades)
+        style = _STYLES.get(worst) if worst else None
+        shown.add_row(group.name, printable(group.title), *numbers, style=style)
+    console().print(shown)
+
+
+def _heading(sheet: Sheet, grade: Grade) -> str:
+    """Return how results of a grade are called: by their own word where all have the same."""
+    words = {case.word for case in sheet.cases(grade)}
+    return words.pop() if len(words) == 1 else GRADES[grade]
+
+
+def _show_case(sheet: Sheet, case: Case) -> None:
+    out = console()
+    out.print()
+    out.print(f"{case.word} {case.id}: {printable(case.title)}", style=_STYLES[case.grade])
+    for line in case_text(sheet, case):
+        out.print(f"  {line}", soft_wrap=True)
+
+
+def _first_words(case: Case) -> str:
+    return printable(next((finding.text for finding in case.findings), case.title))
+
+
+def _show_left_out(sheet: Sheet, grade: Grade) -> None:
+    reasons: dict[str, list[str]] = {}
+    for case in sheet.cases(grade):
+        reasons.setdefault(case.why, []).append(case.id)
+    for why, ids in reasons.items():
+        word = _heading(sheet, grade)
+        typer.echo(f"{word}: {counted(len(ids), 'check')}: {printable(why)}: {listed(ids, 3)}")
+
+
+def show_end(sheet: Sheet, written: Sequence[Path]) -> None:
+    """Print what the run comes to, as the last line; before it which files there are."""
+    for path in written:
+        typer.echo(f"written: {printable(str(path))}")
+    console().print(
+        f"{sheet.verdict}: {printable(sheet.title)}: {printable(sentence(sheet))}",
+        style=_VERDICT_STYLES[sheet.verdict],
+        soft_wrap=True,
+    )
