@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from urllib.parse import urlencode
 
 from stagewire.links import open_link
-from stagewire_conformance.device.declared import RACK, declare, known_units
+from stagewire_conformance.device.declaration import declare, known_units
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 from stagewire_conformance.device.plans import plan
@@ -24,6 +24,7 @@ from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
+from stagewire_conformance.device.targets import RACK
 
 AT_MOST = 60.0  # seconds
 APART = "updates/rate"  # takes thirty seconds for itself

@@ -10,8 +10,6 @@ from stagewire_conformance.framings import codec_of
 from stagewire_conformance.registry import Json, registry_of
 from stagewire_conformance.verdict import Findings
 
-__all__ = ["check_claim"]
-
 _Claim = Mapping[str, Any]
 
 

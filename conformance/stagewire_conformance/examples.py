@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from stagewire.protocols import Protocol
+from stagewire_conformance.arithmetic import check_number, check_scaling, check_stated
 from stagewire_conformance.claims import check_claim
 from stagewire_conformance.frames import check_capture, check_frame
 from stagewire_conformance.keyboard import check_keyboard
 from stagewire_conformance.registry import Registry, registry_of
-from stagewire_conformance.statements import check_number, check_scaling, check_stated
 from stagewire_conformance.verdict import Findings, Verdict
 
 

@@ -13,8 +13,6 @@ from stagewire_conformance.notation import octets, spaced
 from stagewire_conformance.registry import registry_of
 from stagewire_conformance.verdict import Findings
 
-__all__ = ["check_capture", "check_frame", "check_reproduced", "wanted_of"]
-
 Json = dict[str, Any]
 
 _WANTED = ("message", "form", *ADDRESSES, "fields", "extra", "data", "context")

@@ -19,8 +19,6 @@ from stagewire_conformance.notation import octets, spaced
 from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.verdict import Findings
 
-__all__ = ["Key", "check_keyboard", "key_of", "keys_of", "shown_as"]
-
 _KEY = re.compile(r"(?P<blank>\s+)|Ctrl<(?P<ctrl>[@-_])>|Alt\[(?P<alt>\d{1,4})\]|(?P<esc>ESC)"
                   r"|'(?P<quoted>.)'|(?P<char>.)")  # fmt: skip
 _ESCAPE = 0x1B

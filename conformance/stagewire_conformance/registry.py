@@ -8,8 +8,6 @@ from typing import Any
 
 from stagewire.protocols import Protocol
 
-__all__ = ["Json", "Registry", "registry_of"]
-
 Json = dict[str, Any]
 
 

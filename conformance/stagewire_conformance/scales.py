@@ -11,8 +11,6 @@ from stagewire.errors import UnknownScaleError
 from stagewire.quantities import Scale, exact
 from stagewire_conformance.registry import Registry
 
-__all__ = ["factor", "in_unit", "printed_factor", "scale_of"]
-
 Json = dict[str, Any]
 
 _THOUSAND = Fraction(1000)

@@ -19,8 +19,6 @@ from stagewire_conformance.answers import RefusalError, refusal
 from stagewire_conformance.framings import ENDS, KEYS, Codec, codec_of
 from stagewire_conformance.notation import from_hex
 
-__all__ = ["IMPLEMENTATION", "MAXIMUM_LINE", "OPERATIONS", "TESTEE", "Testee", "lines_of", "serve"]
-
 Json = dict[str, Any]
 
 TESTEE = 1

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-__all__ = ["FAILED", "NOTED", "PASSED", "Findings", "Verdict"]
-
 PASSED = "passed"
 FAILED = "failed"
 NOTED = "noted"  # prose that no program can check: listed, and counted apart

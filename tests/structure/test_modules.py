@@ -17,7 +17,7 @@ SHORT = 100
 SHORT_SHARE = 0.37
 MEDIANS = (130, 250)
 
-MEANINGS = {"Line": 4, "Place": 1, "Axis": 4}
+MEANINGS = {"Line": 1, "Place": 1, "Axis": 4}
 """Class names that are easily given twice: how many hand-written modules may define each."""
 
 

@@ -18,7 +18,7 @@ What a check can rely on:
 - **Nothing is sent that was not allowed.** The line refuses it by the message's effect in the registry
   (:mod:`.lines.apt_guard`, :mod:`.lines.command_guard`), whatever a check tries.
 - **Whatever ends it, what moves is stopped first**, and then what it noted by :meth:`.Trial.undo` is put back
-  (:mod:`.run`, :mod:`.restoring`): at its end, on an error in it, on Ctrl-C and SIGTERM.
+  (:mod:`.run`, :class:`.Restoration`): at its end, on an error in it, on Ctrl-C and SIGTERM.
 - **Time is that of the line.** Nothing sleeps; waiting is listening. So a run in memory takes no time, and is
   the same every time.
 - **It begins in quiet.** What came behind the check before it was read away, and is noted there.
@@ -27,12 +27,12 @@ What a check can rely on:
 ==============================  =========================================================================
 what                            where
 ==============================  =========================================================================
-declared of a controller        :mod:`.pics` (a file of it, and a first one by asking), :mod:`.declared`,
-                                :mod:`.places`, :mod:`.identity`
-may be done to it               :mod:`.permissions`
+declared of a controller        :mod:`.pics` (a file of it, and a first one by asking),
+                                :mod:`.declaration`, :mod:`.targets`
+may be done to it               :mod:`.permissions`, :mod:`.ranges`
 the line to it                  :mod:`.lines`
-checks, and their run           :mod:`.checks`, :mod:`.plans`, :mod:`.run`, :mod:`.trial`,
-                                :mod:`.restoring`
+checks, and their run           :mod:`.checks`, :mod:`.plans`, :mod:`.execution`, :mod:`.run`,
+                                :mod:`.trial`
 rules, and what sees them       :mod:`.rules`, :mod:`.rules_page`
 was found                       :mod:`.report`, :mod:`.results`
 ==============================  =========================================================================

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -99,7 +99,7 @@ class Case:
     lacks: str = ""
 
 
-def once(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def once(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     """Give the one case of a check of the whole controller."""
     yield Case()
 
@@ -118,7 +118,7 @@ class Kind:
     name: str
     title: str
     rules: tuple[str, ...] = ()
-    _makers: list[Callable[[Declared, Permissions], Iterable[Check]]] = field(
+    _makers: list[Callable[[Declaration, Permissions], Iterable[Check]]] = field(
         default_factory=list, init=False, repr=False, compare=False
     )
 
@@ -132,7 +132,7 @@ class Kind:
         seconds: float = 0.1,
         rules: tuple[str, ...] = (),
         name: str = "",
-        each: Callable[[Declared, Permissions], Iterable[Case]] = once,
+        each: Callable[[Declaration, Permissions], Iterable[Case]] = once,
     ) -> Callable[[_F], _F]:
         """Declare a function that looks at one thing as a check; a decorator.
 
@@ -144,7 +144,7 @@ class Kind:
         All others: see :class:`Check`.
         """
 
-        def checks(run: _F, declared: Declared, allowed: Permissions) -> Iterator[Check]:
+        def checks(run: _F, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
             for case in each(declared, allowed):
                 words = {"range": allowed.motion or ALLOWED, **case.words}
                 yield Check(
@@ -163,7 +163,7 @@ class Kind:
         return self.declare(checks)
 
     def declare(
-        self, checks: Callable[[_F, Declared, Permissions], Iterable[Check]]
+        self, checks: Callable[[_F, Declaration, Permissions], Iterable[Check]]
     ) -> Callable[[_F], _F]:
         """Return a decorator that adds the checks of a function: what other decorators are made of.
 
@@ -177,7 +177,7 @@ class Kind:
 
         return add
 
-    def make(self, declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    def make(self, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
         """Give its checks of a controller, in the order in which their functions are declared."""
         for make in self._makers:
             yield from make(declared, allowed)

@@ -25,10 +25,9 @@ from stagewire.links import Link, open_link
 from stagewire.protocols import CommandProtocol, FramedProtocol
 from stagewire.sessions import Recording
 from stagewire_conformance.device.check import Check
-from stagewire_conformance.device.digests import digests_of
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.plans import Plan
-from stagewire_conformance.device.report import Report
+from stagewire_conformance.device.report import Report, digests_of
 from stagewire_conformance.device.run import Progress, RunInterrupted, run
 
 

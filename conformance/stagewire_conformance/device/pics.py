@@ -8,8 +8,6 @@ from fractions import Fraction
 
 from stagewire_conformance.device.ranges import Range
 
-__all__ = ["BayPics", "ChannelPics", "Pics", "Timing"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelPics:

@@ -22,17 +22,17 @@ from stagewire.protocols import (
     available_protocols,
     load_protocol,
 )
-from stagewire_conformance.device.declared import RACK, Declared, axes_of, declare, facts_of
+from stagewire_conformance.device.declaration import Declaration, axes_of, declare, facts_of
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
-from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.ranges import COUNTS
+from stagewire_conformance.device.targets import RACK, Target
 
 
-def pics_text(pics: Pics, declared: Declared, url: str, told: Mapping[str, int | str]) -> str:
+def pics_text(pics: Pics, declared: Declaration, url: str, told: Mapping[str, int | str]) -> str:
     """Return the text of a PICS.
 
     :param declared: the same, as a controller.
@@ -43,7 +43,7 @@ def pics_text(pics: Pics, declared: Declared, url: str, told: Mapping[str, int |
 
 
 def _lines(
-    pics: Pics, declared: Declared, url: str, told: Mapping[str, int | str]
+    pics: Pics, declared: Declaration, url: str, told: Mapping[str, int | str]
 ) -> Iterator[str]:
     is_of_commands = isinstance(declared.protocol, CommandProtocol)
     yield f"# What a {pics.unit} can do, as it answered at {_comment(url)}."
@@ -69,7 +69,7 @@ def _lines(
     yield from ("", "# [timing]", "# reply_p99_ms = 50            # what you promise, if you do")
 
 
-def _channel(channel: ChannelPics, declared: Declared, is_of_commands: bool) -> Iterator[str]:
+def _channel(channel: ChannelPics, declared: Declaration, is_of_commands: bool) -> Iterator[str]:
     yield from ("", "[[channel]]")
     if channel.bay is not None:
         yield f"bay = {channel.bay}"
@@ -180,7 +180,7 @@ def contradiction(link: Link, unit: str) -> str:
     )
 
 
-def _known(declared: Declared, model: str, serial_number: str) -> list[Known]:
+def _known(declared: Declaration, model: str, serial_number: str) -> list[Known]:
     """Return what a controller can be, by its model, or else by its serial number."""
     found = by_name(declared.protocol, model)
     return [found] if found else by_serial_number(declared.protocol, serial_number)
@@ -220,7 +220,7 @@ def _identity(line: AptLine, address: int) -> Any:
     return None
 
 
-def _unit_of(declared: Declared, identity: Any) -> str:
+def _unit_of(declared: Declaration, identity: Any) -> str:
     """Return the unit of what a controller says that it is; that whose messages apply to a later one."""
     model = identity.model_number.strip()
     if model.upper() == RACK:
@@ -302,7 +302,7 @@ class _Addresses:
                 yield name
 
 
-def _with(declared: Declared, silent: dict[int, frozenset[str]]) -> Pics:
+def _with(declared: Declaration, silent: dict[int, frozenset[str]]) -> Pics:
     """Return a PICS in which what was not answered is not supported: by any place, or by one bay."""
     reasons: dict[str, str] = {}
     for name in sorted(frozenset[str]().union(*silent.values())):

@@ -17,7 +17,7 @@ from typing import Any, Final, TypeVar
 from stagewire.devices import Unit
 from stagewire.errors import UnknownScaleError
 from stagewire.protocols import CommandProtocol, Protocol
-from stagewire_conformance.device.declared import RACK, axes_of, facts_of, known_units
+from stagewire_conformance.device.declaration import axes_of, facts_of, known_units
 from stagewire_conformance.device.errors import PicsError
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
 from stagewire_conformance.device.pics_values import (
@@ -33,8 +33,8 @@ from stagewire_conformance.device.pics_values import (
     version,
     within,
 )
-from stagewire_conformance.device.places import connected, moves_stages
 from stagewire_conformance.device.ranges import RangeError
+from stagewire_conformance.device.targets import RACK, connected, moves_stages
 from stagewire_virtual.toml_tables import Table, flag, integer, tables_of, text
 
 _STAGE_KEYS: Final = ("stage", "counts_per_mm", "travel", "homes", "limit_switches")

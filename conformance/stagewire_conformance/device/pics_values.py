@@ -14,20 +14,6 @@ from stagewire.quantities import exact
 from stagewire_conformance.device.ranges import Range
 from stagewire_virtual.toml_tables import integer, table_of, text
 
-__all__ = [
-    "as_it_is",
-    "factor",
-    "line",
-    "milliseconds",
-    "occupied",
-    "one_of",
-    "reasons",
-    "refuse",
-    "span",
-    "version",
-    "within",
-]
-
 _FIRMWARE: Final = re.compile(r"[0-9]{1,9}(\.[0-9]{1,9})*[A-Za-z]?")
 _FACTOR: Final = re.compile(r"[0-9]{1,15}(\.[0-9]{1,15}|/[0-9]{1,15})?")
 _LINES: Final = ("usb", "rs232")

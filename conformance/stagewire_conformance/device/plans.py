@@ -16,11 +16,12 @@ from typing import Final
 
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks import kinds_of
-from stagewire_conformance.device.declared import RACK, Declared, declare
+from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.errors import DeclarationError, NothingToRunError
 from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.pics_file import read_pics
 from stagewire_conformance.device.rules import about
+from stagewire_conformance.device.targets import RACK
 from stagewire_conformance.notation import as_typed
 
 _GRAVITY: Final = (Need.EEPROM, Need.MOTION, Need.SETTINGS)
@@ -28,7 +29,7 @@ _GRAVITY: Final = (Need.EEPROM, Need.MOTION, Need.SETTINGS)
 
 
 def plan(
-    declared: Declared,
+    declared: Declaration,
     allowed: Permissions,
     *,
     only: Sequence[str] = (),
@@ -70,7 +71,7 @@ def _chooses(pattern: str, check: Check) -> bool:
     )
 
 
-def _nothing(pattern: str, checks: Sequence[Check], declared: Declared) -> str:
+def _nothing(pattern: str, checks: Sequence[Check], declared: Declaration) -> str:
     names = [*dict.fromkeys(_names(checks))]
     close = difflib.get_close_matches(pattern, names, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(close)}?" if close else "--list shows what there is"
@@ -95,7 +96,7 @@ class Plan:
     :param pics: the file that declares the controller, if there is one.
     """
 
-    declared: Declared
+    declared: Declaration
     allowed: Permissions
     checks: tuple[Check, ...]
     only: tuple[str, ...] = ()

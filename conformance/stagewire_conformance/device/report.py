@@ -1,18 +1,50 @@
-"""What a run found, as data; how it is printed is decided elsewhere."""
+"""The report of a run, as data, with digests of the suite, the registry and the PICS; others print it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import cache
+from importlib import resources
+from importlib.resources.abc import Traversable
 from typing import TYPE_CHECKING
 
 from stagewire_conformance.device.check import Check, Kind
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.results import Entry, Finding, Result
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
     from stagewire_conformance.device.permissions import Permissions
+
+
+def digests_of(declared: Declaration) -> dict[str, str]:
+    """Return SHA-256 digests in hex: of ``suite``, ``registry`` and ``pics`` (empty where there is none)."""
+    registry = resources.files(declared.protocol.package) / "registry.json"
+    return {
+        "suite": _of_suite(),
+        "registry": hashlib.sha256(registry.read_bytes()).hexdigest(),
+        "pics": declared.pics.digest,
+    }
+
+
+@cache
+def _of_suite() -> str:
+    """Return the digest of the source of the suite: of each file its path and what is in it."""
+    digest = hashlib.sha256()
+    for path, file in sorted(_files(resources.files(__package__), "")):
+        digest.update(f"{path}\0".encode())
+        digest.update(file.read_bytes().replace(b"\r\n", b"\n") + b"\0")
+    return digest.hexdigest()
+
+
+def _files(folder: Traversable, path: str) -> Iterator[tuple[str, Traversable]]:
+    for entry in folder.iterdir():
+        if entry.is_dir():
+            yield from _files(entry, f"{path}{entry.name}/")
+        elif entry.name.endswith(".py"):
+            yield f"{path}{entry.name}", entry
 
 
 @dataclass(frozen=True)
@@ -53,7 +85,7 @@ class Report:
     :param defect: the error in the suite that ended the run, if it was one.
     """
 
-    declared: Declared
+    declared: Declaration
     url: str
     seed: int
     allowed: Permissions

@@ -14,7 +14,7 @@ from pathlib import Path
 from stagewire.protocols import Protocol, load_protocol
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks import kinds_of
-from stagewire_conformance.device.declared import declare, known_units
+from stagewire_conformance.device.declaration import declare, known_units
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.rules import known_rules

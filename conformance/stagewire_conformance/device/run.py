@@ -15,8 +15,7 @@ from stagewire.errors import StagewireError, TransportLostError
 from stagewire.links import Link
 from stagewire.protocols import CommandProtocol
 from stagewire_conformance.device.check import Check
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.digests import digests_of
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
@@ -24,12 +23,9 @@ from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import RangeError
-from stagewire_conformance.device.report import Outcome, Report
-from stagewire_conformance.device.restoring import Restoring
+from stagewire_conformance.device.report import Outcome, Report, digests_of
 from stagewire_conformance.device.results import Entry, Finding, Result
-from stagewire_conformance.device.trial import EnoughError, Trial
-
-__all__ = ["Progress", "RunInterrupted", "line_to", "run"]
+from stagewire_conformance.device.trial import EnoughError, Restoration, Trial
 
 _NOT_ALIKE: Final = (
     "its motors are declared alike but report different controllers; "
@@ -54,7 +50,7 @@ class RunInterrupted(KeyboardInterrupt):
         self.signal = signal
 
 
-def line_to(link: Link, declared: Declared, allowed: Permissions) -> GuardedLink:
+def line_to(link: Link, declared: Declaration, allowed: Permissions) -> GuardedLink:
     """Return the kind of line that the protocol needs."""
     kind = CommandLine if isinstance(declared.protocol, CommandProtocol) else AptLine
     return kind(link, declared, allowed)
@@ -63,7 +59,7 @@ def line_to(link: Link, declared: Declared, allowed: Permissions) -> GuardedLink
 def run(
     link: Link,
     checks: Sequence[Check],
-    declared: Declared,
+    declared: Declaration,
     allowed: Permissions,
     seed: int,
     progress: Progress = lambda check, before, total: None,
@@ -86,7 +82,7 @@ class _Run:
         self,
         link: Link,
         checks: Sequence[Check],
-        declared: Declared,
+        declared: Declaration,
         allowed: Permissions,
         seed: int,
     ) -> None:
@@ -160,7 +156,7 @@ class _Run:
         began, at = line.now, len(line.log)
         random = Random(f"{self._seed}/{check.id}")
         trial = Trial(line, self._declared, self._allowed, random)
-        restoring = Restoring(trial)
+        restoring = Restoration(trial)
         try:
             self._perform(check, trial, restoring)
         except BaseException as error:
@@ -184,7 +180,7 @@ class _Run:
                 )
             )
 
-    def _perform(self, check: Check, trial: Trial, restoring: Restoring) -> None:
+    def _perform(self, check: Check, trial: Trial, restoring: Restoration) -> None:
         """Run one check to its end, stop what it leaves in motion, and put back what it changed."""
         line = self._line
         try:

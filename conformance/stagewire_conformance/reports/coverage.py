@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from stagewire_conformance.reports.model import Case, Grade, Message, PageReference, Rule, Sheet
 
-__all__ = ["MessageRow", "PageRow", "RuleRow", "messages", "pages"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class _Row:

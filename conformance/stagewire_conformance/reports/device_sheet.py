@@ -1,22 +1,24 @@
-"""The sheet of a run of checks against a controller.
+"""The sheet of a run of checks against a controller, and plain text about its plan and its early end.
 
-It begins with the identity of the controller, the declared features and the permissions, and says which
-permissions no check used.
+The sheet begins with the identity of the controller, the declared features and the permissions, and says
+which permissions no check used. The plain text has texts of controllers and of callers as they are: escape
+what is printed on a terminal.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 from stagewire_conformance.device.check import Check
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.execution import Execution
 from stagewire_conformance.device.permissions import Need
-from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.targets import Target
 from stagewire_conformance.registry import Registry
 from stagewire_conformance.reports.model import (
     Case,
@@ -25,12 +27,13 @@ from stagewire_conformance.reports.model import (
     Finding,
     Grade,
     Group,
-    Line,
     Message,
     PageReference,
     Rule,
     Sheet,
+    Transmission,
 )
+from stagewire_conformance.reports.text import counted, where
 
 
 def facts(report: Report) -> tuple[Fact, ...]:
@@ -54,7 +57,7 @@ def _facts(report: Report) -> Iterator[Fact]:
     yield Fact(key="unit", label="Unit", value=declared.unit.name)
     if declared.unit.title:
         yield Fact(key="unit_title", label="Which is", value=declared.unit.title)
-    yield Fact(key="url", label="Line", value=report.url)
+    yield Fact(key="url", label="Transmission", value=report.url)
     for name, value in report.identification.items():
         said = f"It says: {name.replace('_', ' ')}"
         yield Fact(key=f"identification_{name}", label=said, value=value)
@@ -70,7 +73,7 @@ def _facts(report: Report) -> Iterator[Fact]:
     )
 
 
-def _declared_by(declared: Declared) -> str:
+def _declared_by(declared: Declaration) -> str:
     return "its PICS" if declared.pics.digest else "nobody: taken as the document has it"
 
 
@@ -273,7 +276,7 @@ def _case(
             for found in outcome.findings
         ),
         lines=tuple(
-            Line(
+            Transmission(
                 time=entry.time,
                 sent=entry.sent,
                 raw=entry.raw,
@@ -329,3 +332,57 @@ def _errata(registry: Registry, listed: frozenset[str]) -> Iterator[Erratum]:
                 encoded=entry["encoded"],
                 evidence=entry["evidence"],
             )
+
+
+_EFFECTS: Final = {
+    Need.SETTINGS: "changes settings, and restores them",
+    Need.MOTION: "moves, or switches what is put out",
+    Need.EEPROM: "writes the EEPROM",
+}
+
+
+def announcement(url: str, plan: Plan) -> Iterator[str]:
+    """Yield the lines to show before a run: what is tested, what is done to it, and what is left out."""
+    yield (
+        f"{plan.declared.unit.name} at {url}: {counted(len(plan.runnable), 'check')}, "
+        f"about {max(1, round(plan.seconds))} s; seed {plan.seed}"
+    )
+    effects = plan.effects()
+    if not effects:
+        yield "It is only asked: nothing is set, written or moved."
+    for need, checks in effects.items():
+        bound = f" within {plan.allowed.motion}" if need is Need.MOTION else ""
+        yield f"It {_EFFECTS[need]}{bound}: {counted(len(checks), 'check')}"
+        for text in dict.fromkeys(check.does for check in checks if check.does):
+            yield f"  {text}"
+    for why, number in plan.refusals().items():
+        yield f"Not run: {counted(number, 'check')}: {why}"
+
+
+def needs_text(check: Check) -> str:
+    """Return the permissions that a check needs, such as ``settings, motion``."""
+    return ", ".join(need for need in Need if need in check.needs)
+
+
+def pages_text(plan: Plan, check: Check) -> str:
+    """Return the pages of the document about the messages of a check, or else about its rules."""
+    registry = plan.declared.registry
+    found = {page for name in check.messages for page in registry.messages[name]["pages"]}
+    if not found:
+        rules = {rule["id"]: rule["page"] for rule in registry.data["rules"]}
+        found = {rules[name] for name in check.held_to if name in rules}
+    return where(places(registry, sorted(found)))
+
+
+def ending(report: Report) -> Iterator[str]:
+    """Yield the lines about a run that ended early, apart from the reason why it did.
+
+    They name the stops that were sent, and the restored settings and the findings of its last check.
+    """
+    for text in report.stops:
+        yield f"stop was sent: {text}"
+    for last in report.outcomes[-1:]:
+        for text in last.restored:
+            yield f"restored: {text}"
+        for finding in last.findings:
+            yield f"{last.check.id}: {finding.text}"

@@ -13,14 +13,12 @@ from stagewire_conformance.reports.model import (
     Case,
     Finding,
     Grade,
-    Line,
     PageReference,
     Rule,
     Sheet,
+    Transmission,
 )
 from stagewire_conformance.reports.text import sentence
-
-__all__ = ["SCHEMA_VERSION", "as_json"]
 
 SCHEMA_VERSION = 1
 
@@ -110,7 +108,7 @@ def _bytes_or_text(value: bytes | str | None) -> Json | None:
     return {"hex": value.hex()} if isinstance(value, bytes) else {"text": value}
 
 
-def _line(line: Line) -> Json:
+def _line(line: Transmission) -> Json:
     return {
         "time": round(line.time, 6),
         "sent": line.sent,

@@ -14,8 +14,6 @@ from stagewire_conformance.reports.text import case_text, safe, sentence
 if TYPE_CHECKING:
     from junitparser import TestCase, TestSuite
 
-__all__ = ["as_junit"]
-
 
 def as_junit(sheet: Sheet) -> str:
     """Return XML in ASCII; what XML cannot hold, such as control characters, is written as an escape.

@@ -51,7 +51,7 @@ INTERRUPTED: Final = 130
 
 
 @dataclass(frozen=True, kw_only=True)
-class Line:
+class Transmission:
     """One piece of what was said.
 
     :param time: in seconds since the run began.
@@ -105,7 +105,7 @@ class Case:
     word: str
     why: str = ""
     findings: tuple[Finding, ...] = ()
-    lines: tuple[Line, ...] = ()
+    lines: tuple[Transmission, ...] = ()
     messages: tuple[str, ...] = ()
     rules: tuple[str, ...] = ()
     figures: Mapping[str, float] = field(default_factory=dict)

@@ -16,10 +16,10 @@ from stagewire_conformance.reports.model import (
     Case,
     Finding,
     Grade,
-    Line,
     PageReference,
     Rule,
     Sheet,
+    Transmission,
     Verdict,
 )
 
@@ -210,7 +210,7 @@ def _rule(sheet: Sheet, rule: Rule) -> Iterator[str]:
     yield from (f"  erratum {name}" for name in rule.errata if name in sheet.errata)
 
 
-def dialogue(lines: Sequence[Line], most: int) -> Iterator[str]:
+def dialogue(lines: Sequence[Transmission], most: int) -> Iterator[str]:
     """Yield a dialogue, a line each: when, which way, bytes, words.
 
     :param most: how many pieces at most; what is left out stands in the middle, as a number.
@@ -224,7 +224,7 @@ def dialogue(lines: Sequence[Line], most: int) -> Iterator[str]:
         yield f"{line.time:9.3f} {mark} {bytes_of(line.raw)}{text}"
 
 
-def shortened(lines: Sequence[Line], most: int) -> list[Line | int]:
+def shortened(lines: Sequence[Transmission], most: int) -> list[Transmission | int]:
     """Return a dialogue with at most so many lines; a number stands where as many were left out.
 
     What is left out first are signs of life, then what is said again and again, such as questions while
@@ -244,10 +244,10 @@ def shortened(lines: Sequence[Line], most: int) -> list[Line | int]:
     return [*folded[:ahead], left_out, *folded[len(folded) - behind :]]
 
 
-def _folded(lines: Sequence[Line]) -> list[Line | int]:
+def _folded(lines: Sequence[Transmission]) -> list[Transmission | int]:
     """Return a dialogue in which of what is repeated the first and the last are left."""
     kinds = [_kind(line) for line in lines]
-    folded: list[Line | int] = []
+    folded: list[Transmission | int] = []
     for at, line in enumerate(lines):
         again = kinds[at] in kinds[max(0, at - 2) : at] and kinds[at] in kinds[at + 1 : at + 3]
         if not again:
@@ -259,7 +259,7 @@ def _folded(lines: Sequence[Line]) -> list[Line | int]:
     return folded
 
 
-def _kind(line: Line) -> tuple[bool, bytes, int]:
+def _kind(line: Transmission) -> tuple[bool, bytes, int]:
     """Return what makes two lines the same for a reader: what is sent, and the message that comes."""
     if line.sent or len(line.raw) < _HEADER:
         return line.sent, line.raw if line.sent else b"", len(line.raw)

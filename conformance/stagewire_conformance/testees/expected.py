@@ -25,8 +25,6 @@ from typing import Any
 from stagewire.protocols import Protocol, available_protocols
 from stagewire_conformance.testees.case import Case, ExpectedFileError
 
-__all__ = ["SCHEMA_VERSION", "Expected", "Failure", "not_asked", "read_expected"]
-
 SCHEMA_VERSION = 1
 _KEYS = {"schema_version", "expected"}
 _OF_A_FAILURE = {"id", "reason"}

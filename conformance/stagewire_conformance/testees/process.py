@@ -17,8 +17,6 @@ from typing import IO
 
 from stagewire_conformance.testees.case import EndedError, NotStartedError, SilentError
 
-__all__ = ["LONGEST", "Process"]
-
 LONGEST = 64 * 1024 * 1024
 """Bytes of the longest line that is read; what is longer comes in pieces, and is no answer."""
 

@@ -24,7 +24,7 @@ from stagewire_conformance.testees.hostile import at_once, damaged, ids, lines
 from stagewire_conformance.testees.process import Process
 from stagewire_conformance.testees.registry_cases import OPERATIONS, cuts, large, stated, worked
 from stagewire_conformance.testees.result import Hello, Report, Result
-from stagewire_conformance.testees.session import GivenUpError, Line, Session
+from stagewire_conformance.testees.session import GivenUpError, Program, Session
 
 GROUPS = {
     "examples": "Worked examples of the document",
@@ -112,7 +112,7 @@ def run(
     only: Collection[str] = (),
     expected: Expected | None = None,
     progress: Progress | None = None,
-    start: Callable[[], Line] | None = None,
+    start: Callable[[], Program] | None = None,
 ) -> Report:
     """Start a testee, and ask it the cases of protocols.
 

@@ -19,8 +19,6 @@ from stagewire_conformance.testees.case import (
 from stagewire_conformance.testees.explanation import explain, shortened
 from stagewire_conformance.testees.result import REQUEST, Hello, Result, read
 
-__all__ = ["START", "STARTS", "TIME_OUTS", "GivenUpError", "Line", "Session"]
-
 START = 10.0
 """Seconds that a testee may take to start and to answer ``hello``; more, where the time-out is longer."""
 
@@ -36,7 +34,7 @@ _FIRST = 1000  # smaller numbers are the ids of hostile lines
 _LAST_WORDS = 1.0
 
 
-class Line(Protocol):
+class Program(Protocol):
     """What a session needs of a running testee; :class:`.process.Process` is one."""
 
     def send(self, data: bytes) -> None:
@@ -87,10 +85,10 @@ class Session:
     :param timeout: seconds that an answer may take.
     """
 
-    def __init__(self, start: Callable[[], Line], timeout: float) -> None:
+    def __init__(self, start: Callable[[], Program], timeout: float) -> None:
         self._start = start
         self._timeout = timeout
-        self._line: Line | None = None
+        self._line: Program | None = None
         self._number = _FIRST
         self._sent: set[str] = set()
         self._time_outs = 0
@@ -154,7 +152,7 @@ class Session:
         if line:
             line.end(_LAST_WORDS)
 
-    def _restarted(self) -> Line:
+    def _restarted(self) -> Program:
         if self.starts >= STARTS:
             raise GivenUpError(f"the testee has been started {self.starts} times")
         if self._time_outs >= TIME_OUTS:
@@ -174,12 +172,12 @@ class Session:
         line.end()
         return line.said()
 
-    def _send(self, line: Line, *numbered: tuple[Step, int]) -> None:
+    def _send(self, line: Program, *numbered: tuple[Step, int]) -> None:
         line.send(b"".join(step.line(number) for step, number in numbered))
         for step, number in numbered:
             self._sent.update(json.dumps(id) for id in step.echoes(number) if id is not None)
 
-    def _wrong(self, line: Line, case: Case, step: Step, number: int) -> _Wrong | None:
+    def _wrong(self, line: Program, case: Case, step: Step, number: int) -> _Wrong | None:
         """Read an answer, and return what is wrong with it; None where it is the wanted one."""
         came = b""
         try:
@@ -196,7 +194,7 @@ class Session:
         except RecursionError:
             return _Wrong(Outcome.RUBBISH, "the answer is nested too deeply", came, lost=True)
 
-    def _receive(self, line: Line, timeout: float) -> bytes:
+    def _receive(self, line: Program, timeout: float) -> bytes:
         """Return the next line, whole."""
         try:
             came = line.receive(timeout)

@@ -13,7 +13,7 @@ from stagewire.links import Link
 from stagewire.quantities import Limit
 from stagewire_apt import PROTOCOL, stages
 from stagewire_conformance.device.checks.apt.requests import requests_of
-from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
@@ -52,7 +52,7 @@ class Bench:
     """
 
     controller: VirtualController
-    declared: Declared
+    declared: Declaration
     motion: str
 
     @property

@@ -7,7 +7,7 @@ from typing import Any
 
 import stagewire_virtual
 from stagewire.links import Link
-from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import ChannelPics, Pics, Timing
 from stagewire_conformance.device.plans import plan
@@ -45,7 +45,7 @@ def declared_with(
     firmware: str = "",
     reply_p99_ms: float | None = None,
     unsupported: Mapping[str, str] | None = None,
-) -> Declared:
+) -> Declaration:
     """Return a controller as a PICS declares it."""
     span = Range.parse(travel) if travel else None
     return declare(
@@ -61,7 +61,7 @@ def declared_with(
 
 def run_suite(
     link: Link,
-    declared: Declared | None = None,
+    declared: Declaration | None = None,
     allowed: Permissions = WIDE,
     only: Sequence[str] = (),
     seed: int = 1,

@@ -13,8 +13,7 @@ from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.reports import Grade, Verdict
-from stagewire_conformance.reports.device_sheet import sheet_of_execution
-from stagewire_conformance.reports.device_text import announcement, ending
+from stagewire_conformance.reports.device_sheet import announcement, ending, sheet_of_execution
 
 URL = "virtual://TDC001"
 ASKING = Permissions()

@@ -17,7 +17,7 @@ from jsonschema import Draft202012Validator
 
 import plain_yaml
 from checkout import SCHEMAS
-from stagewire_conformance.device.declared import Declared, declare, known_units
+from stagewire_conformance.device.declaration import Declaration, declare, known_units
 from stagewire_conformance.device.errors import PicsError
 from stagewire_conformance.device.pics_file import parse_pics, read_pics
 
@@ -84,7 +84,7 @@ axis = "Z"
 FILES = {"cube": CUBE, "cards": CARDS, "rack": RACK, "axes": AXES}
 
 
-def declared(text: str) -> Declared:
+def declared(text: str) -> Declaration:
     return declare(parse_pics(text.encode()))
 
 

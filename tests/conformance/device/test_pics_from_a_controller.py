@@ -13,7 +13,7 @@ from stagewire.errors import StagewireError
 from stagewire.framing import CommandReceived, End
 from stagewire.protocols import CommandProtocol, FramedProtocol
 from stagewire_apt import messages as m
-from stagewire_conformance.device.declared import Declared, declare, known_units
+from stagewire_conformance.device.declaration import Declaration, declare, known_units
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import Pics
@@ -33,7 +33,7 @@ def asked(controller: VirtualController, unit: str = "") -> tuple[Pics, WatchedL
     return parse_pics(ask_pics(link, unit).encode()), link
 
 
-def named(declared: Declared, writes: list[bytes]) -> Counter[tuple[str, bytes]]:
+def named(declared: Declaration, writes: list[bytes]) -> Counter[tuple[str, bytes]]:
     """Return how often each message was sent, by its name and its bytes."""
     protocol = declared.protocol
     if isinstance(protocol, FramedProtocol):

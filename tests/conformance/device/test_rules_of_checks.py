@@ -13,7 +13,7 @@ import pytest
 from checkout import ROOT
 from stagewire.protocols import load_protocol
 from stagewire_conformance.device.checks import kinds_of
-from stagewire_conformance.device.declared import declare, known_units
+from stagewire_conformance.device.declaration import declare, known_units
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.rules import about

@@ -23,7 +23,7 @@ from apt_runs import (
 from faulty_apt_link import LinkFault, byte, of
 
 from parts import chosen, every_nth
-from stagewire_conformance.device.declared import declare
+from stagewire_conformance.device.declaration import declare
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.ranges import Range

@@ -14,7 +14,7 @@ from watched_links import WatchedLink, controller_of, declared_as
 import stagewire_virtual
 from parts import every_nth
 from stagewire_apt import PROTOCOL
-from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, Pics, Timing
 from stagewire_conformance.device.plans import plan
@@ -35,7 +35,7 @@ PATIENT = tuple(name for name in READING if name != "updates")  # without the th
 
 def outcomes(
     link: WatchedLink | SteppedLink | FaultyAptLink,
-    declared: Declared,
+    declared: Declaration,
     only: Sequence[str] = READING,
     allowed: Permissions = NOTHING,
     seed: int = 1,

@@ -12,7 +12,7 @@ from watched_links import WatchedLink
 
 import stagewire_virtual
 from stagewire_apt import stages
-from stagewire_conformance.device.declared import RACK, declare
+from stagewire_conformance.device.declaration import declare
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 from stagewire_conformance.device.plans import plan
@@ -20,6 +20,7 @@ from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
+from stagewire_conformance.device.targets import RACK
 from stagewire_conformance.reports.device_sheet import facts
 
 MM_OF_TST001 = 25_600

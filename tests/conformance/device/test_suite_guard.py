@@ -15,7 +15,7 @@ from stagewire.framing import CommandReceived, End, Received
 from stagewire.protocols import CommandProtocol, FramedProtocol
 from stagewire_apt import messages as m
 from stagewire_apt import stages
-from stagewire_conformance.device.declared import Declared, declare, known_units
+from stagewire_conformance.device.declaration import Declaration, declare, known_units
 from stagewire_conformance.device.errors import NotAllowedError
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.permissions import Permissions
@@ -36,7 +36,7 @@ PERMISSIONS = {
 OPEN = {"none", "stream", "stop"}
 
 
-def opened(declared: Declared, allowed: Permissions) -> set[str]:
+def opened(declared: Declaration, allowed: Permissions) -> set[str]:
     """Return the effects that are opened, as the user reads it, and not as the suite computes it."""
     effects = set(OPEN)
     if allowed.settings:
@@ -50,7 +50,7 @@ def opened(declared: Declared, allowed: Permissions) -> set[str]:
     return effects
 
 
-def said(declared: Declared, writes: list[bytes]) -> Iterator[str]:
+def said(declared: Declaration, writes: list[bytes]) -> Iterator[str]:
     """Give the names of all messages that a controller finds in what was written."""
     protocol = declared.protocol
     if isinstance(protocol, FramedProtocol):
@@ -121,7 +121,7 @@ def test_every_message_of_the_protocol_is_sent_or_refused_by_its_effect(
     assert len(refused) > 4
 
 
-def messages_of(declared: Declared) -> Iterator[m.FramedMessage]:
+def messages_of(declared: Declaration) -> Iterator[m.FramedMessage]:
     """Give a message of every form of every message; positions are within what is allowed."""
     protocol = declared.protocol
     for cls in protocol.messages:

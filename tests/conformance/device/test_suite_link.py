@@ -11,7 +11,7 @@ import stagewire_virtual
 from stagewire.protocols import Frame
 from stagewire_apt import messages as m
 from stagewire_apt import stages
-from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import Pics
@@ -48,7 +48,7 @@ def position(value: int, source: int = 0x50, dest: int = HOST, channel: int = 1)
     return m.MotGetPosCounter(channel, value).pack(dest, source)
 
 
-def line_to(link: DeadLink | WatchedLink, declared: Declared | None = None) -> AptLine:
+def line_to(link: DeadLink | WatchedLink, declared: Declaration | None = None) -> AptLine:
     allowed = Permissions(motion=Range.parse("0..1000counts"))
     return AptLine(link, declared or declare("TDC001"), allowed)
 
@@ -273,7 +273,7 @@ def test_no_signs_go_out_where_silence_is_wanted() -> None:
     ],
     ids=["none in its list", "rs232", "unsupported"],
 )
-def test_no_signs_go_out_to_who_wants_none(declared: Declared) -> None:
+def test_no_signs_go_out_to_who_wants_none(declared: Declaration) -> None:
     link = ScriptedLink()
     line_to(link, declared).listen(2)
     assert signs(link) == []

@@ -11,7 +11,7 @@ from watched_links import ALL, DeadLink, WatchedLink, declared_as, made, run_mad
 import stagewire_virtual
 from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
-from stagewire_conformance.device.declared import declare, known_units
+from stagewire_conformance.device.declaration import declare, known_units
 from stagewire_conformance.device.errors import NothingAnswersError, NothingToRunError
 from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.plans import plan
@@ -162,7 +162,7 @@ def test_what_is_not_allowed_is_not_run_and_says_what_it_needs() -> None:
         "homing goes to 0",
     ]
     [check, _, _] = [check for check, _ in report.not_run]
-    assert Permissions().refusal(check) == (
+    assert check.refusal(Permissions()) == (
         "not allowed: needs --allow-settings and --allow-motion MIN..MAX"
     )
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.check import Check, Kind
-from stagewire_conformance.device.declared import Declared, declare
+from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.pics import BayPics, Pics
 from stagewire_conformance.device.ranges import Range
@@ -109,7 +109,7 @@ def made(
 def run_made(
     link: Link,
     *checks: Check | Callable[[Trial], None],
-    declared: Declared | None = None,
+    declared: Declaration | None = None,
     allowed: Permissions = ALL,
     seed: int = 1,
 ) -> Report:
@@ -131,7 +131,7 @@ def controller_of(unit: str) -> VirtualController:
     return controller
 
 
-def declared_as(unit: str) -> Declared:
+def declared_as(unit: str) -> Declaration:
     """Return what :func:`controller_of` makes, as a PICS declares it."""
     if unit != "RACK":
         return declare(unit)

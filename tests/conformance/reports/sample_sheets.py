@@ -12,11 +12,11 @@ from stagewire_conformance.reports import (
     Finding,
     Grade,
     Group,
-    Line,
     Message,
     PageReference,
     Rule,
     Sheet,
+    Transmission,
 )
 
 HOSTILE = "<script>alert(1)</script>\x1b[2J\x00\u202e\n]]>&\"'{{ 7*7 }}"
@@ -25,11 +25,13 @@ HOSTILE = "<script>alert(1)</script>\x1b[2J\x00\u202e\n]]>&\"'{{ 7*7 }}"
 PAGE_9 = PageReference("thorlabs_apt", 9, "page 9")
 PAGE_30 = PageReference("thorlabs_apt", 30, "page 30")
 
-ASKED = Line(time=0.5, sent=True, raw=bytes.fromhex("140401005001"), text="MOT_REQ_VELPARAMS")
+ASKED = Transmission(
+    time=0.5, sent=True, raw=bytes.fromhex("140401005001"), text="MOT_REQ_VELPARAMS"
+)
 WANTED = bytes.fromhex("15040e0081500100000000000f000000cd000300")
 CAME = bytes.fromhex("15040e0081500200000000000f000000cd000300")
-ANSWERED = Line(time=0.502, sent=False, raw=CAME, text="MOT_GET_VELPARAMS chan_ident=2")
-SIGN = Line(time=0.6, sent=True, raw=bytes.fromhex("920400005001"), text="ACK", minor=True)
+ANSWERED = Transmission(time=0.502, sent=False, raw=CAME, text="MOT_GET_VELPARAMS chan_ident=2")
+SIGN = Transmission(time=0.6, sent=True, raw=bytes.fromhex("920400005001"), text="ACK", minor=True)
 
 PASSED = Case(
     id="answers/0x50/MOT_REQ_HOMEPARAMS/1",

@@ -5,30 +5,32 @@ from __future__ import annotations
 import pytest
 from sample_sheets import SIGN
 
-from stagewire_conformance.reports import Line
+from stagewire_conformance.reports import Transmission
 from stagewire_conformance.reports.text import dialogue, shortened
 
-MOVE = Line(time=1.0, sent=True, raw=bytes.fromhex("53040600d0010100e8030000"), text="move")
-END = Line(time=9.0, sent=False, raw=bytes.fromhex("64040e0081500100") + bytes(12), text="end")
+MOVE = Transmission(time=1.0, sent=True, raw=bytes.fromhex("53040600d0010100e8030000"), text="move")
+END = Transmission(
+    time=9.0, sent=False, raw=bytes.fromhex("64040e0081500100") + bytes(12), text="end"
+)
 
 
-def asked(number: int) -> Line:
-    return Line(time=2.0 + number, sent=True, raw=bytes.fromhex("900401005001"), text="ask")
+def asked(number: int) -> Transmission:
+    return Transmission(time=2.0 + number, sent=True, raw=bytes.fromhex("900401005001"), text="ask")
 
 
-def told(number: int) -> Line:
+def told(number: int) -> Transmission:
     raw = bytes.fromhex("91040e0081500100") + bytes([number]) + bytes(11)
-    return Line(time=2.0 + number, sent=False, raw=raw, text=f"at {number}")
+    return Transmission(time=2.0 + number, sent=False, raw=raw, text=f"at {number}")
 
 
-def polled(many: int) -> list[Line]:
+def polled(many: int) -> list[Transmission]:
     """Return a motion that is looked at again and again, and ends in between."""
     looks = [line for number in range(many) for line in (asked(number), told(number))]
     half = len(looks) // 2
     return [MOVE, *looks[:half], END, *looks[half:]]
 
 
-def left_out(found: list[Line | int]) -> int:
+def left_out(found: list[Transmission | int]) -> int:
     return sum(each for each in found if isinstance(each, int))
 
 
@@ -46,7 +48,7 @@ def test_signs_of_life_go_first() -> None:
 def test_what_happened_stays(many: int) -> None:
     lines = polled(many)
     found = shortened(lines, 16)
-    kept = [each for each in found if isinstance(each, Line)]
+    kept = [each for each in found if isinstance(each, Transmission)]
     assert [kept[0], kept[-1]] == [lines[0], lines[-1]]
     assert END in kept
     assert kept == [line for line in lines if line in kept]
@@ -56,9 +58,11 @@ def test_what_happened_stays(many: int) -> None:
 
 @pytest.mark.parametrize("most", [3, 10, 50])
 def test_what_is_never_the_same_loses_its_middle(most: int) -> None:
-    lines = [Line(time=n, sent=n % 2 == 0, raw=bytes([n, n, n, n, n, n, n])) for n in range(200)]
+    lines = [
+        Transmission(time=n, sent=n % 2 == 0, raw=bytes([n, n, n, n, n, n, n])) for n in range(200)
+    ]
     found = shortened(lines, most)
-    kept = [each for each in found if isinstance(each, Line)]
+    kept = [each for each in found if isinstance(each, Transmission)]
     assert len(kept) == most
     assert found.count(200 - most) == 1
     assert [kept[0], kept[-1]] == [lines[0], lines[-1]]

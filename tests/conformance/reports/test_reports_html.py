@@ -23,7 +23,7 @@ from sample_sheets import (
     sheet,
 )
 
-from stagewire_conformance.reports import Line, Sheet, as_html
+from stagewire_conformance.reports import Sheet, Transmission, as_html
 from stagewire_conformance.reports.text import as_text
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
@@ -179,7 +179,8 @@ def test_what_a_controller_says_stays_a_text() -> None:
 
 def test_a_long_dialogue_is_shortened_and_says_so() -> None:
     many = tuple(
-        Line(time=float(n), sent=n % 2 == 0, raw=bytes([n % 256, n // 256])) for n in range(1000)
+        Transmission(time=float(n), sent=n % 2 == 0, raw=bytes([n % 256, n // 256]))
+        for n in range(1000)
     )
     words = read(sheet(*(replace(case, lines=many) for case in (PASSED, FAILED)))).words()
     assert "880 lines left out here" in words

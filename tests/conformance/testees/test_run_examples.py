@@ -12,8 +12,8 @@ import testee_calls
 
 from stagewire.protocols import load_protocol
 from stagewire_conformance import Verdict, coverage, run
+from stagewire_conformance.arithmetic import evaluate, rounded
 from stagewire_conformance.examples import run_capture, run_example
-from stagewire_conformance.statements import evaluate, rounded
 
 APT = load_protocol("thorlabs_apt")
 Json = dict[str, Any]

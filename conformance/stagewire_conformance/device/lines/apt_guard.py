@@ -10,12 +10,10 @@ from __future__ import annotations
 from typing import Final
 
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedMessage, FramedProtocol
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NotAllowedError
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.ranges import RangeError
-
-__all__ = ["AptGuard"]
 
 _ABSOLUTE: Final = "absolute"
 
@@ -27,7 +25,7 @@ class AptGuard:
     :param allowed: what may be sent to it.
     """
 
-    def __init__(self, declared: Declared, allowed: Permissions) -> None:
+    def __init__(self, declared: Declaration, allowed: Permissions) -> None:
         self._declared = declared
         self._allowed = allowed
         protocol = declared.protocol

@@ -16,17 +16,17 @@ from stagewire.framing import End, FrameEvent
 from stagewire.links import Link
 from stagewire.protocols import FramedMessage, FramedProtocol, Message
 from stagewire.sessions import Matching
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NothingAnswersError
-from stagewire_conformance.device.identity import names_of
 from stagewire_conformance.device.lines.apt_guard import AptGuard
 from stagewire_conformance.device.lines.dialogue import Heard, message_text
 from stagewire_conformance.device.lines.line import GuardedLink
 from stagewire_conformance.device.lines.motions import Moved
 from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.targets import names_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.places import Target
+    from stagewire_conformance.device.targets import Target
 
 _WAIT: Final = 1.0
 """Seconds for each of the two questions."""
@@ -116,7 +116,7 @@ class AptLine(GuardedLink):
     :param allowed: what may be sent; the rest is refused, see :class:`.AptGuard`.
     """
 
-    def __init__(self, link: Link, declared: Declared, allowed: Permissions) -> None:
+    def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         super().__init__(link, declared, allowed)
         protocol = declared.protocol
         assert isinstance(protocol, FramedProtocol)
@@ -340,7 +340,7 @@ class AptLine(GuardedLink):
         """Ask the controller what it is; see :meth:`.GuardedLink.contact`."""
         return first_contact(self)
 
-    def identify(self, reported: Mapping[str, int | str]) -> Declared:
+    def identify(self, reported: Mapping[str, int | str]) -> Declaration:
         """Return the controller with the scales of what it is; see :meth:`.GuardedLink.identify`."""
         facts = self.declared.facts
         names = {}

@@ -10,12 +10,10 @@ from __future__ import annotations
 from typing import Final
 
 from stagewire.protocols import CommandFrame, CommandProtocol
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NotAllowedError
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.ranges import RangeError
-
-__all__ = ["CommandGuard"]
 
 _LINE_ENDS: Final = b"\r\n"
 """Would end a line of text, should the controller be reading text."""
@@ -29,7 +27,9 @@ class CommandGuard:
     :param allowed: what may be sent to it.
     """
 
-    def __init__(self, protocol: CommandProtocol, declared: Declared, allowed: Permissions) -> None:
+    def __init__(
+        self, protocol: CommandProtocol, declared: Declaration, allowed: Permissions
+    ) -> None:
         self._prefix = protocol.marks.prefix
         self._setup = protocol.marks.setup
         self._commands = {byte: request.name for byte, request in protocol.rule.requests.items()}

@@ -15,7 +15,7 @@ from typing import Final
 from stagewire.errors import CodecError
 from stagewire.links import Link
 from stagewire.protocols import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.command_guard import CommandGuard
 from stagewire_conformance.device.lines.dialogue import message_text
@@ -137,7 +137,7 @@ class CommandLine(GuardedLink):
     :param allowed: what may be sent beside requests; the rest is refused, see :class:`.CommandGuard`.
     """
 
-    def __init__(self, link: Link, declared: Declared, allowed: Permissions) -> None:
+    def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         super().__init__(link, declared, allowed)
         protocol = declared.protocol
         assert isinstance(protocol, CommandProtocol)

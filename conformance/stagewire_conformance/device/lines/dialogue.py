@@ -18,8 +18,6 @@ from stagewire.framing import (
 )
 from stagewire.protocols import HEADER_SIZE, Frame, Message, UndecidedMessage, UndocumentedMessage
 
-__all__ = ["Heard", "frame_text", "message_text"]
-
 _KINDS: Final[dict[type[Event], str]] = {
     Received: "message",
     Undocumented: "undocumented",

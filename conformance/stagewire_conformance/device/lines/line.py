@@ -26,7 +26,7 @@ from typing import Any, Final, Protocol, Self
 
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.results import Entry
 
@@ -156,7 +156,7 @@ class GuardedLink(ABC):
     :param allowed: what may be sent.
     """
 
-    def __init__(self, link: Link, declared: Declared, allowed: Permissions) -> None:
+    def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         self.declared = declared
         self.allowed = allowed
         self.log: list[Entry] = []
@@ -185,7 +185,7 @@ class GuardedLink(ABC):
         Raises :class:`.NothingAnswersError` where nothing comes that is of the protocol.
         """
 
-    def identify(self, reported: Mapping[str, int | str]) -> Declared:
+    def identify(self, reported: Mapping[str, int | str]) -> Declaration:
         """Return the controller with the scales of what it reports that it is, and guard it so from now on.
 
         :param reported: what :meth:`contact` returned.

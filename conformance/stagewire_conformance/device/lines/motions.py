@@ -6,9 +6,8 @@ from typing import Any, Final, NamedTuple
 
 from stagewire.protocols import FramedMessage
 from stagewire.sessions import Matching
-from stagewire_conformance.device.declared import Declared, Target
-
-__all__ = ["Moved"]
+from stagewire_conformance.device.declaration import Declaration
+from stagewire_conformance.device.targets import Target
 
 _MANNER: Final = "PROFILED"
 """How a stop is made where there are several ways: without losing steps, as the library does it."""
@@ -28,7 +27,7 @@ class Moved:
     :param matching: tells where a message comes from.
     """
 
-    def __init__(self, declared: Declared, matching: Matching) -> None:
+    def __init__(self, declared: Declaration, matching: Matching) -> None:
         self._declared = declared
         self._matching = matching
         self._entries = declared.registry.messages

@@ -11,7 +11,7 @@ import stagewire_virtual
 from stagewire.links import Link
 from stagewire_apt import stages
 from stagewire_conformance.device.check import Check
-from stagewire_conformance.device.declared import Declared, declare, known_units
+from stagewire_conformance.device.declaration import Declaration, declare, known_units
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
 from stagewire_conformance.device.plans import plan
@@ -44,7 +44,7 @@ class Bench:
         return self.pics.unit
 
     @cached_property
-    def declared(self) -> Declared:
+    def declared(self) -> Declaration:
         """The controller as it is declared."""
         return declare(self.pics)
 

@@ -10,8 +10,8 @@ from firmware_bench import BENCHES, Bench
 from firmware_frames import HOST, ID, Frame, entry
 from firmware_line import Firmware
 
-from stagewire_conformance.device.declared import Target
 from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.targets import Target
 
 Change = Callable[[Frame], Iterable[Frame | bytes]]
 """What becomes of a message: nothing, others, or several."""

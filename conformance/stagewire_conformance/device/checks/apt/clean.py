@@ -15,9 +15,10 @@ from stagewire_conformance.device.checks.apt.requests import Request, a_request
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 
@@ -31,7 +32,7 @@ _LONGEST: Final = 300
 """Bytes that fill any packet that a controller may be waiting for, and a header."""
 
 
-def identity_of(declared: Declared) -> tuple[str, ...]:
+def identity_of(declared: Declaration) -> tuple[str, ...]:
     """Return the requests that ask what a unit is."""
     return tuple(
         name
@@ -40,7 +41,7 @@ def identity_of(declared: Declared) -> tuple[str, ...]:
     )
 
 
-def clean_request(declared: Declared, place: Target | None = None) -> Request | None:
+def clean_request(declared: Declaration, place: Target | None = None) -> Request | None:
     """Return what is asked to see whether all is well: what a unit is, or else whatever can be asked.
 
     :param place: whom; None: the first that claims any request.
@@ -114,7 +115,7 @@ def _put_into_step(trial: Trial, request: Request) -> None:
             return
 
 
-def before_clean_request(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def before_clean_request(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     """Give the case of a check that sends something odd before a clean request, which has to be answered.
 
     It is skipped where no request could show that all is well.

@@ -9,7 +9,7 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Target
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 

@@ -16,7 +16,7 @@ from stagewire_conformance.device.checks.apt.wording import described, joined, r
 from stagewire_conformance.device.lines.dialogue import Heard
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Target
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from stagewire.protocols import FramedMessage
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
+    from stagewire_conformance.device.targets import Target
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Request:
         return next((why for name in self.messages if (why := self.place.why_not(name))), "")
 
 
-def requests_of(declared: Declared, place: Target) -> Iterator[Request]:
+def requests_of(declared: Declaration, place: Target) -> Iterator[Request]:
     """Give every request in the list of a place, channel by channel, in the order of the registry.
 
     Those that the PICS takes back are among them, see :attr:`Request.skip`.
@@ -67,19 +68,19 @@ def requests_of(declared: Declared, place: Target) -> Iterator[Request]:
                 yield ask_for(declared, place, name, channel)
 
 
-def a_request(declared: Declared, place: Target, names: Iterable[str] = ()) -> Request | None:
+def a_request(declared: Declaration, place: Target, names: Iterable[str] = ()) -> Request | None:
     """Return a request that a place claims: the first of ``names``, or else any; None where there is none."""
     claimed = [each for each in requests_of(declared, place) if not each.skip]
     chosen = [each for name in names for each in claimed if each.name == name]
     return next(iter([*chosen, *claimed]), None)
 
 
-def ask_for(declared: Declared, place: Target, name: str, channel: int | None = None) -> Request:
+def ask_for(declared: Declaration, place: Target, name: str, channel: int | None = None) -> Request:
     """Make one request."""
     answers = tuple(declared.registry.messages[name]["exchange"]["answered_by"])
     return Request(name, place, channel, answers, declared.request(name, channel))
 
 
-def _names_channel(declared: Declared, name: str) -> bool:
+def _names_channel(declared: Declaration, name: str) -> bool:
     field = getattr(declared.protocol, "channel", None)
     return field in declared.protocol.message_class(name).layout.fields

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from stagewire.protocols import FramedMessage
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 
@@ -80,13 +81,13 @@ class Stream:
         }
 
 
-def streams_of(declared: Declared) -> list[Stream]:
+def streams_of(declared: Declaration) -> list[Stream]:
     """Return the status messages of all places whose lists have some."""
     found = [stream_of(declared, place) for place in declared.places]
     return [stream for stream in found if stream is not None]
 
 
-def stream_of(declared: Declared, place: Target) -> Stream | None:
+def stream_of(declared: Declaration, place: Target) -> Stream | None:
     """Return the status messages of a place; None for one that has no channels, or whose list has none."""
     for name, entry in declared.registry.messages.items():
         exchange = entry["exchange"]

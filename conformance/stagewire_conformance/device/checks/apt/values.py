@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from stagewire.protocols import FramedMessage
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.registry import Json
 
 
@@ -32,7 +32,7 @@ class Fault:
     grave: bool = True
 
 
-def faults_of(declared: Declared, message: FramedMessage) -> Iterator[Fault]:
+def faults_of(declared: Declaration, message: FramedMessage) -> Iterator[Fault]:
     """Give what is wrong by the document with the values of a message that came.
 
     The channel is left out: whether it is the right one depends on what was asked. So are the texts by which

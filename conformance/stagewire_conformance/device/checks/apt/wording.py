@@ -11,7 +11,7 @@ from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedProtocol
 from stagewire_conformance.device.lines.dialogue import Heard
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.trial import Trial
 
 
@@ -45,7 +45,7 @@ def raw_of(heard: Iterable[Heard]) -> bytes | None:
     return b"".join(each.raw for each in heard) or None
 
 
-def _said(declared: Declared, heard: Heard) -> str:
+def _said(declared: Declaration, heard: Heard) -> str:
     addresses = f"from {heard.source:#04x} to {heard.dest:#04x}" if heard.kind != "garbage" else ""
     match heard.kind:
         case "message" | "undocumented":
@@ -63,7 +63,7 @@ def _said(declared: Declared, heard: Heard) -> str:
     return f"{heard.raw.hex(' ')}, which is no message ({_why_none(declared, heard.raw)})"
 
 
-def _of_id(declared: Declared, raw: bytes) -> tuple[str, str]:
+def _of_id(declared: Declaration, raw: bytes) -> tuple[str, str]:
     """Return the name of the message that bytes have the id of, and the lengths that its packet has."""
     id = int.from_bytes(raw[:2], "little")
     entry = next(each for each in declared.registry.messages.values() if each["id"] == id)
@@ -71,7 +71,7 @@ def _of_id(declared: Declared, raw: bytes) -> tuple[str, str]:
     return entry["name"], " or ".join(map(str, lengths))
 
 
-def _why_none(declared: Declared, raw: bytes) -> str:
+def _why_none(declared: Declaration, raw: bytes) -> str:
     """Return why bytes are no message, by the frame that they begin with."""
     protocol = declared.framed
     has_packet = len(raw) >= HEADER_SIZE and bool(raw[4] & DATA_FLAG)

@@ -6,7 +6,7 @@ from typing import Final
 
 from stagewire.protocols import Command, Reply
 from stagewire_conformance.device.lines.command_line import QUIET, CommandLine
-from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.targets import Target
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.enumerations import Busy

@@ -9,9 +9,9 @@ from typing import Any, Final, TypeVar
 from stagewire.protocols import Command
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.targets import Target
 from stagewire_conformance.device.trial import Trial
 
 _Look = TypeVar("_Look", bound=Callable[..., None])
@@ -27,7 +27,7 @@ class AxisCase(Case):
     place: Target
 
 
-def every_axis(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def every_axis(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     """Give a case for each axis."""
     for place in declared.places:
         yield AxisCase(place=place)
@@ -38,7 +38,7 @@ def axis_check(
     title: str,
     *,
     messages: tuple[str, ...] = (),
-    each: Callable[[Declared, Permissions], Iterable[AxisCase]] = every_axis,
+    each: Callable[[Declaration, Permissions], Iterable[AxisCase]] = every_axis,
     **more: Any,
 ) -> Callable[[_Look], _Look]:
     """Declare a function that looks at an axis as a check; a decorator.
@@ -47,7 +47,7 @@ def axis_check(
     of its messages. All others: see :meth:`.Kind.check`.
     """
 
-    def cases(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+    def cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         for case in each(declared, allowed):
             place = case.place
             used = (*messages, *case.messages)
@@ -69,13 +69,13 @@ def axis_check(
     return declare
 
 
-def first_place(declared: Declared, *messages: str) -> Target:
+def first_place(declared: Declaration, *messages: str) -> Target:
     """Return the first axis that claims some messages; of none the first axis."""
     claiming = (each for each in declared.places if not set(messages) - each.messages)
     return next(claiming, declared.places[0])
 
 
-def requests_of(declared: Declared) -> dict[str, Command]:
+def requests_of(declared: Declaration) -> dict[str, Command]:
     """Return every command that is answered, by its name; those are left out that are not to be used."""
     found: dict[str, Command] = {}
     for cls in declared.protocol.messages:

@@ -6,8 +6,8 @@ from typing import Final
 
 from stagewire.protocols import Command
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.declared import Declared
-from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.declaration import Declaration
+from stagewire_conformance.device.targets import Target
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import messages as m
 
@@ -39,7 +39,7 @@ class Clean:
         )
 
 
-def asked(declared: Declared) -> tuple[Target, Command]:
+def asked(declared: Declaration) -> tuple[Target, Command]:
     """Return the axis and the request of clean requests; their first if nothing of them is claimed."""
     for request in _REQUESTS:
         for place in declared.places:

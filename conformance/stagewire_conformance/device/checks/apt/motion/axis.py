@@ -20,8 +20,8 @@ from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
     from stagewire import FramedMessage
-    from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 POLL: Final = 0.05

@@ -21,7 +21,7 @@ from stagewire_conformance.device.checks.apt.motion.watching import Watched, wat
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.checks.apt.motion.motor_check import Motor
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
 
 
@@ -40,7 +40,7 @@ _LOOKS: Final = 3
 _TOLD: Final = "MOT_MOVE_HOME"
 
 
-def _lacks(declared: Declared, allowed: Permissions, motor: Motor) -> str:
+def _lacks(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
     place, channel = motor
     if not place.connected_to(channel).homes:
         return f"the PICS says that channel {channel} of {place.name} does not home"

@@ -25,8 +25,9 @@ from stagewire_conformance.device.checks.apt.motion.watching import Watched, wat
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.checks.apt.motion.motor_check import Motor
-    from stagewire_conformance.device.declared import Declared, Target, Travel
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target, Travel
 
 
 _PARAMETERS: Final = "MOT_SET_LIMSWITCHPARAMS"
@@ -76,7 +77,7 @@ class _End:
         return (self.place - status.position) * self.way > 2 * self.last + HELD
 
 
-def _ways(declared: Declared, allowed: Permissions, place: Target, channel: int) -> list[int]:
+def _ways(declared: Declaration, allowed: Permissions, place: Target, channel: int) -> list[int]:
     """Return the ways, 1 up and -1 down, in which an end of the travel lies within the range."""
     travel = place.travel_of(channel)
     if travel is None or allowed.motion is None:
@@ -85,7 +86,7 @@ def _ways(declared: Declared, allowed: Permissions, place: Target, channel: int)
     return [way for way, lies in ((-1, low == travel.low), (1, high == travel.high)) if lies]
 
 
-def _lacks(declared: Declared, allowed: Permissions, motor: Motor) -> str:
+def _lacks(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
     place, channel = motor
     what = f"channel {channel} of {place.name}"
     travel = place.travel_of(channel)

@@ -17,8 +17,9 @@ from stagewire_conformance.device.permissions import Need
 from stagewire_conformance.device.ranges import RangeError
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 Motor = tuple["Target", int]
@@ -31,7 +32,7 @@ _MOTOR: Final = "MOT_MOVE_HOME"
 """A unit that has it in its list moves something: a solenoid driver has other messages of motors."""
 
 
-def motors(declared: Declared) -> Iterator[Motor]:
+def motors(declared: Declaration) -> Iterator[Motor]:
     """Give the channels that move something."""
     for place in declared.places:
         if _MOTOR in place.listed:
@@ -39,7 +40,7 @@ def motors(declared: Declared) -> Iterator[Motor]:
                 yield place, channel
 
 
-def lacks_range(declared: Declared, allowed: Permissions, motor: Motor) -> str:
+def lacks_range(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
     """Return why the range that is allowed says nothing of a motor; empty where it does."""
     if allowed.motion is None:
         return ""
@@ -58,7 +59,7 @@ def motor_check(
     does: str,
     settings: bool = False,
     seconds: float = 1.5,
-    lacks: Callable[[Declared, Permissions, Motor], str] = lambda declared, allowed, motor: "",
+    lacks: Callable[[Declaration, Permissions, Motor], str] = lambda declared, allowed, motor: "",
     name: str = "",
     at_least: int = 1,
     also: tuple[str, ...] = (),
@@ -77,7 +78,7 @@ def motor_check(
     """
     needs = frozenset({Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION})
 
-    def checks(moving: Moving, declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    def checks(moving: Moving, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
         for group in _alike(declared):
             place = group[0][0]
             if len(group) < at_least or only not in place.listed:
@@ -100,7 +101,7 @@ def motor_check(
     return kind.declare(checks)
 
 
-def _used(declared: Declared, place: Target, also: tuple[str, ...]) -> list[str]:
+def _used(declared: Declaration, place: Target, also: tuple[str, ...]) -> list[str]:
     """Return what else is used of what a place claims: the status, and what is named."""
     query = place.unit.status_query
     names = [query.req.layout.message] if query and query.req else []
@@ -109,7 +110,7 @@ def _used(declared: Declared, place: Target, also: tuple[str, ...]) -> list[str]
     return [name for name in (*names, *also) if name in place.messages]
 
 
-def _alike(declared: Declared) -> list[list[Motor]]:
+def _alike(declared: Declaration) -> list[list[Motor]]:
     """Return the motors in groups of those of which the same is declared."""
     groups: dict[tuple[object, ...], list[Motor]] = {}
     for place, channel in motors(declared):

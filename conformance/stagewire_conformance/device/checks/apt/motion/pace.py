@@ -11,7 +11,7 @@ from stagewire.errors import UnknownScaleError
 from stagewire_apt import messages as m
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Target
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 

@@ -33,22 +33,23 @@ from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 _WAIT: Final = 1.0
 """Seconds within which the status says it."""
 
 
-def _lacks(declared: Declared, allowed: Permissions, place: Target) -> str:
+def _lacks(declared: Declaration, allowed: Permissions, place: Target) -> str:
     if (place, 1) in motors(declared):
         return lacks_range(declared, allowed, (place, 1))
     is_piezo = "PZ_REQ_OUTPUTVOLTS" in place.messages
     return lacks_volts(declared, allowed, place) if is_piezo else ""
 
 
-def _skip(declared: Declared, place: Target) -> str:
+def _skip(declared: Declaration, place: Target) -> str:
     return unseen(place) if (place, 1) in motors(declared) else ""
 
 
@@ -165,7 +166,7 @@ LOOPS = Kind(
 )
 
 
-def _loops(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _loops(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for spot in spots(declared):
         care = CARE.get(spot.set.name)
         if care is None or care.when is not When.DISABLED:

@@ -21,7 +21,7 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import OPEN, Piezo
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Target
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 

@@ -11,8 +11,9 @@ from stagewire_conformance.device.permissions import Need
 from stagewire_conformance.device.ranges import COUNTS
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 
@@ -31,9 +32,9 @@ def output_check(
     does: str,
     settings: bool = False,
     seconds: float = 1.0,
-    lacks: Callable[[Declared, Permissions, Target], str] = lambda declared, allowed, place: "",
+    lacks: Callable[[Declaration, Permissions, Target], str] = lambda declared, allowed, place: "",
     also: Callable[[Target], tuple[str, ...]] = lambda place: (),
-    skip: Callable[[Declared, Target], str] = lambda declared, place: "",
+    skip: Callable[[Declaration, Target], str] = lambda declared, place: "",
 ) -> Callable[[Running], Running]:
     """Declare a function that looks at a channel as a check of each channel whose place has some messages.
 
@@ -46,7 +47,7 @@ def output_check(
     """
     needs = frozenset({Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION})
 
-    def checks(run: Running, declared: Declared, allowed: Permissions) -> Iterator[Check]:
+    def checks(run: Running, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
         for place in declared.places:
             if not place.listed.issuperset(messages):
                 continue
@@ -67,7 +68,7 @@ def output_check(
     return kind.declare(checks)
 
 
-def lacks_volts(declared: Declared, allowed: Permissions, place: Target) -> str:
+def lacks_volts(declared: Declaration, allowed: Permissions, place: Target) -> str:
     """Return what is missing where the range that is allowed is of no voltages; empty where it is."""
     return lacks_unit(allowed, ("V", "mV"), "voltages")
 

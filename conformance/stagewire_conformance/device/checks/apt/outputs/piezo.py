@@ -23,8 +23,8 @@ from stagewire_conformance.device.trial import EnoughError
 if TYPE_CHECKING:
     from stagewire import FramedMessage
     from stagewire.devices import Scales
-    from stagewire_conformance.device.declared import Target
     from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 

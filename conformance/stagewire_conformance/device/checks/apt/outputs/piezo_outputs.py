@@ -32,8 +32,9 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import (
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 _STATUS: Final = ("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "PZ_GET_PZSTATUSUPDATE")
@@ -45,7 +46,7 @@ _MODE: Final = ("PZ_SET_POSCONTROLMODE", "PZ_REQ_POSCONTROLMODE", "PZ_GET_POSCON
 # Open loop
 
 
-def _lacks_positions(declared: Declared, allowed: Permissions, place: Target) -> str:
+def _lacks_positions(declared: Declaration, allowed: Permissions, place: Target) -> str:
     return lacks_unit(allowed, ("um", "mm", "nm", "m"), "positions")
 
 

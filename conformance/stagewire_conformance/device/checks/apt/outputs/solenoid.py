@@ -23,8 +23,9 @@ from stagewire_conformance.device.checks.apt.settings.sets import Spot, paramete
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 _SET = "RACK_DIGOUTPUTS"
@@ -37,7 +38,7 @@ DIGITAL = Kind(
 )
 
 
-def _outputs(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _outputs(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for one in parameter_sets(declared, place):
             if one.name == _SET:

@@ -19,8 +19,9 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import (
 )
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 
@@ -51,7 +52,7 @@ _DOES: Final = (
 )
 
 
-def _lacks(declared: Declared, allowed: Permissions, place: Target) -> str:
+def _lacks(declared: Declaration, allowed: Permissions, place: Target) -> str:
     puts_out = "PZ_REQ_OUTPUTVOLTS" in place.listed
     return lacks_volts(declared, allowed, place) if puts_out else ""
 

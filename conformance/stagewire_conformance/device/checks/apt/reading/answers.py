@@ -11,7 +11,7 @@ from stagewire_conformance.device.checks.apt.requests import Request, requests_o
 from stagewire_conformance.device.rules import about
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
@@ -149,7 +149,7 @@ KIND = Kind(
 )
 
 
-def _is_parameter_set(declared: Declared, request: Request) -> bool:
+def _is_parameter_set(declared: Declaration, request: Request) -> bool:
     """Return whether what is asked for was set, and stays as it was set."""
     place = declared.registry.messages[request.name]["set"]
     if place is None or place["name"] in _LIVE:
@@ -160,7 +160,7 @@ def _is_parameter_set(declared: Declared, request: Request) -> bool:
     )
 
 
-def _rules(declared: Declared, request: Request) -> tuple[str, ...]:
+def _rules(declared: Declaration, request: Request) -> tuple[str, ...]:
     """Return the rules that can be seen at one answer."""
     place = request.place
     excluded: set[str] = set()
@@ -177,7 +177,7 @@ def _rules(declared: Declared, request: Request) -> tuple[str, ...]:
     return tuple(rule for rule in rules if rule not in excluded)
 
 
-def _requests(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _requests(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for request in requests_of(declared, place):
             yield Case(

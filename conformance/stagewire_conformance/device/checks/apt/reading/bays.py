@@ -11,8 +11,9 @@ from stagewire_conformance.device.checks.apt.replies import judge_message
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 
@@ -40,7 +41,7 @@ KIND = Kind(
 )
 
 
-def _boards(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _boards(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         if place.is_motherboard and _ASK in place.listed:
             yield Case(
@@ -105,7 +106,7 @@ def _state(trial: Trial, board: Target, ident: int) -> int | None:
     return state
 
 
-def _idents(declared: Declared) -> list[int]:
+def _idents(declared: Declaration) -> list[int]:
     return sorted(declared.registry.fields(_ASK, "header")["bay_ident"]["enum"].values())
 
 
@@ -114,7 +115,7 @@ def _counts_from_one(states: Mapping[int, int], occupied: set[int], state: int) 
     return bool(said) and said == {ident + 1 for ident in occupied}
 
 
-def _rack(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _rack(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     if declared.unit.kind == "rack":  # what else is in the rack of a module is not declared
         yield Case(messages=identity_of(declared))
 

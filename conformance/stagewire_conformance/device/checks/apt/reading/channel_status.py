@@ -13,8 +13,9 @@ from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
     from stagewire_conformance.registry import Json
 
@@ -34,7 +35,7 @@ class ChannelStatus:
     :param requests: what can be asked of the channel, by the messages that answer it.
     """
 
-    declared: Declared
+    declared: Declaration
     place: Target
     number: int
     stream: Stream
@@ -131,7 +132,7 @@ class ChannelStatus:
         return bool(self.stream.of_it([heard])) and heard.channel == self.number
 
 
-def statuses_of(declared: Declared) -> Iterator[ChannelStatus]:
+def statuses_of(declared: Declaration) -> Iterator[ChannelStatus]:
     """Give every channel whose list has a status."""
     for stream in streams_of(declared):
         for number in stream.place.channels:

@@ -22,11 +22,11 @@ from stagewire_conformance.device.checks.apt.clean import (
 from stagewire_conformance.device.checks.apt.requests import Request
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.trial import Trial
 
 
-def harmless_bytes(declared: Declared, random: Random, count: int) -> bytes:
+def harmless_bytes(declared: Declaration, random: Random, count: int) -> bytes:
     """Return bytes in which no message begins, wherever one looks for it.
 
     The second byte of no id is among them, and no address, so that not even a receiver that is out of step
@@ -36,7 +36,7 @@ def harmless_bytes(declared: Declared, random: Random, count: int) -> bytes:
 
 
 def unknown_frame(
-    declared: Declared, random: Random, dest: int, packet: bytes | None = None
+    declared: Declaration, random: Random, dest: int, packet: bytes | None = None
 ) -> bytes:
     """Return a frame with an id that no message has.
 
@@ -50,7 +50,7 @@ def unknown_frame(
     return id + length + bytes((dest | DATA_FLAG, host)) + packet
 
 
-def _harmless(declared: Declared) -> list[int]:
+def _harmless(declared: Declaration) -> list[int]:
     protocol = declared.framed
     ids = [entry["id"] for entry in declared.registry.messages.values() if entry["id"] is not None]
     addresses = {protocol.host, *protocol.devices}

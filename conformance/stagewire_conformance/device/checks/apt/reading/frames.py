@@ -12,8 +12,9 @@ from stagewire_conformance.device.checks.apt.values import unused_parameters
 from stagewire_conformance.device.checks.apt.wording import described, joined
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 
@@ -54,7 +55,7 @@ KIND = Kind(
 )
 
 
-def _places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         requests = list(requests_of(declared, place))
         claimed = [request for request in requests if not request.skip]

@@ -16,9 +16,10 @@ from stagewire_conformance.device.checks.apt.values import is_readable
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 _DIGITS: Final = 8
@@ -46,7 +47,7 @@ IDENTIFICATION = Kind(
 )
 
 
-def _identified_places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _identified_places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for request in requests_of(declared, place):
             if request.name in identity_of(declared):
@@ -158,7 +159,7 @@ IDENTIFY = Kind(
 )
 
 
-def _flashing_places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _flashing_places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         if _IDENTIFY in place.listed:
             yield Case(

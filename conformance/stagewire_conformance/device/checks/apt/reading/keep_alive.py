@@ -17,7 +17,7 @@ from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
@@ -66,7 +66,7 @@ KIND = Kind(
 )
 
 
-def _on_usb(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _on_usb(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     """Give one case, of all places at once: each of them takes six seconds."""
     if declared.pics.line != "usb":
         return

@@ -34,7 +34,7 @@ from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -201,7 +201,7 @@ def _address_of_others(trial: Trial, request: Request) -> None:
     clean(trial, f"after {request.name} to addresses where nothing is declared", request.place)
 
 
-def _settings(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     """Give a case for each place where a parameter set can be changed without a further thought."""
     for place in declared.places:
         of_place = [
@@ -216,7 +216,7 @@ def _settings(declared: Declared, allowed: Permissions) -> Iterator[Case]:
             )
 
 
-def _is_fit(declared: Declared, spot: Spot) -> bool:
+def _is_fit(declared: Declaration, spot: Spot) -> bool:
     care = CARE.get(spot.set.name, Care())
     layout = declared.registry.messages[spot.set.set]["layouts"][0]
     plain = spot.set.effect == "settings" and not spot.set.skip and care.when is When.ALWAYS

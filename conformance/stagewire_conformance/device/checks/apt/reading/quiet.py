@@ -15,7 +15,7 @@ from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -37,7 +37,7 @@ KIND = Kind(
 )
 
 
-def _claimed(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _claimed(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     streams = [stream for stream in streams_of(declared) if not stream.skip]
     yield Case(
         arguments={"streams": streams},

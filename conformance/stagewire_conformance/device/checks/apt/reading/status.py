@@ -21,7 +21,7 @@ from stagewire_conformance.device.checks.apt.reading.channel_status import (
 from stagewire_conformance.device.checks.apt.replies import ask_all, judge_answer, judge_message
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
@@ -78,7 +78,7 @@ KIND = Kind(
 )
 
 
-def _channels(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _channels(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for channel in statuses_of(declared):
         others = [name for name in (POSITION, ENABLED, CLOSED_LOOP) if channel.claims(name)]
         if channel.bits_alone is not None:

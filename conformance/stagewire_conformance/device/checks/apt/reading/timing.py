@@ -19,7 +19,7 @@ from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.lines.line import jitter_of, percentile
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
@@ -40,7 +40,7 @@ BURSTS = Kind(
 )
 
 
-def _claimed(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _claimed(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     requests = [
         request
         for place in declared.places
@@ -156,7 +156,7 @@ TIMING = Kind(
 )
 
 
-def _places(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     found = [clean_request(declared, place) for place in declared.places]
     requests = [request for request in found if request is not None]
     if requests:

@@ -16,7 +16,7 @@ from stagewire_conformance.device.lines.line import Jitter, jitter_of, percentil
 from stagewire_conformance.device.rules import about
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
     from stagewire_conformance.device.trial import Trial
 
@@ -167,7 +167,7 @@ UPDATES = Kind(
 )
 
 
-def _rules(declared: Declared, messages: Sequence[str]) -> tuple[str, ...]:
+def _rules(declared: Declaration, messages: Sequence[str]) -> tuple[str, ...]:
     """Return the rules that hold for the controller."""
     rules = [rule for rule in UPDATES.rules if rule != _RATE or declared.unit.name in FIXED]
     return about(
@@ -180,7 +180,7 @@ def _signs(streams: Sequence[Stream]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(stream.sign for stream in streams if stream.sign))
 
 
-def _streams(declared: Declared, signs: bool) -> Iterator[Case]:
+def _streams(declared: Declaration, signs: bool) -> Iterator[Case]:
     streams = streams_of(declared)
     claimed = [stream for stream in streams if not stream.skip]
     if streams:

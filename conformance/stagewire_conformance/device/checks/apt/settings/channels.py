@@ -17,7 +17,7 @@ from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, 
 from stagewire_conformance.device.checks.apt.settings.variants import first_variant
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -42,7 +42,7 @@ BAYS_APART = Kind(
 )
 
 
-def _channels(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _channels(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for one in parameter_sets(declared, place):
             if one.has_channel and len(place.channels) > 1:
@@ -50,7 +50,7 @@ def _channels(declared: Declared, allowed: Permissions) -> Iterator[Case]:
                 yield from _apart(f"{place.name}/{one.set}", apart)
 
 
-def _bays(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _bays(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     by_name: dict[str, list[Spot]] = {}
     for place in declared.places:
         if place.bay is not None:
@@ -111,7 +111,7 @@ def _run(trial: Trial, apart: Sequence[Spot]) -> None:
         trial.inconclusive("there was nothing that could be changed without risk")
 
 
-def _common(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _common(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for one in parameter_sets(declared, place):
             care = CARE.get(one.name, Care())

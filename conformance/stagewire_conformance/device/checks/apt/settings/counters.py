@@ -15,7 +15,7 @@ from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, 
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -48,7 +48,7 @@ KIND = Kind(
 )
 
 
-def _counters(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _counters(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for spot in spots(declared):
         if field := _COUNTERS.get(spot.set.name):
             yield Case(

@@ -17,8 +17,9 @@ from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 
@@ -28,7 +29,7 @@ _QUIET: Final = 0.3
 """Seconds in which an answer would have come."""
 
 
-def _saving(declared: Declared, place: Target) -> list[str]:
+def _saving(declared: Declaration, place: Target) -> list[str]:
     """Return the messages in the list of a place that save settings."""
     entries = declared.registry.messages
     return [name for name in sorted(place.listed) if entries[name]["effect"] == "eeprom"]
@@ -45,7 +46,7 @@ KIND = Kind(
 )
 
 
-def _savings(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _savings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     chosen: dict[tuple[str, int], Spot] = {}
     for spot in sorted(spots(declared), key=_rank):
         if _saving(declared, spot.place) and spot.set.effect == "settings" and not spot.set.skip:

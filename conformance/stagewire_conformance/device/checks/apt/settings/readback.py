@@ -21,7 +21,7 @@ from stagewire_conformance.device.checks.apt.settings.variants import variants
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -135,7 +135,7 @@ KIND = Kind(
 )
 
 
-def _settings(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for spot in spots(declared):
         if spot.set.name not in ELSEWHERE:
             care = CARE.get(spot.set.name, Care())

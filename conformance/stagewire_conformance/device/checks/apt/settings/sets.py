@@ -12,8 +12,9 @@ from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
 from stagewire_conformance.registry import Json
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.declared import Declared, Target
+    from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 
@@ -54,7 +55,7 @@ class ParameterSet:
         return self.set, self.req, self.get
 
 
-def parameter_sets(declared: Declared, place: Target) -> Iterator[ParameterSet]:
+def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSet]:
     """Give the parameter sets in the list of a place that can be set and asked for, as the registry has them.
 
     Those that the PICS takes back are among them.
@@ -184,7 +185,7 @@ class Spot:
         raise StagewireError(f"{self.text}: write {self.set.set} {words} (it says: {says})")
 
 
-def spots(declared: Declared) -> Iterator[Spot]:
+def spots(declared: Declaration) -> Iterator[Spot]:
     """Give each parameter set of each channel of each place, of those channels that the document names."""
     for place in declared.places:
         for one in parameter_sets(declared, place):

@@ -13,9 +13,9 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
 from stagewire_conformance.device.checks.ms2000.motion.motion_check import lacks_of, motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.targets import Target
 from stagewire_ms2000.flags import StatusBits
 
 KIND: Final = Kind(
@@ -25,7 +25,7 @@ KIND: Final = Kind(
 )
 
 
-def _ends(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _ends(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for place in declared.places:
         for name, upper in (("upper", True), ("lower", False)):
             yield AxisCase(
@@ -47,7 +47,7 @@ def _undeclared(place: Target) -> str:
     return ""
 
 
-def _lacks(declared: Declared, allowed: Permissions, place: Target, upper: bool) -> str:
+def _lacks(declared: Declaration, allowed: Permissions, place: Target, upper: bool) -> str:
     """Return why the range does not reach an end; empty where it does."""
     travel = place.travel_of()
     if travel is None or allowed.motion is None or lacks_of(declared, allowed, place):

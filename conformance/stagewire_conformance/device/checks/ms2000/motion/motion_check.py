@@ -10,10 +10,10 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, every_axis
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Need, Permissions
-from stagewire_conformance.device.places import Target
 from stagewire_conformance.device.ranges import RangeError
+from stagewire_conformance.device.targets import Target
 
 _Look = TypeVar("_Look", bound=Callable[..., None])
 
@@ -31,7 +31,7 @@ def motion_check(
     *,
     messages: tuple[str, ...] = (),
     settings: bool = False,
-    each: Callable[[Declared, Permissions], Iterable[AxisCase]] = every_axis,
+    each: Callable[[Declaration, Permissions], Iterable[AxisCase]] = every_axis,
     **more: Any,
 ) -> Callable[[_Look], _Look]:
     """Declare a function that moves an axis as a check; a decorator.
@@ -42,7 +42,7 @@ def motion_check(
     All others: see :func:`.axis_check`.
     """
 
-    def cases(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+    def cases(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
         for case in each(declared, allowed):
             yield replace(case, lacks=lacks_of(declared, allowed, case.place) or case.lacks)
 
@@ -64,7 +64,7 @@ def motion_check(
     return declare
 
 
-def lacks_of(declared: Declared, allowed: Permissions, place: Target) -> str:
+def lacks_of(declared: Declaration, allowed: Permissions, place: Target) -> str:
     """Return why the range that was allowed says nothing of an axis; empty where it does."""
     try:
         if allowed.motion is not None:

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 from stagewire.protocols import Command
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
-from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.targets import Target
 from stagewire_conformance.device.trial import EnoughError, Trial
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m

@@ -19,9 +19,9 @@ from stagewire_conformance.device.checks.ms2000.motion.motion_check import (
     motion_check,
 )
 from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.targets import Target
 from stagewire_ms2000 import messages as m
 
 _SHORT: Final = 0.2
@@ -139,7 +139,7 @@ TOGETHER: Final = Kind(
 )
 
 
-def _pairs(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _pairs(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for first, second in pairwise(declared.places):
         yield AxisCase(
             place=first,

@@ -10,9 +10,9 @@ from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.clean import asked
 from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.targets import Target
 from stagewire_conformance.device.trial import Trial
 
 _WAIT: Final = 0.2
@@ -137,7 +137,7 @@ KIND: Final = Kind(
 )
 
 
-def _cases(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     place, request = asked(declared)
     name = request.layout.message
     for case, (title, look, rules, seconds) in _CASES.items():

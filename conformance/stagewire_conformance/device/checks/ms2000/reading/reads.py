@@ -17,7 +17,7 @@ from stagewire_conformance.device.checks.ms2000.axis_check import (
     axis_check,
     requests_of,
 )
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
@@ -81,7 +81,7 @@ READS: Final = Kind(
 )  # fmt: skip
 
 
-def _requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _requests(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     requests = requests_of(declared)
     for place in declared.places:
         for name in sorted(requests.keys() - {*_OWN}, key=list(requests).index):

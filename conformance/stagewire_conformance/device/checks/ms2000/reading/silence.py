@@ -14,7 +14,7 @@ from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import line_of
 from stagewire_conformance.device.checks.ms2000.clean import Clean, asked
 from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS, harmless_bytes
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import PROTOCOL
@@ -44,59 +44,59 @@ _XOFF: Final = 0x13
 _LONG: Final = 300
 """Bytes that are more than any buffer for commands of nine has to hold."""
 
-Make = Callable[[Declared, Random], Iterable[bytes]]
+Make = Callable[[Declaration, Random], Iterable[bytes]]
 
 
-def _axis(declared: Declared) -> bytes:
+def _axis(declared: Declaration) -> bytes:
     return bytes((asked(declared)[0].address,))
 
 
-def _request(declared: Declared) -> bytes:
+def _request(declared: Declaration) -> bytes:
     """Return the bytes of a clean request without its axis."""
     place, request = asked(declared)
     return request.pack(place.address)[1:]
 
 
-def _unknown_commands(declared: Declared, random: Random) -> Iterator[bytes]:
+def _unknown_commands(declared: Declaration, random: Random) -> Iterator[bytes]:
     axis = _axis(declared)
     for data in (None, 0, 1, 3, 6):
         size = b"" if data is None else bytes((data,))
         yield axis + harmless_bytes(random, 1) + size + harmless_bytes(random, data or 0) + END
 
 
-def _unknown_axes(declared: Declared, random: Random) -> Iterator[bytes]:
+def _unknown_axes(declared: Declaration, random: Random) -> Iterator[bytes]:
     known = {axis["value"] for axis in declared.registry.axes.values()}
     for byte in random.sample(sorted(set(HARMLESS) - known), 4):
         yield bytes((byte,)) + _request(declared)
 
 
-def _reserved_axes(declared: Declared, random: Random) -> Iterator[bytes]:
+def _reserved_axes(declared: Declaration, random: Random) -> Iterator[bytes]:
     for axis in declared.registry.axes.values():
         if axis.get("reserved") and axis["value"] != _XOFF:  # which would stop the line
             yield bytes((axis["value"],)) + _request(declared)
 
 
-def _aborted(declared: Declared, random: Random) -> Iterator[bytes]:
+def _aborted(declared: Declaration, random: Random) -> Iterator[bytes]:
     yield _axis(declared) + END
     yield harmless_bytes(random, 1) + END
 
 
-def _colons(declared: Declared, random: Random) -> Iterator[bytes]:
+def _colons(declared: Declaration, random: Random) -> Iterator[bytes]:
     yield END
     yield END * 3
 
 
-def _garbage(declared: Declared, random: Random) -> Iterator[bytes]:
+def _garbage(declared: Declaration, random: Random) -> Iterator[bytes]:
     for count in (1, 2, 5, 40):
         yield harmless_bytes(random, count) + END
 
 
-def _long_garbage(declared: Declared, random: Random) -> Iterator[bytes]:
+def _long_garbage(declared: Declaration, random: Random) -> Iterator[bytes]:
     yield harmless_bytes(random, _LONG) + END
     yield _axis(declared) + harmless_bytes(random, _LONG) + END
 
 
-def _unknown_setup(declared: Declared, random: Random) -> Iterator[bytes]:
+def _unknown_setup(declared: Declaration, random: Random) -> Iterator[bytes]:
     for _ in range(2):
         yield _PREFIX + harmless_bytes(random, 1) + END
 
@@ -161,7 +161,7 @@ SILENCE: Final = Kind(
 )
 
 
-def _cases(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     place, request = asked(declared)
     name = request.layout.message
     for case, (about, title, make, rules) in _CASES.items():

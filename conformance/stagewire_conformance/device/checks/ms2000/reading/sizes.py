@@ -23,7 +23,7 @@ from stagewire_conformance.device.checks.ms2000.axis_check import (
 )
 from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
@@ -38,7 +38,7 @@ SIZES: Final = Kind(
 )
 
 
-def _sizes_requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _sizes_requests(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for name, request in requests_of(declared).items():
         yield AxisCase(
             place=first_place(declared, name),
@@ -100,7 +100,7 @@ WRONG_SIZE: Final = Kind(
 )
 
 
-def _wrong_size_requests(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _wrong_size_requests(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for name, request in requests_of(declared).items():
         if request.layout.size is not None:
             yield AxisCase(

@@ -21,11 +21,11 @@ from stagewire_conformance.device.checks.ms2000.axis_check import (
 )
 from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import END
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.lines.command_line import QUIET
 from stagewire_conformance.device.lines.line import jitter_of, percentile
 from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.places import Target
+from stagewire_conformance.device.targets import Target
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import messages as m
 
@@ -39,7 +39,7 @@ TIMING: Final = Kind(
 )
 
 
-def _first(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _first(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     yield AxisCase(place=first_place(declared, "READ_MOTOR_POSITION"))
 
 
@@ -80,7 +80,7 @@ _BURSTS: Final = 10
 _BURST: Final = 8
 
 
-def _claimed(declared: Declared) -> list[tuple[Target, Command]]:
+def _claimed(declared: Declaration) -> list[tuple[Target, Command]]:
     """Return what can be asked whom; all axes are asked one thing, then the next."""
     return [
         (place, request)
@@ -97,7 +97,7 @@ BACK_TO_BACK: Final = Kind(
 )
 
 
-def _all(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _all(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     yield Case(messages=[request.layout.message for _, request in _claimed(declared)])
 
 

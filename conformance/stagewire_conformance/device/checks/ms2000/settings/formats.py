@@ -14,7 +14,7 @@ from stagewire.protocols import SetupCommand
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, line_of
 from stagewire_conformance.device.checks.ms2000.clean import Clean, asked
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.trial import Trial
 from stagewire_ms2000 import PROTOCOL
@@ -102,7 +102,7 @@ KIND: Final = Kind(
 )
 
 
-def _cases(declared: Declared, allowed: Permissions) -> Iterator[Case]:
+def _cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     place, request = asked(declared)
     for case, (title, look, messages, rules, switches) in _CASES.items():
         used = (*messages, request.layout.message)

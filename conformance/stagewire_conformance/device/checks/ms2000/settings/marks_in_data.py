@@ -17,7 +17,7 @@ from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis
 from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes
 from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_ms2000 import PROTOCOL
 
@@ -40,11 +40,11 @@ KIND: Final = Kind(
 _DOES: Final = "writes increments with colons and 255 in them, and puts the increment back"
 
 
-def _first(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _first(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     yield AxisCase(place=first_place(declared, *INCREMENT.messages))
 
 
-def _places_of_colons(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _places_of_colons(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for first in _first(declared, allowed):
         for name, at in _COLONS.items():
             yield replace(first, name=f"colon-{name}", arguments={"at": at})

@@ -19,7 +19,7 @@ from stagewire_conformance.device.checks.ms2000.stored import (
     Stored,
     keep,
 )
-from stagewire_conformance.device.declared import Declared
+from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.lines.command_line import QUIET
 from stagewire_conformance.device.permissions import Need, Permissions
 
@@ -38,7 +38,7 @@ READBACK: Final = Kind(
 )  # fmt: skip
 
 
-def _readback_settings(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _readback_settings(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for place in declared.places:
         for stored in STORED:
             write, read = stored.messages
@@ -113,7 +113,7 @@ WRITTEN_SIZE: Final = Kind(
 )  # fmt: skip
 
 
-def _written_size_settings(declared: Declared, allowed: Permissions) -> Iterator[AxisCase]:
+def _written_size_settings(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for stored in STORED:
         yield AxisCase(
             place=first_place(declared, *stored.messages),

@@ -18,26 +18,13 @@ from stagewire.protocols import (
     usable_protocols,
 )
 from stagewire_conformance.device.pics import Pics
-from stagewire_conformance.device.places import Connected, Target, Travel
-from stagewire_conformance.device.placing import RACK, places_of, rack_of
 from stagewire_conformance.device.ranges import Range, RangeError
+from stagewire_conformance.device.targets import RACK, Connected, Target, Travel, places_of, rack_of
 from stagewire_conformance.registry import Registry, registry_of
-
-__all__ = [
-    "RACK",
-    "Connected",
-    "Declared",
-    "Target",
-    "Travel",
-    "axes_of",
-    "declare",
-    "facts_of",
-    "known_units",
-]
 
 
 @dataclass(frozen=True)
-class Declared:
+class Declaration:
     """A controller as it is declared.
 
     :param protocol: that it speaks.
@@ -112,7 +99,7 @@ class Declared:
         made: FramedMessage = self.make(message, channel, **others)
         return made
 
-    def named(self, names: Mapping[int, tuple[str, ...]]) -> Declared:
+    def named(self, names: Mapping[int, tuple[str, ...]]) -> Declaration:
         """Return the controller with the scales of what it is, or may be: itself where they are the unit's.
 
         :param names: address -> names of units and aliases; empty where a place is taken as it is declared.
@@ -190,7 +177,7 @@ def known_units() -> Mapping[str, Protocol]:
     return found
 
 
-def declare(what: str | Pics) -> Declared:
+def declare(what: str | Pics) -> Declaration:
     """Return a controller as its PICS declares it; by its name alone, as the registry has it.
 
     Raises :class:`~stagewire.errors.StagewireError` for a unit that no protocol has. A PICS that was read
@@ -205,4 +192,4 @@ def declare(what: str | Pics) -> Declared:
         )
     facts = facts_of(protocol)
     unit = rack_of(facts, pics) if pics.unit == RACK else facts.units[pics.unit]
-    return Declared(protocol, facts, unit, pics, places_of(facts, unit, pics))
+    return Declaration(protocol, facts, unit, pics, places_of(facts, unit, pics))

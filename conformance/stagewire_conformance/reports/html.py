@@ -1,4 +1,9 @@
-"""Render the HTML page of a sheet; templates ask the view for numbers, tones, bytes in rows and groups."""
+"""The HTML page of a sheet, which needs nothing but itself, for people and their customers.
+
+No script, no request to anywhere; for screens from 320 px up, light and dark, and for paper. Everything that
+comes from a controller is escaped, and so are invisible characters. Templates ask the view for numbers,
+tones, bytes in rows and groups.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +23,11 @@ from stagewire_conformance.reports.model import (
     Finding,
     Grade,
     Group,
-    Line,
     Message,
     PageReference,
     Rule,
     Sheet,
+    Transmission,
     Verdict,
 )
 from stagewire_conformance.reports.text import (
@@ -246,14 +251,14 @@ class View:
         """Return bytes in hex, and a text as it is."""
         return (bytes_of(value) or "nothing") if isinstance(value, bytes) else value
 
-    def lines(self, case: Case) -> list[Line | int]:
+    def lines(self, case: Case) -> list[Transmission | int]:
         """Return the dialogue of a case; of a long one the middle is a number."""
         most = (
             _LINES_OF_OTHERS if case.grade in (Grade.PASSED, Grade.NOTED) else _LINES_OF_A_FAILURE
         )
         return shortened(case.lines, most)
 
-    def is_gap(self, line: Line | int) -> bool:
+    def is_gap(self, line: Transmission | int) -> bool:
         """Return whether it stands for lines that are left out."""
         return isinstance(line, int)
 
@@ -262,7 +267,7 @@ class View:
         return bytes_of(raw)
 
 
-_PACKAGE = "stagewire_conformance.reports.html"
+_PACKAGE = "stagewire_conformance.reports"
 
 
 def as_html(sheet: Sheet) -> str:
