@@ -1,7 +1,9 @@
-"""What running one worked example gives."""
+"""Verdicts of worked examples and captures: one of each, and what a run of them comes to."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 PASSED = "passed"
@@ -65,3 +67,23 @@ class Findings:
     def detail(self) -> str:
         """All problems, or else all notes, in one line."""
         return "; ".join(self.problems or self.notes)
+
+
+def succeeded(verdicts: Sequence[Verdict]) -> bool:
+    """Return whether a run succeeded: something was run, and nothing failed."""
+    return bool(verdicts) and not any(verdict.failed for verdict in verdicts)
+
+
+def summary_of(verdicts: Sequence[Verdict]) -> str:
+    """Return one line: how many of which verdict, and how many failed."""
+    if not verdicts:
+        return "there are no worked examples: nothing was checked"
+    captures = sum(verdict.page is None for verdict in verdicts)
+    kinds = Counter(verdict.expected for verdict in verdicts)
+    listed = ", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items()))
+    outcomes = Counter(verdict.outcome for verdict in verdicts)
+    return (
+        f"{len(verdicts) - captures} examples and {captures} captures: {listed}; "
+        f"{outcomes[PASSED]} passed, {outcomes[FAILED]} failed, "
+        f"{outcomes[NOTED]} noted (prose that no program can check)"
+    )

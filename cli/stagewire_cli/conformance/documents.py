@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,7 +16,7 @@ from stagewire_cli.errors import WRONG
 from stagewire_cli.output import console, printable, progress, table
 from stagewire_cli.protocols import one_or_all
 from stagewire_conformance.examples import coverage, run
-from stagewire_conformance.verdict import FAILED, NOTED, PASSED, Verdict
+from stagewire_conformance.verdict import Verdict, succeeded, summary_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.rules_page import Coverage
@@ -67,8 +66,8 @@ def examples(
             if not summary:
                 _verdict_table(found)
             _failures(found)
-            typer.echo(f"{one.name}: {_verdict_summary(found)}")
-    if any(verdict.failed for verdict in verdicts) or not verdicts:
+            typer.echo(f"{one.name}: {summary_of(found)}")
+    if not succeeded(verdicts):
         raise typer.Exit(WRONG)
 
 
@@ -100,21 +99,6 @@ def _failures(verdicts: list[Verdict]) -> None:
             about = ", ".join(filter(None, (page, verdict.kind, verdict.message)))
             typer.echo(f"failed: {verdict.id} ({about}): {printable(verdict.title)}")
             typer.echo(f"  expected: {verdict.expected}; found: {printable(verdict.detail)}")
-
-
-def _verdict_summary(verdicts: list[Verdict]) -> str:
-    """Return one line: how many of which verdict, and how many failed."""
-    if not verdicts:
-        return "there are no worked examples: nothing was checked"
-    captures = sum(verdict.page is None for verdict in verdicts)
-    kinds = Counter(verdict.expected for verdict in verdicts)
-    listed = ", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items()))
-    outcomes = Counter(verdict.outcome for verdict in verdicts)
-    return (
-        f"{len(verdicts) - captures} examples and {captures} captures: {listed}; "
-        f"{outcomes[PASSED]} passed, {outcomes[FAILED]} failed, "
-        f"{outcomes[NOTED]} noted (prose that no program can check)"
-    )
 
 
 def _show_coverage(protocol: Protocol, as_json: bool) -> None:
@@ -156,7 +140,7 @@ def rules(
 
     Exits with 1 where a must has neither a check nor a waiver, or a rule has both.
     """
-    from stagewire_conformance.device.rules_page import coverage
+    from stagewire_conformance.device.rules_page import coverage, summary_of_rules
 
     found = [(one, coverage(one)) for one in one_or_all(protocol, whole=True)]
     for one, rows in found:
@@ -169,7 +153,7 @@ def rules(
         for row in rows:
             if row.problem:
                 typer.echo(f"{one.name}: {row.rule} {row.problem}")
-        typer.echo(f"{one.name}: {_rule_summary(rows)}")
+        typer.echo(f"{one.name}: {summary_of_rules(rows)}")
     if any(row.problem for _, rows in found for row in rows):
         raise typer.Exit(WRONG)
 
@@ -180,16 +164,3 @@ def _rule_table(rows: tuple[Coverage, ...]) -> None:
         seen = ", ".join(row.checks) or printable(row.waiver) or "nothing"
         shown.add_row(row.rule, row.where, row.strength, seen, style="red" if row.problem else None)
     console().print(shown)
-
-
-def _rule_summary(rows: tuple[Coverage, ...]) -> str:
-    """Return one line: how many rules there are, how many are checked and how many are waived."""
-    if not rows:
-        return "the registry has no rules"
-    musts = [row for row in rows if row.strength == "must"]
-    checked, waived = sum(bool(row.checks) for row in musts), sum(bool(row.waiver) for row in musts)
-    neither = sum(not row.checks and not row.waiver for row in musts)
-    return (
-        f"{len(rows)} rules, {len(musts)} of them musts; of these {checked} have checks, "
-        f"{waived} waivers, {neither} neither"
-    )

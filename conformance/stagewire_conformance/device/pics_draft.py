@@ -32,22 +32,24 @@ from stagewire_conformance.device.ranges import COUNTS
 from stagewire_conformance.device.targets import RACK, Target
 
 
-def pics_text(pics: Pics, declared: Declaration, url: str, told: Mapping[str, int | str]) -> str:
+def pics_text(
+    pics: Pics, declared: Declaration, url: str, identity: Mapping[str, int | str]
+) -> str:
     """Return the text of a PICS.
 
     :param declared: the same, as a controller.
     :param url: of the line where it was asked for.
-    :param told: what the controller said that it is.
+    :param identity: what the controller said that it is.
     """
-    return "\n".join(_lines(pics, declared, url, told)) + "\n"
+    return "\n".join(_lines(pics, declared, url, identity)) + "\n"
 
 
 def _lines(
-    pics: Pics, declared: Declaration, url: str, told: Mapping[str, int | str]
+    pics: Pics, declared: Declaration, url: str, identity: Mapping[str, int | str]
 ) -> Iterator[str]:
     is_of_commands = isinstance(declared.protocol, CommandProtocol)
     yield f"# What a {pics.unit} can do, as it answered at {_comment(url)}."
-    for name, value in told.items():
+    for name, value in identity.items():
         yield f"# {name}: {_comment(str(value).strip())}"
     yield "# Correct it, and give reasons: the suite skips what stands under [unsupported], and nothing else."
     yield ""
@@ -127,10 +129,10 @@ def ask_pics(link: Link, unit: str = "", say: Say = lambda about: None) -> str:
     :param unit: its name; empty: what it says that it is, where its protocol lets it say that.
     :param say: hears what is being asked.
 
-    Raises :class:`~stagewire.errors.StagewireError` for a unit that no protocol has, or that cannot be told,
+    Raises :class:`~stagewire.errors.StagewireError` for a unit that is unknown or cannot be determined,
     and :class:`.NothingAnswersError` where nothing answers.
     """
-    declared = declare(unit or _told(link))
+    declared = declare(unit or _reported_unit(link))
     if isinstance(declared.protocol, CommandProtocol):
         return _Axes(CommandLine(link, declared, Permissions()), say).text()
     line = AptLine(link, declared, Permissions())
@@ -186,7 +188,7 @@ def _known(declared: Declaration, model: str, serial_number: str) -> list[Known]
     return [found] if found else by_serial_number(declared.protocol, serial_number)
 
 
-def _told(link: Link) -> str:
+def _reported_unit(link: Link) -> str:
     """Return the unit that a controller says that it is."""
     asked = []
     for name in available_protocols():
@@ -245,7 +247,7 @@ class _Addresses:
 
     def text(self) -> str:
         """Return the PICS."""
-        told = self._line.contact()
+        identity = self._line.contact()
         pics = replace(self._line.declared.pics, bays=self._bays())
         declared = declare(pics)
         line = AptLine(self._link, declared, Permissions())
@@ -253,7 +255,7 @@ class _Addresses:
             silent = {
                 place.address: frozenset(self._silent(line, place)) for place in declared.places
             }
-        return pics_text(_with(declared, silent), declared, self._link.url, told)
+        return pics_text(_with(declared, silent), declared, self._link.url, identity)
 
     def _bays(self) -> tuple[BayPics, ...] | None:
         """Return the bays that are used; None for what is no rack."""
@@ -338,12 +340,12 @@ class _Axes:
 
     def text(self) -> str:
         """Return the PICS."""
-        told = self._line.contact()
+        identity = self._line.contact()
         try:
             pics = self._ask()
         finally:
             self._line.leave()
-        return pics_text(pics, declare(pics), self._line.url, told)
+        return pics_text(pics, declare(pics), self._line.url, identity)
 
     def _ask(self) -> Pics:
         declared = self._line.declared

@@ -155,5 +155,18 @@ def _seen(protocol: Protocol) -> dict[str, dict[str, None]]:
     return found
 
 
+def summary_of_rules(rows: Sequence[Coverage]) -> str:
+    """Return one line: how many rules there are, how many are checked and how many are waived."""
+    if not rows:
+        return "the registry has no rules"
+    musts = [row for row in rows if row.strength == "must"]
+    checked, waived = sum(bool(row.checks) for row in musts), sum(bool(row.waiver) for row in musts)
+    neither = sum(not row.checks and not row.waiver for row in musts)
+    return (
+        f"{len(rows)} rules, {len(musts)} of them musts; of these {checked} have checks, "
+        f"{waived} waivers, {neither} neither"
+    )
+
+
 if __name__ == "__main__":
     Path(sys.argv[1]).write_text(page(), encoding="utf-8", newline="\n")

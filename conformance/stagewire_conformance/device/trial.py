@@ -16,7 +16,7 @@ from stagewire_conformance.device.results import Finding, Result, worst
 if TYPE_CHECKING:
     from stagewire.protocols import FramedMessage
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
 
 
@@ -100,9 +100,9 @@ class Trial:
         self.findings.append(Finding(Result.INFO, text))
         self.figures |= figures
 
-    def reply(self, request: FramedMessage, dest: int, wait: float = 1.0) -> Heard:
+    def reply(self, request: FramedMessage, dest: int, wait: float = 1.0) -> Incoming:
         """Ask, and return the reply; where none comes, that is a FAIL, and the end of the check."""
-        heard: Heard | None = self.line.ask(request, dest, wait)
+        heard: Incoming | None = self.line.ask(request, dest, wait)
         if heard is None:
             names = self.declared.registry.messages[request.layout.message]["exchange"][
                 "answered_by"

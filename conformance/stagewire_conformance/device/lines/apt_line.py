@@ -19,7 +19,7 @@ from stagewire.sessions import Matching
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.apt_guard import AptGuard
-from stagewire_conformance.device.lines.dialogue import Heard, message_text
+from stagewire_conformance.device.lines.dialogue import Incoming, message_text
 from stagewire_conformance.device.lines.line import GuardedLink
 from stagewire_conformance.device.lines.motions import Moved
 from stagewire_conformance.device.permissions import Permissions
@@ -120,7 +120,7 @@ class AptLine(GuardedLink):
         super().__init__(link, declared, allowed)
         protocol = declared.protocol
         assert isinstance(protocol, FramedProtocol)
-        self.heard: list[Heard] = []
+        self.heard: list[Incoming] = []
         """What came and nobody has taken yet."""
         self._protocol = protocol
         self._guard = AptGuard(declared, allowed)
@@ -198,7 +198,7 @@ class AptLine(GuardedLink):
 
     # From the controller
 
-    def ask(self, request: FramedMessage, dest: int, wait: float = 1.0) -> Heard | None:
+    def ask(self, request: FramedMessage, dest: int, wait: float = 1.0) -> Incoming | None:
         """Send a request and return its reply; None where none came within ``wait`` seconds.
 
         A reply is a message that the registry names as the answer, that comes from the place that was asked,
@@ -221,7 +221,7 @@ class AptLine(GuardedLink):
 
     def ask_all(
         self, request: FramedMessage, dest: int, wait: float = 1.0, after: float = 0.05
-    ) -> list[Heard]:
+    ) -> list[Incoming]:
         """Send a request and return all that came, up to ``after`` seconds behind its reply.
 
         Whoever comes first ends the waiting: the reply as :meth:`ask` has it, or ``wait`` seconds.
@@ -243,7 +243,9 @@ class AptLine(GuardedLink):
         del self.heard[at:]
         return came
 
-    def listen(self, seconds: float, until: Callable[[Heard], bool] | None = None) -> list[Heard]:
+    def listen(
+        self, seconds: float, until: Callable[[Incoming], bool] | None = None
+    ) -> list[Incoming]:
         """Return what has come and what comes within some seconds.
 
         :param until: ends the waiting with the first thing for which it holds, which is the last one then.
@@ -260,7 +262,7 @@ class AptLine(GuardedLink):
                 return self._take(at)
             self._wait_until(end)
 
-    def drain(self, quiet: float = 0.05, limit: float = 1.0) -> list[Heard]:
+    def drain(self, quiet: float = 0.05, limit: float = 1.0) -> list[Incoming]:
         """Wait until nothing comes for ``quiet`` seconds, and return all that has come.
 
         :param limit: seconds after which a controller that goes on and on is waited for no longer.
@@ -273,7 +275,7 @@ class AptLine(GuardedLink):
                 break
         return self._take(len(self.heard))
 
-    def _take(self, count: int) -> list[Heard]:
+    def _take(self, count: int) -> list[Incoming]:
         taken = self.heard[:count]
         del self.heard[:count]
         return taken
@@ -300,22 +302,22 @@ class AptLine(GuardedLink):
             else:
                 events = []
             for event in events:
-                self._take_in(Heard(now, event))
+                self._take_in(Incoming(now, event))
             if data or not whole or now >= end:
                 return
 
-    def _take_in(self, heard: Heard) -> None:
+    def _take_in(self, heard: Incoming) -> None:
         self.heard.append(heard)
         self._record(heard.raw, lambda: heard.text)
         if heard.kind == "message":
             self._moved.hears(heard.message, heard.raw)
 
-    def _answers_to(self, request: FramedMessage, dest: int) -> Callable[[Heard], bool]:
+    def _answers_to(self, request: FramedMessage, dest: int) -> Callable[[Incoming], bool]:
         classes = self._classes_of_answers(request.layout.message)
         ids = self._matching.ids_of(classes)
         said = self._matching.selected(request, classes)
 
-        def answers(heard: Heard) -> bool:
+        def answers(heard: Incoming) -> bool:
             event = heard.event
             if not isinstance(event, FrameEvent) or event.id not in ids or heard.message is None:
                 return False

@@ -41,15 +41,15 @@ def first_contact(line: CommandLine) -> tuple[dict[str, int | str], bool]:
     Returns what the first one says, nothing where one tells its status but not what it is; and whether the
     controller was found in the other format. Raises :class:`.NothingAnswersError` where no reply comes.
     """
-    first = told = _identification(line)
+    first = answer = _identification(line)
     found_in_text = False
-    if not told.startswith(_MOTOR):  # nothing, or an error message of the other format
+    if not answer.startswith(_MOTOR):  # nothing, or an error message of the other format
         line.send(m.SwitchToLowLevel())
-        told = _identification(line)
-        found_in_text = bool(told) and told != first
-    if told:
+        answer = _identification(line)
+        found_in_text = bool(answer) and answer != first
+    if answer:
         return {
-            "identification": told.decode("ascii", "backslashreplace").rstrip(": ")
+            "identification": answer.decode("ascii", "backslashreplace").rstrip(": ")
         }, found_in_text
     if _tells_status(line):
         return {}, False
@@ -62,9 +62,9 @@ def _identification(line: CommandLine) -> bytes:
     What is no right answer has to come twice, as noise does not.
     """
     request = m.ReadIdentification()
-    for axis, told in _answers(line, request):
-        if told.startswith(_MOTOR) or (_is_text(told) and told == _ask(line, request, axis)):
-            return told
+    for axis, answer in _answers(line, request):
+        if answer.startswith(_MOTOR) or (_is_text(answer) and answer == _ask(line, request, axis)):
+            return answer
     return b""
 
 
@@ -72,8 +72,8 @@ def _tells_status(line: CommandLine) -> bool:
     """Return whether an axis tells its status, twice."""
     request = m.ReadStatus()
     return any(
-        told in _BUSY and _ask(line, request, axis) in _BUSY
-        for axis, told in _answers(line, request)
+        answer in _BUSY and _ask(line, request, axis) in _BUSY
+        for axis, answer in _answers(line, request)
     )
 
 
@@ -83,19 +83,19 @@ def _answers(line: CommandLine, request: Command) -> Iterator[tuple[int, bytes]]
     for place in line.declared.places:
         if (left := end - line.now) <= 0:
             return
-        told = _ask(line, request, place.address, left)
-        if len(told) > _MOST:
+        answer = _ask(line, request, place.address, left)
+        if len(answer) > _MOST:
             return
-        yield place.address, told
+        yield place.address, answer
 
 
 def _ask(line: CommandLine, request: Command, axis: int, left: float = _ROUND) -> bytes:
     return line.ask(request, axis, min(left, _ROUND / len(line.declared.places)))
 
 
-def _is_text(told: bytes) -> bool:
+def _is_text(answer: bytes) -> bool:
     """Return whether bytes could be the text of an identification, though another one."""
-    text = told[:_TEXT]
+    text = answer[:_TEXT]
     return len(text) == _TEXT and text.isascii() and text.decode("ascii").isprintable()
 
 
@@ -231,7 +231,7 @@ class CommandLine(GuardedLink):
         """Return what comes as the reply to a command that was sent, and behind it, as :meth:`ask` does."""
         reply = command.reply
         assert reply is not None  # what is asked has an answer
-        return self.collect(reply.layout.length, wait, quiet, lambda raw: _told(raw, reply))
+        return self.collect(reply.layout.length, wait, quiet, lambda raw: _reply_text(raw, reply))
 
     def collect(
         self,
@@ -264,8 +264,8 @@ class CommandLine(GuardedLink):
         Where none answers rightly, the controller may be in the other format. It is switched then to that of
         commands, into which there is no other way (section 1), and :meth:`leave` switches it back.
         """
-        told, self._found_in_text = first_contact(self)
-        return told
+        identity, self._found_in_text = first_contact(self)
+        return identity
 
     def settle(self) -> list[str]:
         """Come into step again, and read until nothing comes any more; see :meth:`.GuardedLink.settle`.
@@ -355,8 +355,8 @@ class CommandLine(GuardedLink):
         return raw
 
 
-def _told(raw: bytes, reply: type[Reply]) -> str:
-    """Say what a reply says."""
+def _reply_text(raw: bytes, reply: type[Reply]) -> str:
+    """Return a reply in one line."""
     if len(raw) != reply.layout.length:
         return f"{len(raw)} of {reply.layout.length} bytes of a reply"
     try:

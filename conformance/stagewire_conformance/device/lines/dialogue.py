@@ -28,7 +28,7 @@ _KINDS: Final[dict[type[Event], str]] = {
 _MOST: Final = 24  # bytes of what is no message that are shown
 
 
-class Heard:
+class Incoming:
     """Something that came.
 
     :param time: when its last byte was there, in seconds since the line was opened.
@@ -100,7 +100,7 @@ class Heard:
         return f"{self.kind.replace('_', ' ')}: {shown}"
 
     def __repr__(self) -> str:
-        return f"<Heard at {self.time:.3f} s: {self.text}>"
+        return f"<Incoming at {self.time:.3f} s: {self.text}>"
 
 
 def frame_text(frame: Frame) -> str:

@@ -16,7 +16,7 @@ from stagewire_conformance.device.checks.apt.wording import described, joined, r
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
@@ -101,7 +101,7 @@ def unheeded(trial: Trial, raw: bytes, about: str, quiet: float = SILENCE) -> No
             judge_unasked(trial, heard, f"after {about}")
 
 
-def is_error(trial: Trial, heard: Heard) -> bool:
+def is_error(trial: Trial, heard: Incoming) -> bool:
     """Return whether a message reports a fault: it comes unasked, can be muted, and is no status."""
     exchange = trial.declared.registry.messages.get(heard.name, {}).get("exchange", {})
     return bool(exchange.get("muted_by")) and not exchange.get("counts_for_keep_alive")

@@ -13,14 +13,16 @@ from stagewire.protocols import DATA_FLAG, HEADER_SIZE
 from stagewire_conformance.device.checks.apt.requests import Request
 from stagewire_conformance.device.checks.apt.values import faults_of
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
-from stagewire_conformance.device.lines.dialogue import Heard
+from stagewire_conformance.device.lines.dialogue import Incoming
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
 
-def ask_all(trial: Trial, request: Request, wait: float = 1.0, after: float = 0.03) -> list[Heard]:
+def ask_all(
+    trial: Trial, request: Request, wait: float = 1.0, after: float = 0.03
+) -> list[Incoming]:
     """Ask, and return all that came up to ``after`` seconds behind the reply.
 
     Bytes that are no message are whole, though the rest of a frame may be waited for in vain.
@@ -28,13 +30,13 @@ def ask_all(trial: Trial, request: Request, wait: float = 1.0, after: float = 0.
     :param wait: seconds in which the reply has to be there.
     """
     line = trial.line
-    heard: list[Heard] = line.ask_all(request.message, request.place.address, wait, after)
+    heard: list[Incoming] = line.ask_all(request.message, request.place.address, wait, after)
     if any(each.kind == "garbage" for each in heard):
         heard += line.drain()
     return heard
 
 
-def judge_answer(trial: Trial, request: Request, heard: Sequence[Heard]) -> Heard | None:
+def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> Incoming | None:
     """Say what is wrong with all that came after a request, and return the reply; None: there is none.
 
     Exactly one reply of the right class has to come, and nothing beside it that nobody asked for.
@@ -61,7 +63,7 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Heard]) -> Hear
     return reply
 
 
-def judge_message(trial: Trial, place: Target, channel: int | None, heard: Heard) -> None:
+def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incoming) -> None:
     """Say what is wrong with a message that a place sent about one of its channels."""
     judge_addresses(trial, place, heard)
     message: Any = heard.message
@@ -85,7 +87,7 @@ def judge_message(trial: Trial, place: Target, channel: int | None, heard: Heard
         expect(False, f"{heard.name}: {fault.text}", came=heard.raw)
 
 
-def judge_addresses(trial: Trial, place: Target, heard: Heard) -> None:
+def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
     """Say what is wrong with the addresses of a message from a place to the host."""
     host = trial.declared.framed.host
     came = heard.dest, heard.source
@@ -101,7 +103,7 @@ def judge_addresses(trial: Trial, place: Target, heard: Heard) -> None:
     (trial.should if is_known else trial.must)(False, text, wanted=wanted, came=heard.raw)
 
 
-def judge_unasked(trial: Trial, heard: Heard, when: str) -> None:
+def judge_unasked(trial: Trial, heard: Incoming, when: str) -> None:
     """Say that something came that nobody asked for; status messages are left to the checks of updates.
 
     :param when: for the sentence: ``beside the answer to …``.
@@ -117,18 +119,18 @@ def judge_unasked(trial: Trial, heard: Heard, when: str) -> None:
         trial.must(False, text, came=heard.raw)
 
 
-def _whose(trial: Trial, place: Target, heard: Heard) -> str:
+def _whose(trial: Trial, place: Target, heard: Incoming) -> str:
     other = None if heard.source is None else trial.declared.place_at(heard.source)
     if other is None or other.address == place.address:
         return ""
     return " (the motherboard)" if other.is_motherboard else f" (bay {other.bay})"
 
 
-def _is_of(heard: Heard, request: Request) -> bool:
+def _is_of(heard: Incoming, request: Request) -> bool:
     return heard.channel == request.channel and heard.source == request.place.address
 
 
-def with_value(heard: Heard, field: str, value: int) -> bytes:
+def with_value(heard: Incoming, field: str, value: int) -> bytes:
     """Return the bytes of a message that came with another value in one field."""
     message: Any = heard.message
     values = {**message.values(), field: value}

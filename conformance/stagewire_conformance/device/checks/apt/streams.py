@@ -9,7 +9,7 @@ from stagewire.protocols import FramedMessage
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
@@ -63,7 +63,7 @@ class Stream:
         """Stop it."""
         trial.line.send(self.stop, self.place.address)
 
-    def of_it(self, heard: Iterable[Heard]) -> list[Heard]:
+    def of_it(self, heard: Iterable[Incoming]) -> list[Incoming]:
         """Return what came of it; addresses of 0, which some controllers send, may be anybody's."""
         mine = self.place.address
         return [
@@ -72,7 +72,7 @@ class Stream:
             if each.name == self.status and (mine in (each.source, each.dest) or each.source == 0)
         ]
 
-    def by_channel(self, heard: Iterable[Heard]) -> dict[int, list[Heard]]:
+    def by_channel(self, heard: Iterable[Incoming]) -> dict[int, list[Incoming]]:
         """Return what came of it, channel by channel, those included of which nothing came."""
         mine = self.of_it(heard)
         return {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire.errors import CodecError, TrailingBytesError
 from stagewire.framing import Garbage
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedProtocol
-from stagewire_conformance.device.lines.dialogue import Heard
+from stagewire_conformance.device.lines.dialogue import Incoming
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -19,7 +19,7 @@ _SHOWN: Final = 4
 """Messages that a sentence names, at most."""
 
 
-def described(trial: Trial, heard: Iterable[Heard]) -> str:
+def described(trial: Trial, heard: Iterable[Incoming]) -> str:
     """Return what came, in words, for a sentence: ``MOT_GET_VELPARAMS from 0x50 to 0x01, …``."""
     every = joined(heard)
     if not every:
@@ -29,23 +29,23 @@ def described(trial: Trial, heard: Iterable[Heard]) -> str:
     return f"{said}, and {more} more" if more > 0 else said
 
 
-def joined(heard: Iterable[Heard]) -> list[Heard]:
+def joined(heard: Iterable[Incoming]) -> list[Incoming]:
     """Return what came with bytes that belong together in one piece, if they are no message."""
-    pieces: list[Heard] = []
+    pieces: list[Incoming] = []
     for each in heard:
         if pieces and pieces[-1].kind == each.kind == "garbage":
-            pieces[-1] = Heard(each.time, Garbage(pieces[-1].raw + each.raw))
+            pieces[-1] = Incoming(each.time, Garbage(pieces[-1].raw + each.raw))
         else:
             pieces.append(each)
     return pieces
 
 
-def raw_of(heard: Iterable[Heard]) -> bytes | None:
+def raw_of(heard: Iterable[Incoming]) -> bytes | None:
     """Return all bytes that came; None where none did."""
     return b"".join(each.raw for each in heard) or None
 
 
-def _said(declared: Declaration, heard: Heard) -> str:
+def _said(declared: Declaration, heard: Incoming) -> str:
     addresses = f"from {heard.source:#04x} to {heard.dest:#04x}" if heard.kind != "garbage" else ""
     match heard.kind:
         case "message" | "undocumented":

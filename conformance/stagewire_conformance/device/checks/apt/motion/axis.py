@@ -20,7 +20,7 @@ from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
     from stagewire import FramedMessage
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
@@ -64,7 +64,7 @@ class Status:
     position: int
     bits: Any
     velocity: int | None
-    heard: Heard
+    heard: Incoming
 
     @property
     def direction(self) -> MoveDirection | None:
@@ -197,7 +197,7 @@ class Axis:
         if message.layout.message in self.place.messages:
             self.send(message)
 
-    def ask(self, request: FramedMessage) -> Heard:
+    def ask(self, request: FramedMessage) -> Incoming:
         """Ask the place; the check ends where nothing answers."""
         return self.trial.reply(request, self.place.address)
 
@@ -218,7 +218,7 @@ class Axis:
             status = self.status()
         return status
 
-    def status_of(self, heard: Heard) -> Status:
+    def status_of(self, heard: Incoming) -> Status:
         """Return what a message with a status says."""
         message = heard.message
         bits = _BITS[self.place.status or ""](message.status_bits)

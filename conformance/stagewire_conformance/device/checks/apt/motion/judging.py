@@ -13,7 +13,7 @@ from stagewire_conformance.device.checks.apt.replies import judge_message, judge
 from stagewire_conformance.device.checks.apt.wording import raw_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
 
 
 _TELLING_SPEED = 3.0
@@ -33,7 +33,7 @@ _MIDWAY = 20
 """A motor is on its way while it is a twentieth of it from both ends."""
 
 
-def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Heard | None:
+def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Incoming | None:
     """Say how a motion ended, and return the message that told it; a motor that did not end is stopped.
 
     :param told: what it was told, for sentences: ``MOT_MOVE_ABSOLUTE to 1000``.
@@ -78,7 +78,7 @@ def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Heard | None
     return ours
 
 
-def _judge_status_of_end(axis: Axis, told: str, end: Heard) -> None:
+def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
     trial = axis.trial
     if not trial.should(
         hasattr(end.message, "status_bits"),
@@ -189,7 +189,7 @@ def _judge_velocity(axis: Axis, told: str, midway: Sequence[Status]) -> None:
         )
 
 
-def judge_rest(axis: Axis, told: str, end: Heard | None = None) -> Status:
+def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
     """Say what is wrong with what a motor says of itself after it has ended, and return it.
 
     :param end: the message that told the end; what it said has to hold still.
@@ -226,7 +226,7 @@ def judge_place(axis: Axis, told: str, status: Status, start: int, target: int) 
     )
 
 
-def _is_of(axis: Axis, end: Heard) -> bool:
+def _is_of(axis: Axis, end: Incoming) -> bool:
     return end.source == axis.place.address and end.channel == axis.channel
 
 

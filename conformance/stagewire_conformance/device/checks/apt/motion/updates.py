@@ -14,7 +14,7 @@ from stagewire_conformance.device.checks.apt.motion.watching import watch
 from stagewire_conformance.device.checks.apt.streams import Stream, stream_of
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
 
 
 _SECONDS: Final = 0.4
@@ -75,7 +75,7 @@ def _fresh(axis: Axis, stream: Stream) -> Status | None:
     return axis.status_of(mine[-1]) if mine else None
 
 
-def _is_of(axis: Axis, stream: Stream, heard: Heard) -> bool:
+def _is_of(axis: Axis, stream: Stream, heard: Incoming) -> bool:
     return bool(stream.of_it([heard])) and heard.channel == axis.channel
 
 

@@ -13,7 +13,7 @@ from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, POLL, Axis, Status
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
 
 
 ENDS: Final = frozenset({"MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED", "MOT_MOVE_HOMED"})
@@ -61,8 +61,8 @@ class Watched:
     """
 
     statuses: list[Status] = field(default_factory=list)
-    ends: list[Heard] = field(default_factory=list)
-    others: list[Heard] = field(default_factory=list)
+    ends: list[Incoming] = field(default_factory=list)
+    others: list[Incoming] = field(default_factory=list)
     stopped: Status | None = None
     strayed: Status | None = None
     called_back: bool = False
@@ -175,7 +175,7 @@ def _is_back(axis: Axis, seen: Watched, status: Status) -> bool:
     return status.time - seen.moved >= _STANDS or since > _GIVEN_UP
 
 
-def _take(seen: Mapping[Axis, Watched], heard: Sequence[Heard], seconds: float) -> None:
+def _take(seen: Mapping[Axis, Watched], heard: Sequence[Incoming], seconds: float) -> None:
     """Sort what came: ends by their source and channel, others by their source."""
     for each in heard:
         axis = _whose(seen, each)
@@ -187,7 +187,7 @@ def _take(seen: Mapping[Axis, Watched], heard: Sequence[Heard], seconds: float) 
             seen[axis].over, seen[axis].seconds = True, seconds
 
 
-def _whose(seen: Mapping[Axis, Watched], heard: Heard) -> Axis:
+def _whose(seen: Mapping[Axis, Watched], heard: Incoming) -> Axis:
     """Return whose message it is, by its addresses, in either order, and by its channel.
 
     Of one that says nothing known it is a motor that still waits for its end.

@@ -23,7 +23,7 @@ from stagewire_conformance.device.trial import EnoughError
 if TYPE_CHECKING:
     from stagewire import FramedMessage
     from stagewire.devices import Scales
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
@@ -60,7 +60,7 @@ class PiezoStatus:
     voltage: int
     position: int
     bits: Any
-    heard: Heard
+    heard: Incoming
 
 
 class Piezo:
@@ -126,7 +126,7 @@ class Piezo:
         bits = BpcStatusBits(message.status_bits)
         return PiezoStatus(came[-1].time, message.op_voltage, message.position, bits, came[-1])
 
-    def _is_mine(self, heard: Heard) -> bool:
+    def _is_mine(self, heard: Incoming) -> bool:
         return bool(self._stream.of_it([heard])) and heard.channel == self.channel
 
     def seen(self, field: str, wanted: int, within: float = 2.0) -> PiezoStatus:

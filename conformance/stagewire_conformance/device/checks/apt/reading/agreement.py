@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from stagewire_conformance.device.checks.apt.reading.channel_status import ChannelStatus
 
 if TYPE_CHECKING:
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.trial import Trial
 
 POSITION: Final = "MOT_GET_POSCOUNTER"
@@ -78,7 +78,7 @@ def _by_itself(trial: Trial, channel: ChannelStatus) -> Difference | None:
     return different or _other_bits(channel.masks, before, told, after)
 
 
-def _other_position(before: Heard, told: Heard, after: Heard) -> Difference | None:
+def _other_position(before: Incoming, told: Incoming, after: Incoming) -> Difference | None:
     """Compare a count with the one that was told before and after it; one that lives need not be the same."""
     low, high = sorted((before.message.position, after.message.position))
     position = told.message.position
@@ -94,7 +94,7 @@ def _other_position(before: Heard, told: Heard, after: Heard) -> Difference | No
 
 
 def _other_bits(
-    masks: Mapping[str, int], before: Heard, told: Heard, after: Heard
+    masks: Mapping[str, int], before: Incoming, told: Incoming, after: Incoming
 ) -> Difference | None:
     bits, due = told.message.status_bits, after.message.status_bits
     differing = (bits ^ due) & ~(before.message.status_bits ^ due)
@@ -108,7 +108,7 @@ def _other_bits(
     )
 
 
-def _which(told: Heard, other: Heard) -> str:
+def _which(told: Incoming, other: Incoming) -> str:
     return f"{told.name} that came by itself" if told.name == other.name else told.name
 
 
@@ -196,7 +196,7 @@ def _velocity(trial: Trial, channel: ChannelStatus) -> Difference | None:
     )
 
 
-def _twice(trial: Trial, channel: ChannelStatus) -> tuple[Heard, Heard]:
+def _twice(trial: Trial, channel: ChannelStatus) -> tuple[Incoming, Incoming]:
     first = channel.get(trial)
     trial.line.listen(_PAUSE)
     return first, channel.get(trial)

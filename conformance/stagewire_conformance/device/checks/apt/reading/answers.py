@@ -12,7 +12,7 @@ from stagewire_conformance.device.rules import about
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -196,7 +196,7 @@ def _ask(trial: Trial, request: Request, again: bool) -> None:
     reply = judge_answer(trial, request, ask_all(trial, request))
     if reply is None or not again:
         return
-    second: Heard = trial.reply(request.message, address)
+    second: Incoming = trial.reply(request.message, address)
     trial.must(
         second.message == reply.message,
         f"{request.about} was answered in two ways, one after the other, though nothing was set in between",

@@ -14,7 +14,7 @@ from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
     from stagewire_conformance.registry import Json
@@ -98,18 +98,18 @@ class ChannelStatus:
         """Return whether something else can be asked of the channel, by what answers it."""
         return answer in self.requests and not self.requests[answer].skip
 
-    def ask(self, trial: Trial, answer: str) -> Heard:
+    def ask(self, trial: Trial, answer: str) -> Incoming:
         """Ask for something that the channel claims; where nothing comes, that is a FAIL, and the end."""
         return trial.reply(self.requests[answer].message, self.place.address)
 
-    def get(self, trial: Trial) -> Heard:
+    def get(self, trial: Trial) -> Incoming:
         """Return the status as it is now; where none comes, that is a FAIL, and the end of the check."""
         return self.next(trial) if self.query is None else self.ask(trial, self.stream.status)
 
-    def next(self, trial: Trial) -> Heard:
+    def next(self, trial: Trial) -> Incoming:
         """Return the next status that comes by itself; it is started, and stopped again."""
         self.stream.begin(trial)
-        came: list[Heard] = trial.line.listen(1.0, until=self._is_mine)
+        came: list[Incoming] = trial.line.listen(1.0, until=self._is_mine)
         self.stream.end(trial)
         trial.line.drain()
         mine = bool(came) and self._is_mine(came[-1])
@@ -128,7 +128,7 @@ class ChannelStatus:
         )
         return came[-1]
 
-    def _is_mine(self, heard: Heard) -> bool:
+    def _is_mine(self, heard: Incoming) -> bool:
         return bool(self.stream.of_it([heard])) and heard.channel == self.number
 
 

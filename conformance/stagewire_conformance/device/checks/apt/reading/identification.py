@@ -17,7 +17,7 @@ from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
@@ -69,7 +69,7 @@ def _identify_twice(trial: Trial, request: Request) -> None:
     _judge_serial_number(trial, request.place, first)
     _judge_texts(trial, first)
     _judge_hardware(trial, request.place, first)
-    again: Heard = trial.reply(request.message, address)
+    again: Incoming = trial.reply(request.message, address)
     trial.must(
         again.message == first.message,
         f"{request.about} was answered in two ways, one after the other; it is the same unit",
@@ -78,7 +78,7 @@ def _identify_twice(trial: Trial, request: Request) -> None:
     )
 
 
-def _judge_serial_number(trial: Trial, place: Target, heard: Heard) -> None:
+def _judge_serial_number(trial: Trial, place: Target, heard: Incoming) -> None:
     """Eight digits; nine are known of newer units than the document has."""
     number = heard.message.serial_number
     digits = str(number)
@@ -105,7 +105,7 @@ def _judge_serial_number(trial: Trial, place: Target, heard: Heard) -> None:
         )
 
 
-def _judge_texts(trial: Trial, heard: Heard) -> None:
+def _judge_texts(trial: Trial, heard: Incoming) -> None:
     """Texts can be read as far as they go; what is behind their end is no part of them."""
     model, notes = heard.message.model_number, heard.message.notes
     trial.must(
@@ -120,7 +120,7 @@ def _judge_texts(trial: Trial, heard: Heard) -> None:
     )
 
 
-def _judge_hardware(trial: Trial, place: Target, heard: Heard) -> None:
+def _judge_hardware(trial: Trial, place: Target, heard: Incoming) -> None:
     message = heard.message
     fields = trial.declared.registry.fields(heard.name, message.layout.form)
     motherboard = fields["type"]["enum"][_MOTHERBOARD]

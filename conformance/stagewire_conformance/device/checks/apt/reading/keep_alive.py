@@ -18,7 +18,7 @@ from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -113,13 +113,13 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
             )
 
 
-def _until_silent(trial: Trial, streams: Sequence[Stream]) -> tuple[list[Heard], float]:
+def _until_silent(trial: Trial, streams: Sequence[Stream]) -> tuple[list[Incoming], float]:
     """Return all status messages until none come any more, or it is plain that they go on.
 
     And for how long none may come while they do: longer where they are seldom.
     """
     line = trial.line
-    heard: list[Heard] = []
+    heard: list[Incoming] = []
     quiet = _FIRST
     began = last = line.now
     while line.now - last < quiet and line.now - began < _LONGEST:
@@ -136,7 +136,7 @@ def _until_silent(trial: Trial, streams: Sequence[Stream]) -> tuple[list[Heard],
 
 
 def _judge_silence(
-    trial: Trial, streams: Sequence[Stream], heard: Sequence[Heard], quiet: float
+    trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming], quiet: float
 ) -> bool:
     """Say what is wrong with when the places fell silent; return whether they did."""
     now = trial.line.now
@@ -184,7 +184,7 @@ def _counted(counts: dict[int, int]) -> str:
     return f"{sum(counts.values())} times ({of_each})"
 
 
-def _rate(heard: Sequence[Heard], places: int) -> float:
+def _rate(heard: Sequence[Incoming], places: int) -> float:
     """Return how many messages came a second from one place."""
     span = heard[-1].time - heard[0].time
     return (len(heard) - 1) / span / places if span > 0 else 1.0
@@ -224,7 +224,7 @@ def _judge_return(trial: Trial, streams: Sequence[Stream], rate: float) -> None:
 
 def _mute(trial: Trial, streams: Sequence[Stream], several: int) -> list[Stream]:
     """Return those of which not even ``several`` status messages come within a second."""
-    heard: list[Heard] = []
+    heard: list[Incoming] = []
     end = trial.line.now + _AGAIN
     mute = list(streams)
     while mute and (left := end - trial.line.now) > 0:

@@ -22,7 +22,7 @@ from stagewire_conformance.device.checks.apt.replies import ask_all, judge_answe
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -103,7 +103,7 @@ def _run(trial: Trial, channel: ChannelStatus) -> None:
         _agree(trial, channel, look)
 
 
-def _first(trial: Trial, channel: ChannelStatus) -> Heard | None:
+def _first(trial: Trial, channel: ChannelStatus) -> Incoming | None:
     """Return the status, and say what is wrong with it alone: layout, addresses, channel."""
     if channel.query is not None:
         return judge_answer(trial, channel.query, ask_all(trial, channel.query))
@@ -112,7 +112,7 @@ def _first(trial: Trial, channel: ChannelStatus) -> Heard | None:
     return status
 
 
-def _judge_contradictions(trial: Trial, channel: ChannelStatus, status: Heard) -> None:
+def _judge_contradictions(trial: Trial, channel: ChannelStatus, status: Incoming) -> None:
     bits = status.message.status_bits
     for pair in _EXCLUSIVE:
         trial.must(

@@ -20,7 +20,7 @@ from stagewire_conformance.device.lines.line import jitter_of, percentile
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -72,8 +72,8 @@ def _answered(trial: Trial, burst: Sequence[Request]) -> bool:
     line = trial.line
     for request in burst:
         line.send(request.message, request.place.address)
-    came: list[Heard] = []
-    surplus: list[Heard] = []
+    came: list[Incoming] = []
+    surplus: list[Incoming] = []
     order: list[int] = []  # places of the requests in the burst, in the order of their answers
     while len(order) < len(burst):
         new = line.listen(_WAIT, until=lambda heard: True)
@@ -98,7 +98,7 @@ def _open(burst: Sequence[Request], order: Sequence[int]) -> list[int]:
     return [at for at in range(len(burst)) if at not in order]
 
 
-def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Heard]) -> bool:
+def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Incoming]) -> bool:
     return trial.must(
         not lost,
         f"of {_BURST} requests without a pause {len(lost)} were not answered: "
@@ -107,7 +107,7 @@ def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Heard]) ->
     )
 
 
-def _judge_surplus(trial: Trial, surplus: Sequence[Heard]) -> bool:
+def _judge_surplus(trial: Trial, surplus: Sequence[Incoming]) -> bool:
     for heard in surplus:
         if is_error(trial, heard):
             judge_unasked(trial, heard, "beside the answers to requests without a pause")
@@ -121,7 +121,7 @@ def _judge_surplus(trial: Trial, surplus: Sequence[Heard]) -> bool:
 
 
 def _judge_order(
-    trial: Trial, burst: Sequence[Request], order: Sequence[int], came: Sequence[Heard]
+    trial: Trial, burst: Sequence[Request], order: Sequence[int], came: Sequence[Incoming]
 ) -> bool:
     """Say that a place answered in another order; places do not wait for each other."""
     for place in {burst[at].place.address for at in order}:
@@ -137,7 +137,7 @@ def _judge_order(
     return True
 
 
-def _answers(request: Request, heard: Heard) -> bool:
+def _answers(request: Request, heard: Incoming) -> bool:
     """Return whether something is the answer to a request; addresses that say nothing may be anybody's."""
     if heard.name not in request.answers or heard.channel not in (None, request.channel):
         return False

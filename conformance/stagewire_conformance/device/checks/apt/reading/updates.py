@@ -17,7 +17,7 @@ from stagewire_conformance.device.rules import about
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.trial import Trial
 
 FIXED: Final = frozenset({"BBD101", "BBD102", "BBD103"})
@@ -57,7 +57,7 @@ def run_rate(trial: Trial, streams: Sequence[Stream], seconds: float) -> None:
 
 
 def judge_rate(
-    trial: Trial, stream: Stream, number: int, came: Sequence[Heard], off: float
+    trial: Trial, stream: Stream, number: int, came: Sequence[Incoming], off: float
 ) -> None:
     """Say whether status messages of one channel come as often as they should.
 
@@ -75,9 +75,9 @@ def judge_rate(
     )
 
 
-def _listen(trial: Trial, streams: Sequence[Stream], seconds: float) -> list[Heard]:
+def _listen(trial: Trial, streams: Sequence[Stream], seconds: float) -> list[Incoming]:
     """Return what comes; signs of life go to the places that want some, as seldom as may be."""
-    heard: list[Heard] = []
+    heard: list[Incoming] = []
     end = trial.line.now + seconds
     with trial.line.silent():
         while (left := end - trial.line.now) > 0:
@@ -88,7 +88,7 @@ def _listen(trial: Trial, streams: Sequence[Stream], seconds: float) -> list[Hea
 
 
 def _goes_on(
-    trial: Trial, stream: Stream, number: int, came: Sequence[Heard], began: float, ended: float
+    trial: Trial, stream: Stream, number: int, came: Sequence[Incoming], began: float, ended: float
 ) -> bool:
     """Say that status messages end before they are stopped; return whether they do not."""
     place = stream.place
@@ -104,7 +104,7 @@ def _goes_on(
     )
 
 
-def _measure(trial: Trial, series: Sequence[Sequence[Heard]], jitter: Jitter) -> None:
+def _measure(trial: Trial, series: Sequence[Sequence[Incoming]], jitter: Jitter) -> None:
     """Note what was measured, of the channel whose rate is the farthest off."""
     measured = [came for came in series if len(came) > 1]
     if not measured:
@@ -120,11 +120,11 @@ def _measure(trial: Trial, series: Sequence[Sequence[Heard]], jitter: Jitter) ->
     )
 
 
-def _rate(came: Sequence[Heard]) -> float:
+def _rate(came: Sequence[Incoming]) -> float:
     return (len(came) - 1) / max(_span(came), 1e-9)
 
 
-def _span(came: Sequence[Heard]) -> float:
+def _span(came: Sequence[Incoming]) -> float:
     return came[-1].time - came[0].time
 
 
@@ -204,7 +204,7 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     line = trial.line
     first, *others = streams
     first.begin(trial)
-    heard: list[Heard] = line.listen(_ALONE if others else 0)
+    heard: list[Incoming] = line.listen(_ALONE if others else 0)
     for other in others:
         trial.must(
             not (strays := _surely(other, heard)),
@@ -221,9 +221,9 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     _stop(trial, first, others)
 
 
-def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Heard]) -> None:
+def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -> None:
     """Say what is wrong with what came; of messages that have the same thing wrong, of the first."""
-    theirs: list[Heard] = []
+    theirs: list[Incoming] = []
     for stream in streams:
         mine = stream.of_it(heard)
         theirs += mine
@@ -278,7 +278,7 @@ def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
         _judge_ended(trial, stream, heard)
 
 
-def _judge_ended(trial: Trial, stream: Stream, heard: Sequence[Heard]) -> None:
+def _judge_ended(trial: Trial, stream: Stream, heard: Sequence[Incoming]) -> None:
     late = _surely(stream, heard)
     trial.must(
         not late,
@@ -288,7 +288,7 @@ def _judge_ended(trial: Trial, stream: Stream, heard: Sequence[Heard]) -> None:
     )
 
 
-def _surely(stream: Stream, heard: Sequence[Heard]) -> list[Heard]:
+def _surely(stream: Stream, heard: Sequence[Incoming]) -> list[Incoming]:
     """Return what came from the place of a stream and from no other."""
     mine = stream.place.address
     return [

@@ -13,7 +13,7 @@ from stagewire_conformance.registry import Json
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
-    from stagewire_conformance.device.lines.dialogue import Heard
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
@@ -107,7 +107,7 @@ class Spot:
         channel = "" if self.channel is None else f"/{self.channel}"
         return f"{self.place.name}/{self.set.set}{channel}"
 
-    def ask(self, trial: Trial) -> Heard:
+    def ask(self, trial: Trial) -> Incoming:
         """Ask for the values; the check ends where nothing answers."""
         request = trial.declared.make(self.set.req, self.channel)
         return trial.reply(request, self.place.address)
@@ -116,11 +116,11 @@ class Spot:
         """Return the values; the check ends where nothing answers."""
         return self.values(self.ask(trial))
 
-    def values(self, heard: Heard) -> Values:
+    def values(self, heard: Incoming) -> Values:
         """Return the values of a GET that came."""
         return {name: getattr(heard.message, name) for name in self.set.fields}
 
-    def expected(self, trial: Trial, values: Values, came: Heard) -> bytes:
+    def expected(self, trial: Trial, values: Values, came: Incoming) -> bytes:
         """Return the bytes of the GET that would have said these values, addressed as the one that came."""
         raw: bytes = self._message(trial, self.set.get, values).pack(came.dest, came.source)
         return raw
@@ -133,7 +133,7 @@ class Spot:
         if not missing:
             return
 
-        def complete(heard: Heard) -> bool:
+        def complete(heard: Incoming) -> bool:
             missing.discard(heard.name)
             return not missing
 
@@ -156,7 +156,7 @@ class Spot:
         message = trial.declared.make(name, self.channel, **allowed)
         return type(message).keep({**message.values(), **values})
 
-    def write_and_ask(self, trial: Trial, values: Values) -> Heard:
+    def write_and_ask(self, trial: Trial, values: Values) -> Incoming:
         """Write values and return what is then told; the check ends where nothing answers.
 
         A SET is not answered: what comes beside the answer to the request is said to be wrong.
