@@ -14,7 +14,7 @@ from checkout import ROOT
 
 LONGEST = 500
 SHORT = 100
-SHORT_SHARE = 0.37
+SHORT_SHARE = 0.33
 MEDIANS = (130, 250)
 
 MEANINGS = {"Line": 1, "Place": 1, "Axis": 4}

@@ -147,7 +147,7 @@ def _show_list(plan: Plan) -> None:
 def _run(plan: Plan, files: ReportFiles) -> int:
     """Run the cases, print what was found, write the reports, and return the exit status."""
     try:
-        with _progressing() as progress:
+        with _progress_display() as progress:
             report = plan.run(progress)
     except (NotStartedError, NothingToAskError, ExpectedFileError) as error:
         raise CalledWronglyError(str(error)) from None
@@ -167,7 +167,7 @@ def _run(plan: Plan, files: ReportFiles) -> int:
 
 
 @contextmanager
-def _progressing() -> Iterator[Progress]:
+def _progress_display() -> Iterator[Progress]:
     """Give what hears of each case: a bar on a terminal, a line from time to time elsewhere."""
     if not sys.stderr.isatty():
         yield _Lines()

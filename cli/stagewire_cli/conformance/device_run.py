@@ -73,7 +73,7 @@ def run_session(url: str, plan: Plan, files: ReportFiles, log: Path | None) -> i
         raise CalledWronglyError(str(error)) from None
     for text in announcement(url, plan):
         typer.echo(printable(text))
-    execution = execute(url, plan, log=log, progress=_progressing)
+    execution = execute(url, plan, log=log, progress=_progress_display)
     sheet = sheet_of_execution(execution)
     written = [] if execution.capture is None else [execution.capture]
     try:
@@ -88,7 +88,7 @@ def run_session(url: str, plan: Plan, files: ReportFiles, log: Path | None) -> i
 
 
 @contextmanager
-def _progressing() -> Iterator[Callable[[Check, int, int], None]]:
+def _progress_display() -> Iterator[Callable[[Check, int, int], None]]:
     """Give what hears of each check: a bar on a terminal, a line for each kind elsewhere."""
     if not sys.stderr.isatty():
         yield _KindLines()

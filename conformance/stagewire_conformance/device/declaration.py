@@ -19,7 +19,14 @@ from stagewire.protocols import (
 )
 from stagewire_conformance.device.pics import Pics
 from stagewire_conformance.device.ranges import Range, RangeError
-from stagewire_conformance.device.targets import RACK, Connected, Target, Travel, places_of, rack_of
+from stagewire_conformance.device.targets import (
+    RACK,
+    Attachment,
+    Target,
+    Travel,
+    places_of,
+    rack_of,
+)
 from stagewire_conformance.registry import Registry, registry_of
 
 
@@ -142,7 +149,7 @@ class Declaration:
         return Travel(low, high)
 
 
-def _hint(fitted: Connected) -> str:
+def _hint(fitted: Attachment) -> str:
     """Return what to do about a range that is not converted to counts."""
     if fitted.position_scale is not None:
         return ""

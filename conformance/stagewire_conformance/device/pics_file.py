@@ -34,7 +34,7 @@ from stagewire_conformance.device.pics_values import (
     within,
 )
 from stagewire_conformance.device.ranges import RangeError
-from stagewire_conformance.device.targets import RACK, connected, moves_stages
+from stagewire_conformance.device.targets import RACK, attachment_of, moves_stages
 from stagewire_virtual.toml_tables import Table, flag, integer, tables_of, text
 
 _STAGE_KEYS: Final = ("stage", "counts_per_mm", "travel", "homes", "limit_switches")
@@ -152,7 +152,7 @@ class ChannelsReader:
             table.wrong("stage", f"the scales of {stated.stage} on {unit.name} are not known")
             return
         try:
-            connected(unit, facts_of(self._protocol), stated)
+            attachment_of(unit, facts_of(self._protocol), stated)
         except (RangeError, UnknownScaleError) as error:
             table.wrong("travel", f"{error}; give stage, or counts_per_mm, or a travel in counts")
 

@@ -156,16 +156,16 @@ class _Run:
         began, at = line.now, len(line.log)
         random = Random(f"{self._seed}/{check.id}")
         trial = Trial(line, self._declared, self._allowed, random)
-        restoring = Restoration(trial)
+        restoration = Restoration(trial)
         try:
-            self._perform(check, trial, restoring)
+            self._perform(check, trial, restoration)
         except BaseException as error:
             at_stop = len(line.log)
             line.halt()  # before anything else
             self._stops = tuple(entry.text for entry in line.log[at_stop:])
             line.interruption.heed()
             trial.inconclusive(f"it did not come to its end: {_reason(error)}")
-            restoring.put_back_what_rests()
+            restoration.restore_at_rest()
             raise
         finally:
             self._outcomes.append(
@@ -176,11 +176,11 @@ class _Run:
                     entries=tuple(line.log[at:]),
                     figures=trial.figures,
                     seconds=line.now - began,
-                    restored=tuple(restoring.done),
+                    restored=tuple(restoration.done),
                 )
             )
 
-    def _perform(self, check: Check, trial: Trial, restoring: Restoration) -> None:
+    def _perform(self, check: Check, trial: Trial, restoration: Restoration) -> None:
         """Run one check to its end, stop what it leaves in motion, and put back what it changed."""
         line = self._line
         try:
@@ -192,9 +192,9 @@ class _Run:
         except StagewireError as error:  # what a controller does may keep a check from going on
             line.halt()
             trial.must(False, f"the check could not go on: {error}")
-            restoring.put_back_what_rests()
+            restoration.restore_at_rest()
         line.rest()
-        restoring.put_back()
+        restoration.restore()
         line.rest()
         for text in line.settle():
             trial.info(f"came unasked behind it: {text}")

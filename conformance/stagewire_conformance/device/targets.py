@@ -58,7 +58,7 @@ class Travel(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Connected:
+class Attachment:
     """What is connected to one channel, or to one axis.
 
     :param stated: it, as the PICS has it.
@@ -95,9 +95,9 @@ def moves_stages(unit: Unit) -> bool:
     return unit.kind == "line" or _WHERE in unit.messages
 
 
-def connected(
+def attachment_of(
     unit: Unit, facts: Facts, stated: ChannelPics, names: tuple[str, ...] = ()
-) -> Connected:
+) -> Attachment:
     """Return what is connected to a channel as it is stated.
 
     :param names: what the controller is, or may be: units and aliases, whose scales apply. Empty: the unit.
@@ -110,7 +110,7 @@ def connected(
     elif stated.counts_per_mm is not None:
         stage = Stage.of_user("stage of the PICS", position=Scale(stated.counts_per_mm, "mm"))
     scales = Scales(unit.name, facts.quantities, stage=stage, stages=unit.stages, names=names)
-    bare = Connected(stated, stage, scales, None, stated.homes, stated.limit_switches)
+    bare = Attachment(stated, stage, scales, None, stated.homes, stated.limit_switches)
     if stated.travel is None:
         return bare
     travel = Travel(*stated.travel.in_counts(bare.position_scale))
@@ -141,7 +141,7 @@ class Target:
     channels: tuple[int, ...] = ()
     listed: frozenset[str] = field(repr=False)
     unsupported: Mapping[str, str] = field(default_factory=dict, repr=False)
-    fitted: Mapping[int | None, Connected] = field(default_factory=dict, repr=False)
+    fitted: Mapping[int | None, Attachment] = field(default_factory=dict, repr=False)
 
     @functools.cached_property
     def messages(self) -> frozenset[str]:
@@ -181,12 +181,12 @@ class Target:
         Raises :class:`.RangeError` where the travel of its stage is in a unit that has no scale on them.
         """
         fitted = {
-            channel: connected(self.unit, self.facts, each.stated, names)
+            channel: attachment_of(self.unit, self.facts, each.stated, names)
             for channel, each in self.fitted.items()
         }
         return replace(self, fitted=fitted)
 
-    def connected_to(self, channel: int | None = None) -> Connected:
+    def connected_to(self, channel: int | None = None) -> Attachment:
         """Return what is connected to a channel; raises :class:`KeyError` for one that is not there."""
         return self.fitted[channel]
 
@@ -246,7 +246,7 @@ def _axes(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
             facts=facts,
             listed=unit.messages,
             unsupported=pics.unsupported,
-            fitted={None: connected(unit, facts, fitted.get(name, ChannelPics(axis=name)))},
+            fitted={None: attachment_of(unit, facts, fitted.get(name, ChannelPics(axis=name)))},
         )
         for name in fitted or _AXES
     )
@@ -338,7 +338,7 @@ def _place(
         listed=listed,
         unsupported={**pics.unsupported, **(card.unsupported if card else {})},
         fitted={
-            number: connected(unit, facts, stated.get(number, ChannelPics(number=number)))
+            number: attachment_of(unit, facts, stated.get(number, ChannelPics(number=number)))
             for number in channels
         },
     )

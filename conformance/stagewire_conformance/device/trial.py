@@ -144,18 +144,18 @@ class Restoration:
         """What was put back, in words."""
         self._moves = True  # what moves may be put back, too
 
-    def put_back(self) -> None:
+    def restore(self) -> None:
         """Put everything back, in the normal course.
 
         Where that fails, what may move by it is stopped, and nothing is put back any more by which something
-        moves. Raises what interrupts it; :meth:`put_back_what_rests` goes on from there.
+        moves. Raises what interrupts it; :meth:`restore_at_rest` goes on from there.
         """
         while self._undos:
             if self._may_be_done(self._undos[-1]):
                 self._put_back(self._undos[-1])
             self._undos.pop()
 
-    def put_back_what_rests(self) -> None:
+    def restore_at_rest(self) -> None:
         """Put back, after an error, everything by which nothing moves; raises nothing.
 
         Where the line is gone, or somebody interrupts it once more, the rest is left, and named.

@@ -57,7 +57,7 @@ def _facts(report: Report) -> Iterator[Fact]:
     yield Fact(key="unit", label="Unit", value=declared.unit.name)
     if declared.unit.title:
         yield Fact(key="unit_title", label="Which is", value=declared.unit.title)
-    yield Fact(key="url", label="Transmission", value=report.url)
+    yield Fact(key="url", label="Line", value=report.url)
     for name, value in report.identification.items():
         said = f"It says: {name.replace('_', ' ')}"
         yield Fact(key=f"identification_{name}", label=said, value=value)

@@ -74,7 +74,7 @@ class Expected:
         return found
 
 
-def not_asked(protocols: Iterable[Protocol]) -> set[str]:
+def other_protocols(protocols: Iterable[Protocol]) -> set[str]:
     """Return the names of the protocols that are installed beside these."""
     return {*available_protocols()} - {protocol.name for protocol in protocols}
 

@@ -17,7 +17,7 @@ _ROUNDS = 5
 _LINES = 300
 
 
-def at_once(cases: Sequence[Case], seed: int) -> Iterator[Case]:
+def order_cases(cases: Sequence[Case], seed: int) -> Iterator[Case]:
     """Yield rounds of lines that are all sent before the first answer is read.
 
     :param cases: where they are taken from, by chance.
@@ -138,7 +138,7 @@ _IDS: tuple[int | str, ...] = (
 )
 
 
-def lines(clean: Sequence[Step]) -> Iterator[Case]:
+def line_cases(clean: Sequence[Step]) -> Iterator[Case]:
     """Yield the hostile lines, each followed by a request that has to be answered rightly.
 
     :param clean: requests to follow, one for each protocol; they are also written in unusual ways.
@@ -154,7 +154,7 @@ def lines(clean: Sequence[Step]) -> Iterator[Case]:
         yield _case(f"unusual.{name}", about, send(raw, clean[0].wanted, _ID), clean[0])
 
 
-def ids(clean: Sequence[Step]) -> Iterator[Case]:
+def id_cases(clean: Sequence[Step]) -> Iterator[Case]:
     """Yield requests with ids of all kinds, which have to be echoed."""
     for number, id in enumerate(_IDS):
         request = {"id": id, **(clean[0].request or {})}
@@ -164,7 +164,7 @@ def ids(clean: Sequence[Step]) -> Iterator[Case]:
             yield _case(f"id.{number}.{name}", about, send(raw, clean[0].wanted, id))
 
 
-def damaged(clean: Sequence[Step], seed: int) -> Iterator[Case]:
+def damaged_cases(clean: Sequence[Step], seed: int) -> Iterator[Case]:
     """Yield requests with some bytes changed by chance: any answer will do, but there has to be one."""
     random = Random(f"damaged {seed}")
     for number in range(_DAMAGED):

@@ -24,7 +24,7 @@ Json = Mapping[str, Any]
 OPERATIONS = ("decode", "encode", "stream")
 
 
-def stated(protocol: Protocol) -> Iterator[Case]:
+def stated_cases(protocol: Protocol) -> Iterator[Case]:
     """Yield the cases that the vectors hold ready."""
     registry = registry_of(protocol)
     for case in protocol.vectors()["cases"]:
@@ -42,7 +42,7 @@ def stated(protocol: Protocol) -> Iterator[Case]:
         )
 
 
-def cuts(protocol: Protocol) -> Iterator[Case]:
+def cut_cases(protocol: Protocol) -> Iterator[Case]:
     """Yield a case for each stream of the vectors: whole, in two at every place, and byte by byte."""
     seen = set()
     for case in protocol.vectors()["cases"]:
@@ -94,9 +94,11 @@ _MANY = 2_000
 _BYTES = 100_000
 
 
-def large(protocol: Protocol) -> Iterator[Case]:
+def large_cases(protocol: Protocol) -> Iterator[Case]:
     """Yield the large requests of a protocol, as far as its vectors have what they are made of."""
-    found = {name: next(filter(test, stated(protocol)), None) for name, test in _MADE_OF.items()}
+    found = {
+        name: next(filter(test, stated_cases(protocol)), None) for name, test in _MADE_OF.items()
+    }
     for name, (of, change, about) in _CHANGES.items():
         case = found[of]
         if case is None:
@@ -183,7 +185,7 @@ _CHANGES = {
 }
 
 
-def worked(protocol: Protocol) -> Iterator[Case]:
+def example_cases(protocol: Protocol) -> Iterator[Case]:
     """Yield the cases of the examples and captures of a protocol, in the order of its vectors.
 
     What is right encodes to its bytes, and they decode to it. Bytes that the document misprints decode to

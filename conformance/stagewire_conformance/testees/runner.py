@@ -18,11 +18,17 @@ from stagewire.protocols import Protocol
 from stagewire_conformance.comparison import Outcome
 from stagewire_conformance.notation import as_typed
 from stagewire_conformance.testees.case import Case, NothingToAskError, Step, ask
-from stagewire_conformance.testees.expected import Expected, not_asked, read_expected
+from stagewire_conformance.testees.expected import Expected, other_protocols, read_expected
 from stagewire_conformance.testees.explanation import shortened
-from stagewire_conformance.testees.hostile import at_once, damaged, ids, lines
+from stagewire_conformance.testees.hostile import damaged_cases, id_cases, line_cases, order_cases
 from stagewire_conformance.testees.process import Process
-from stagewire_conformance.testees.registry_cases import OPERATIONS, cuts, large, stated, worked
+from stagewire_conformance.testees.registry_cases import (
+    OPERATIONS,
+    cut_cases,
+    example_cases,
+    large_cases,
+    stated_cases,
+)
 from stagewire_conformance.testees.result import Hello, Report, Result
 from stagewire_conformance.testees.session import GivenUpError, Program, Session
 
@@ -46,12 +52,12 @@ def plan(protocols: Iterable[Protocol], seed: int, hello: Hello | None = None) -
     """
     made: list[Case] = []
     for protocol in protocols:
-        for part in (worked, stated, cuts, large):
+        for part in (example_cases, stated_cases, cut_cases, large_cases):
             made += part(protocol)
     can = [case for case in made if not why_not(case, hello)]
     clean = _clean(can)
-    seldom = [*lines(clean), *ids(clean)]
-    return [*made, *seldom, *damaged(clean, seed), *at_once([*can, *seldom], seed)]
+    seldom = [*line_cases(clean), *id_cases(clean)]
+    return [*made, *seldom, *damaged_cases(clean, seed), *order_cases([*can, *seldom], seed)]
 
 
 def chosen(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
@@ -134,7 +140,7 @@ def run(
         hello = session.hello()
         _spoken(protocols, hello)
         every = plan(protocols, seed, hello)
-        reasons = expected.reasons(every, not_asked(protocols)) if expected else {}
+        reasons = expected.reasons(every, other_protocols(protocols)) if expected else {}
         cases = _some(every, only)
         results: dict[str, Result] = {}
         unfinished, interrupted = "", False
@@ -184,7 +190,7 @@ def _asked(session: Session, hello: Hello, cases: Sequence[Case]) -> Iterator[Re
 
 
 def _too_much(session: Session, last: Result | None) -> Iterator[Result]:
-    came = session.unasked()
+    came = session.unsolicited()
     if came and last and last.outcome is Outcome.PASSED:
         shown = shortened(came.decode("utf-8", errors="replace").rstrip("\r\n"))
         text = f"another line came behind the answer: {shown!r}"
@@ -221,7 +227,7 @@ class Plan:
         expected = read_expected(self.expected) if self.expected else None
         every = plan(self.protocols, self.seed)
         if expected:
-            expected.reasons(every, not_asked(self.protocols))
+            expected.reasons(every, other_protocols(self.protocols))
         return _some(every, self.only)
 
     def run(self, progress: Progress | None = None) -> Report:

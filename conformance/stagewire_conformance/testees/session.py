@@ -139,7 +139,7 @@ class Session:
                 )
         return Result(case=case, outcome=Outcome.PASSED, seconds=time.monotonic() - began)
 
-    def unasked(self) -> bytes:
+    def unsolicited(self) -> bytes:
         """Return a line that has come though nothing was asked; the testee is then started anew."""
         came = self._line.early() if self._line else b""
         if came:

@@ -30,7 +30,9 @@ def test_a_run_comes_to_a_verdict_and_an_exit_status(tmp_path: Path) -> None:
     assert sheet.command == (
         "stagewire conformance device virtual://TDC001 --unit TDC001 --only identification --seed 7"
     )
-    assert [*ending(execution.report)][:1] == []
+    assert [*ending(execution.report)] == []
+    (line,) = (fact for fact in sheet.facts if fact.key == "url")
+    assert (line.label, line.value) == ("Line", URL)
 
 
 def test_a_dead_line_gives_a_report(tmp_path: Path) -> None:
