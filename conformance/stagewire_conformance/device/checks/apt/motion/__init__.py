@@ -6,28 +6,25 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion import (
-    alone,
     home,
-    jog,
     limits,
+    messages,
     stops,
-    suspending,
-    targeted,
-    updates,
+    targets,
     velocity,
 )
 
 KINDS: Final[tuple[Kind, ...]] = (
     home.KIND,
-    targeted.ABSOLUTE,
-    targeted.RELATIVE,
-    targeted.STORED,
-    jog.KIND,
+    targets.ABSOLUTE,
+    targets.RELATIVE,
+    targets.STORED,
+    targets.JOG,
     velocity.KIND,
     stops.KIND,
-    suspending.KIND,
-    updates.KIND,
+    messages.SUSPEND,
+    messages.UPDATES,
     limits.KIND,
-    alone.KIND,
+    targets.ALONE,
 )
 """In the order in which they are run; homing first, because positions count from there."""

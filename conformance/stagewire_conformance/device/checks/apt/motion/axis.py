@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from stagewire_apt import flags
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, MoveDirection, StopMode
-from stagewire_conformance.device.checks.apt.enabling import switch
+from stagewire_conformance.device.checks.apt.enable_state import switch
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, parameter_sets
 from stagewire_conformance.device.trial import EnoughError

@@ -14,10 +14,13 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt import messages as m
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis, Status
-from stagewire_conformance.device.checks.apt.motion.judging import judge_end, judge_rest
-from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
-from stagewire_conformance.device.checks.apt.motion.rules import APART, MOTION_BITS
-from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
+from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
+from stagewire_conformance.device.checks.apt.motion.motor_check import (
+    APART,
+    MOTION_BITS,
+    motor_check,
+)
+from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.checks.apt.motion.motor_check import Motor

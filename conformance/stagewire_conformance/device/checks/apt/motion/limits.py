@@ -17,11 +17,11 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HardLimit, MoveDirection, StopMode
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
-from stagewire_conformance.device.checks.apt.motion.judging import judge_end, judge_rest
+from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute, move
 from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
-from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
+from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.checks.apt.motion.motor_check import Motor

@@ -2,6 +2,9 @@
 
 A controller with several bays, or channels, has to keep them apart all the time; so all its motors move at
 once, each to a place of its own. Those that are declared alike make one check.
+
+:data:`MOTION_BITS`, :data:`COMPLETION` and :data:`APART` are rules that several kinds of moves hold a
+controller to.
 """
 
 from __future__ import annotations
@@ -21,6 +24,33 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
+
+MOTION_BITS: Final = ("status-bits-motion", "dc-status-bits-motion")
+"""What the status says of a motor that moves, and of one that does not."""
+
+COMPLETION: Final = (
+    "move-no-response",
+    "move-completed",
+    "move-completed-status",
+    "move-complete-when-settled",
+    "settled-at-rest",
+    "status-position",
+    "dc-status-position",
+    "dc-status-velocity",
+    *MOTION_BITS,
+)
+"""What holds for every move to a target."""
+
+APART: Final = (
+    "slot-addressed-by-destination",
+    "slot-source",
+    "reply-addresses-swapped",
+    "bays-are-single-channel",
+    "module-channels",
+    "dual-channel-idents",
+)
+"""What holds where several motors move."""
+
 
 Motor = tuple["Target", int]
 """A channel of a place."""

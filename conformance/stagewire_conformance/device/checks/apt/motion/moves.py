@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final
 from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
-from stagewire_conformance.device.checks.apt.motion.judging import (
+from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
     judge_end,
     judge_place,
     judge_rest,
 )
-from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
+from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 from stagewire_conformance.device.results import Result
 
 if TYPE_CHECKING:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import JITTER, Axis, Status
-from stagewire_conformance.device.checks.apt.motion.judging import judge_end, judge_rest
-from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
+from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import (
     COMPLETED,
     Move,
@@ -18,13 +18,8 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     move,
     relative,
 )
-from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
 from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
-from stagewire_conformance.device.checks.apt.motion.watching import Watched, watch
-
-if TYPE_CHECKING:
-    pass
-
+from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 
 _STOPPED: Final = "MOT_MOVE_STOPPED"
 _SECONDS: Final = 1.0

@@ -11,25 +11,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import MoveDirection
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status, change, present
-from stagewire_conformance.device.checks.apt.motion.judging import (
+from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
     judge_end,
     judge_rest,
 )
-from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import make_room
-from stagewire_conformance.device.checks.apt.motion.rules import MOTION_BITS
-from stagewire_conformance.device.checks.apt.motion.watching import Watched, is_outside, watch
-
-if TYPE_CHECKING:
-    pass
-
+from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside, watch
 
 _STOPPED: Final = "MOT_MOVE_STOPPED"
 _RUNNING: Final = 0.25

@@ -15,7 +15,7 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, SolenoidState
 from stagewire_apt.flags import BpcStatusBits, DcStatusBits
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.apt.enabling import (
+from stagewire_conformance.device.checks.apt.enable_state import (
     ENABLED_SETS,
     enable_state,
     put_back,

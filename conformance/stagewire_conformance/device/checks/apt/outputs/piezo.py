@@ -15,7 +15,7 @@ from stagewire.errors import UnknownScaleError
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, PositionControlMode
 from stagewire_apt.flags import BpcStatusBits
-from stagewire_conformance.device.checks.apt.enabling import switch
+from stagewire_conformance.device.checks.apt.enable_state import switch
 from stagewire_conformance.device.checks.apt.streams import stream_of
 from stagewire_conformance.device.ranges import COUNTS, RangeError
 from stagewire_conformance.device.trial import EnoughError

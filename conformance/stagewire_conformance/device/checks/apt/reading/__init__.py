@@ -16,14 +16,13 @@ from stagewire_conformance.device.checks.apt.reading import (
     identification,
     keep_alive,
     odd_frames,
-    quiet,
     status,
     timing,
     updates,
 )
 
 KINDS: Final[tuple[Kind, ...]] = (
-    quiet.KIND,
+    updates.QUIET,
     identification.IDENTIFICATION,
     bays.KIND,
     frames.KIND,

@@ -6,9 +6,12 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.apt.replies import ask_all, judge_addresses
+from stagewire_conformance.device.checks.apt.replies import (
+    ask_all,
+    judge_addresses,
+    unused_parameters,
+)
 from stagewire_conformance.device.checks.apt.requests import Request, requests_of
-from stagewire_conformance.device.checks.apt.values import unused_parameters
 from stagewire_conformance.device.checks.apt.wording import described, joined
 
 if TYPE_CHECKING:

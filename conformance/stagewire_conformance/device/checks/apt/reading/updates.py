@@ -1,4 +1,10 @@
-"""Whether status messages come when they are started, and end when they are stopped (pages 11 and 20)."""
+"""Whether status messages come when they are started, end when they are stopped, and nothing else comes.
+
+- ``updates``: status messages come when they are started, and end when they are stopped (pages 11 and 20).
+- ``quiet``: nothing comes that nobody asked for (page 11). Only status messages and errors come by
+  themselves. Status messages that somebody else has started go on until they are stopped: so they are,
+  first of all.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +17,14 @@ from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean_request
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
 from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
-from stagewire_conformance.device.checks.apt.wording import described, raw_of
+from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 from stagewire_conformance.device.lines.line import Jitter, jitter_of, percentile
 from stagewire_conformance.device.rules import about
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Incoming
+    from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
 FIXED: Final = frozenset({"BBD101", "BBD102", "BBD103"})
@@ -302,3 +309,50 @@ UPDATES.check(
     seconds=_RATE_SECONDS + 1,
     each=lambda declared, allowed: _streams(declared, signs=True),
 )(partial(run_rate, seconds=_RATE_SECONDS))
+
+
+_QUIET_SECONDS: Final = 0.8
+
+
+QUIET = Kind(
+    name="quiet",
+    title="Nothing comes that nobody asked for",
+    rules=(
+        "get-answers-request",
+        "no-error-in-normal-operation",
+        "no-messages-between-modules",
+        "updates-stop",
+    ),
+)
+
+
+def _claimed(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
+    streams = [stream for stream in streams_of(declared) if not stream.skip]
+    yield Case(
+        arguments={"streams": streams},
+        messages=[stream.stop.layout.message for stream in streams],
+    )
+
+
+@QUIET.check("Nothing comes that nobody asked for", seconds=_QUIET_SECONDS, each=_claimed)
+def _stay_quiet(trial: Trial, streams: list[Stream]) -> None:
+    heard = trial.line.listen(_QUIET_SECONDS)
+    running = [each for stream in streams for each in stream.of_it(heard)]
+    for each in joined(heard):
+        judge_unasked(trial, each, "though nothing was asked,")
+    if not running:
+        return
+    trial.info(
+        f"status updates were on when the run began ({described(trial, running[:1])}); they were stopped"
+    )
+    for stream in streams:
+        stream.end(trial)
+    trial.line.listen(_LATE)
+    heard = trial.line.listen(_QUIET_SECONDS)
+    late = [each for stream in streams for each in stream.of_it(heard)]
+    trial.must(
+        not late,
+        f"{len(late)} status messages came within {_QUIET_SECONDS:g} s though they had been stopped, first "
+        f"{described(trial, late[:1])}",
+        came=raw_of(late[:1]),
+    )

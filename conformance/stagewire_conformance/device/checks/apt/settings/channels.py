@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
-from stagewire_conformance.device.checks.apt.settings.conditions import why_not_now
 from stagewire_conformance.device.checks.apt.settings.readback import ELSEWHERE, NEEDS
 from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, parameter_sets
-from stagewire_conformance.device.checks.apt.settings.variants import first_variant
+from stagewire_conformance.device.checks.apt.settings.variants import first_variant, why_not_now
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration

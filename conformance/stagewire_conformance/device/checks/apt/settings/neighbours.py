@@ -29,7 +29,7 @@ class Neighbours:
             is_still = one.effect == "settings" and not one.name.endswith("COUNTER")
             if is_still and one.name != spot.set.name and not one.skip:
                 other = Spot(spot.place, channel if one.has_channel else None, one)
-                values = _values(trial, other)
+                values = _present(trial, other)
                 if values is not None:
                     before.append((other, values))
         return cls(tuple(before))
@@ -40,7 +40,7 @@ class Neighbours:
         :param after: for the sentence: ``MOT_SET_VELPARAMS was sent``.
         """
         for spot, was in self.before:
-            now = _values(trial, spot)
+            now = _present(trial, spot)
             if now is not None and now != was:
                 changed = {name: value for name, value in now.items() if value != was[name]}
                 trial.must(
@@ -53,7 +53,7 @@ class Neighbours:
                 )
 
 
-def _values(trial: Trial, spot: Spot) -> Values | None:
+def _present(trial: Trial, spot: Spot) -> Values | None:
     request = trial.declared.make(spot.set.req, spot.channel)
     came = trial.line.ask(request, spot.place.address)
     return None if came is None else spot.values(came)

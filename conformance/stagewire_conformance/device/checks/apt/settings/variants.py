@@ -1,14 +1,47 @@
-"""The values that a check writes instead of the present ones: near to them, and documented."""
+"""The values that a check writes instead of the present ones, and whether it may write them just now.
+
+The values are near to the present ones, and documented. A setting is left alone while a loop would feel it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from random import Random
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.checks.apt.settings.care import Care, How, Varied
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import EnableState, PositionControlMode
+from stagewire_conformance.device.checks.apt.settings.care import Care, How, Varied, When
 from stagewire_conformance.device.checks.apt.settings.sets import ParameterSet, Values
 from stagewire_conformance.registry import Json
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.checks.apt.settings.sets import Spot
+    from stagewire_conformance.device.trial import Trial
+
+_OPEN: Final = (PositionControlMode.OPEN_LOOP, PositionControlMode.OPEN_LOOP_SMOOTH)
+
+
+def why_not_now(trial: Trial, spot: Spot, care: Care) -> str:
+    """Return why a setting is only written back as it is; empty where it may be changed."""
+    channel = 1 if spot.channel is None else spot.channel
+    match care.when:
+        case When.DISABLED:
+            request = "MOD_REQ_CHANENABLESTATE"
+            if request not in spot.place.messages:
+                return "nothing tells whether the channel is disabled"
+            enabled = trial.reply(m.ModReqChanEnableState(channel), spot.place.address).message
+            if enabled.enable_state != EnableState.DISABLE:
+                return "the channel is enabled, and its loop would feel a change"
+        case When.OPEN_LOOP:
+            request = "PZ_REQ_POSCONTROLMODE"
+            if request not in spot.place.messages:
+                return "nothing tells whether a loop is closed"
+            mode = trial.reply(m.PzReqPosControlMode(channel), spot.place.address).message.mode
+            if mode not in _OPEN:
+                return "the loop is closed, and would feel a change"
+    return ""
+
 
 _SHARE: Final = 16
 """A number is changed by a sixteenth of it, or somewhat less: more than a controller should round."""

@@ -9,7 +9,7 @@ from stagewire_conformance.device.checks.ms2000.motion import (
     increments,
     limits,
     speeds,
-    stopping,
+    stops,
     targets,
     vector,
 )
@@ -18,7 +18,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     targets.TARGETS,
     increments.INCREMENTS,
     targets.TOGETHER,
-    stopping.KIND,
+    stops.KIND,
     speeds.SPEEDS,
     vector.KIND,
     speeds.RAMPS,

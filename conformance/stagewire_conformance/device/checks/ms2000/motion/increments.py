@@ -13,7 +13,7 @@ from stagewire.protocols import Command
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
-from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course, judge_rest
+from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
 from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep

@@ -12,7 +12,7 @@ from typing import Final
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
-from stagewire_conformance.device.checks.ms2000.motion.judging import judge_course, judge_rest
+from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.motion_check import (
     MOVES,
     lacks_of,

@@ -7,8 +7,7 @@ from typing import Final
 
 from stagewire.protocols import Command
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.clean import asked
+from stagewire_conformance.device.checks.ms2000.axis import Axis, asked
 from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions

@@ -11,8 +11,7 @@ from random import Random
 from typing import Final
 
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.ms2000.axis import line_of
-from stagewire_conformance.device.checks.ms2000.clean import Clean, asked
+from stagewire_conformance.device.checks.ms2000.axis import Clean, asked, line_of
 from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS, harmless_bytes
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions

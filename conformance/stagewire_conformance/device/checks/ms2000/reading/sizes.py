@@ -14,14 +14,13 @@ from typing import Final
 
 from stagewire.protocols import Command
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.axis import Axis, Clean
 from stagewire_conformance.device.checks.ms2000.axis_check import (
     AxisCase,
     axis_check,
     first_place,
     requests_of,
 )
-from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions

@@ -11,7 +11,7 @@ from typing import Final
 
 from stagewire.protocols import Command
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.ms2000.axis import Axis, line_of
+from stagewire_conformance.device.checks.ms2000.axis import Axis, Clean, line_of
 from stagewire_conformance.device.checks.ms2000.axis_check import (
     SETTINGS_READ,
     AxisCase,
@@ -19,7 +19,6 @@ from stagewire_conformance.device.checks.ms2000.axis_check import (
     first_place,
     requests_of,
 )
-from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import END
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.lines.command_line import QUIET

@@ -12,8 +12,7 @@ from typing import Final
 
 from stagewire.protocols import SetupCommand
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.ms2000.axis import Axis, line_of
-from stagewire_conformance.device.checks.ms2000.clean import Clean, asked
+from stagewire_conformance.device.checks.ms2000.axis import Axis, Clean, asked, line_of
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.trial import Trial

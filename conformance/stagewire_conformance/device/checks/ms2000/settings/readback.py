@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from typing import Final
 
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.axis import Axis, Clean
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, first_place
-from stagewire_conformance.device.checks.ms2000.clean import Clean
 from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
 from stagewire_conformance.device.checks.ms2000.stored import (
     STORED,

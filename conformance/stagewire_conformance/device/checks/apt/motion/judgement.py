@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stagewire_apt.enumerations import MoveDirection
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.pace import status_velocity
-from stagewire_conformance.device.checks.apt.motion.watching import Watched
+from stagewire_conformance.device.checks.apt.motion.watch import Watched
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
 from stagewire_conformance.device.checks.apt.wording import raw_of
 
