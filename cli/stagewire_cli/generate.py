@@ -117,7 +117,7 @@ def generate(
         from stagewire_generator import TARGETS
         from stagewire_generator.naming import why_no_project
         from stagewire_generator.output import MANIFEST
-        from stagewire_generator.targets.templates import our_templates
+        from stagewire_generator.targets.environment import our_templates
     folders = spec or [Path("spec")]
     for name in target or []:
         if name not in TARGETS:

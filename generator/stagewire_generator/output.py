@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from stagewire_generator.files import replace
-from stagewire_generator.targets.canonical import canonical
+from stagewire_generator.targets.templates import canonical
 
 MANIFEST = "manifest.json"
 

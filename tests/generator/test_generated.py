@@ -17,7 +17,7 @@ import pytest
 from checkout import ROOT
 from stagewire_generator import DEFAULT_TARGETS, TARGETS, check, render
 from stagewire_generator.model import Protocol
-from stagewire_generator.targets.canonical import canonical
+from stagewire_generator.targets.templates import canonical
 
 GENERATED = ROOT / "generated"
 COMMITTED = {

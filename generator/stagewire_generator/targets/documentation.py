@@ -19,19 +19,6 @@ from stagewire_generator.model import (
     Protocol,
 )
 
-__all__ = [
-    "DIRECTIONS",
-    "Markup",
-    "command_paragraphs",
-    "errata_of",
-    "erratum_text",
-    "exchange",
-    "field_facts",
-    "message_paragraphs",
-    "sentence",
-    "where",
-]
-
 DIRECTIONS = {
     "to_controller": "to the controller",
     "to_host": "to the host",

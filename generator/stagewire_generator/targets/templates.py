@@ -2,14 +2,18 @@
 
 A user's file shadows ours by its name, whatever target has it; so no two targets have a template of one
 name. ``stagewire/NAME`` is always ours, so that a template can include what it shadows.
+
+Also here: canonical JSON, the same bytes for the same data, and prose broken into lines.
 """
 
 from __future__ import annotations
 
+import json
 import traceback
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 import jinja2
 
@@ -20,7 +24,51 @@ from stagewire_generator.targets.environment import (
     our_templates,
 )
 
-__all__ = ["Templates", "TemplatesError", "our_templates", "templates_in"]
+# What JSON allows as it stands, and could steer a terminal: an example may hold any byte as text.
+_HIDDEN = "".join(map(chr, (*range(0x7F, 0xA0), 0xAD)))
+_INDENTED = json.JSONEncoder(ensure_ascii=False, indent=2, sort_keys=True)
+_ON_ONE_LINE = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), sort_keys=True)
+
+
+def canonical(data: dict[str, Any], lines: Collection[str] = ()) -> str:
+    """Return ``data`` as JSON with sorted keys, two blanks of indent, and a final newline.
+
+    :param lines: keys of long lists; each of their items stands on one line, without blanks in it.
+    """
+    text = _INDENTED.encode({key: [] if key in lines else value for key, value in data.items()})
+    for key in lines:
+        if data.get(key):
+            items = ",\n    ".join(map(_ON_ONE_LINE.encode, data[key]))
+            # No text of the data has a line feed in it, so that nothing else looks like this.
+            text = text.replace(f'\n  "{key}": []', f'\n  "{key}": [\n    {items}\n  ]')
+    for char in _HIDDEN:  # one after the other: most are in no text, and a search is quick
+        if char in text:
+            text = text.replace(char, f"\\u{ord(char):04x}")
+    return text + "\n"
+
+
+def wrapped(text: str, width: int, hanging: int = 0) -> list[str]:
+    """Return the lines of a text; a word that is longer than a line has one of its own.
+
+    :param hanging: blanks before every line but the first; they count as part of its width.
+    """
+    words = text.split()
+    whole = " ".join(words)
+    if len(whole) <= width:
+        return [whole] if whole else []
+    pad = " " * hanging
+    lines = []
+    line = ""
+    for word in words:
+        if not line:
+            line = word
+        elif len(line) + 1 + len(word) <= width:
+            line = f"{line} {word}"
+        else:
+            lines.append(line)
+            line = pad + word
+    return [*lines, line] if line else lines
+
 
 _OURS = "stagewire"
 _OWN = (

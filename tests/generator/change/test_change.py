@@ -31,7 +31,7 @@ from stagewire_generator.model import Protocol
 
 HERE = Path(__file__).parent
 SCHEMA = json.loads((SCHEMAS / "changes.schema.json").read_text("utf-8"))
-PYTHON_TARGET = import_module("stagewire_generator.targets.python.render")
+PYTHON_TARGET = import_module("stagewire_generator.targets.python.view")
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
 
 

@@ -24,13 +24,13 @@ from stagewire_generator.model import (
 from stagewire_generator.naming import C_OURS, c_layouts, c_prefix, c_table, can_name_package
 from stagewire_generator.targets.c.field_view import field_view
 from stagewire_generator.targets.c.named_view import enumeration_view, flag_table_view
-from stagewire_generator.targets.c.names import names_of
 from stagewire_generator.targets.c.source import (
     call,
     comment,
     comment_lines,
     definition,
     integer,
+    names_of,
     octets,
     plain,
     string,

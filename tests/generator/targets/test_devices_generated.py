@@ -27,7 +27,12 @@ from stagewire_apt.devices import tables, values
 from stagewire_generator import check, checks, render
 from stagewire_generator.model import Protocol
 from stagewire_generator.output import write
-from stagewire_generator.targets.python.devices.naming import ARGUMENTS, METHODS, apart, unit_words
+from stagewire_generator.targets.python.devices.arguments import (
+    ARGUMENTS,
+    METHODS,
+    apart,
+    unit_words,
+)
 
 PACKAGES = (stagewire_apt, stagewire_ms2000)
 BASES = [name for name in support.__all__ if f"Async{name}" in support.__all__ and name != "Motion"]

@@ -18,8 +18,7 @@ from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
 from stagewire_generator.naming import why_no_project
 from stagewire_generator.targets import project as target
-from stagewire_generator.targets.project.escaping import markdown, toml
-from stagewire_generator.targets.project.requirement import requirement
+from stagewire_generator.targets.project.view import markdown, requirement, toml
 from stagewire_generator.targets.templates import Templates
 
 PROJECT = {"python/README.md", "python/pyproject.toml"}

@@ -7,7 +7,7 @@ import textwrap
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stagewire_generator.targets.wrapping import wrapped
+from stagewire_generator.targets.templates import wrapped
 
 WORDS = st.lists(st.text("ab-µ.", min_size=1, max_size=14), max_size=30)
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
-from stagewire_generator.targets.c.documentation import message_doc
-from stagewire_generator.targets.c.entry_view import EntryView
 from stagewire_generator.targets.c.field_view import (
     FieldView,
     field_view,
@@ -17,8 +15,15 @@ from stagewire_generator.targets.c.field_view import (
     written,
 )
 from stagewire_generator.targets.c.framing import File, Framing, Tests
-from stagewire_generator.targets.c.names import Names, names_of
-from stagewire_generator.targets.c.source import call, definition, string
+from stagewire_generator.targets.c.source import (
+    EntryView,
+    Names,
+    call,
+    definition,
+    message_doc,
+    names_of,
+    string,
+)
 from stagewire_generator.targets.vectors.subject import Subject
 
 HEADER_SIZE = 6

@@ -15,10 +15,9 @@ from stagewire_generator.targets.python.class_view import (
     names_line,
     packer_name,
 )
+from stagewire_generator.targets.python.devices.arguments import Nested, Source
 from stagewire_generator.targets.python.devices.framing import DEVICE, DeviceFraming, Shape
-from stagewire_generator.targets.python.devices.nested import Nested, Source
 from stagewire_generator.targets.python.devices.plan import Call
-from stagewire_generator.targets.python.documentation import message_doc, where
 from stagewire_generator.targets.python.field_view import (
     Slot,
     code,
@@ -37,7 +36,9 @@ from stagewire_generator.targets.python.source import (
     docstring,
     imported,
     literal,
+    message_doc,
     paragraph,
+    where,
     width,
 )
 

@@ -24,7 +24,7 @@ from stagewire_generator.model import Field, Format, Json, Layout, Message, Prot
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.framing import Framing
 from stagewire_generator.targets.vectors.subject import LEFT_OUT, Expected, Subject, make_case
-from stagewire_generator.targets.vectors.wire import fields_to_bytes
+from stagewire_generator.targets.vectors.values import fields_to_bytes
 
 
 def contexts(protocol: Protocol) -> dict[str, list[str]]:

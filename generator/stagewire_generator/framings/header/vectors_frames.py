@@ -8,7 +8,7 @@ from typing import Final
 from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.subject import Expected, make_case
-from stagewire_generator.targets.vectors.wire import greatest_but
+from stagewire_generator.targets.vectors.values import greatest_but
 
 SIZE: Final = 6  # bytes of the header
 MOST: Final = 255  # bytes of the longest packet

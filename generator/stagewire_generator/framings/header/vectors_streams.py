@@ -22,7 +22,6 @@ from stagewire_generator.framings.header.vectors_frames import (
 )
 from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.targets.vectors.case import Case
-from stagewire_generator.targets.vectors.contents import shown
 from stagewire_generator.targets.vectors.framing import Framing
 from stagewire_generator.targets.vectors.streams import (
     Piece,
@@ -33,7 +32,7 @@ from stagewire_generator.targets.vectors.streams import (
     stream_case,
 )
 from stagewire_generator.targets.vectors.subject import Subject
-from stagewire_generator.targets.vectors.wire import fields_from_bytes
+from stagewire_generator.targets.vectors.values import fields_from_bytes, shown
 
 ENDS: Final = {
     "host": frozenset({"to_host"}),

@@ -8,12 +8,18 @@ from typing import Any
 
 from stagewire_generator.framings.packet.c_shape import PacketParts, packet_shape_view
 from stagewire_generator.model import Json, Layout, Message, Protocol
-from stagewire_generator.targets.c.documentation import message_doc
-from stagewire_generator.targets.c.entry_view import EntryView
 from stagewire_generator.targets.c.field_view import FieldView, field_view, initialiser, written
 from stagewire_generator.targets.c.framing import File, Framing, Tests
-from stagewire_generator.targets.c.names import Names, names_of
-from stagewire_generator.targets.c.source import call, definition, string, unsigned
+from stagewire_generator.targets.c.source import (
+    EntryView,
+    Names,
+    call,
+    definition,
+    message_doc,
+    names_of,
+    string,
+    unsigned,
+)
 from stagewire_generator.targets.vectors.subject import Subject
 
 

@@ -10,8 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stagewire_generator.model import Json, Protocol
-from stagewire_generator.targets.c.names import names_of
-from stagewire_generator.targets.c.source import call, unsigned
+from stagewire_generator.targets.c.source import call, names_of, unsigned
 
 
 class PacketParts:

@@ -17,7 +17,7 @@ from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.framing import Framing
 from stagewire_generator.targets.vectors.subject import LEFT_OUT, Subject, make_case
-from stagewire_generator.targets.vectors.wire import fields_to_bytes
+from stagewire_generator.targets.vectors.values import fields_to_bytes
 
 
 def protocol_cases(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]:

@@ -12,7 +12,6 @@ from operator import xor
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.targets.vectors.case import Case
-from stagewire_generator.targets.vectors.contents import shown
 from stagewire_generator.targets.vectors.streams import (
     Piece,
     Scenario,
@@ -22,7 +21,7 @@ from stagewire_generator.targets.vectors.streams import (
     stream_case,
 )
 from stagewire_generator.targets.vectors.subject import Subject
-from stagewire_generator.targets.vectors.wire import fields_from_bytes, greatest_but
+from stagewire_generator.targets.vectors.values import fields_from_bytes, greatest_but, shown
 
 
 class Packets:

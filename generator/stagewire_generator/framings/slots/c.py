@@ -6,12 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
-from stagewire_generator.targets.c.documentation import markup_of
-from stagewire_generator.targets.c.entry_view import EntryView
 from stagewire_generator.targets.c.field_view import FieldView, field_view, initialiser, written
 from stagewire_generator.targets.c.framing import File, Framing, Tests
-from stagewire_generator.targets.c.names import Names, names_of
-from stagewire_generator.targets.c.source import call, comment, definition, string
+from stagewire_generator.targets.c.source import (
+    EntryView,
+    Names,
+    call,
+    comment,
+    definition,
+    markup_of,
+    names_of,
+    string,
+)
 from stagewire_generator.targets.documentation import (
     command_paragraphs,
     errata_of,

@@ -17,7 +17,6 @@ from stagewire_generator.targets.python.class_view import (
     payload_view,
 )
 from stagewire_generator.targets.python.devices.framing import DEVICE, DeviceFraming, Shape
-from stagewire_generator.targets.python.documentation import class_doc, command_doc
 from stagewire_generator.targets.python.field_view import code, field_view, packed
 from stagewire_generator.targets.python.framing import Framing, named
 from stagewire_generator.targets.python.source import (
@@ -25,6 +24,8 @@ from stagewire_generator.targets.python.source import (
     WIDTH,
     bracketed,
     call,
+    class_doc,
+    command_doc,
     imported,
     literal,
 )

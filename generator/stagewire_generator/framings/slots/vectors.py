@@ -21,7 +21,7 @@ from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.framing import Framing
 from stagewire_generator.targets.vectors.subject import LEFT_OUT, Expected, Subject, make_case
-from stagewire_generator.targets.vectors.wire import (
+from stagewire_generator.targets.vectors.values import (
     fields_from_bytes,
     fields_to_bytes,
     greatest_but,

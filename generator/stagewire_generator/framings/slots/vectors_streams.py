@@ -20,7 +20,7 @@ from stagewire_generator.targets.vectors.streams import (
     stream_case,
 )
 from stagewire_generator.targets.vectors.subject import Subject
-from stagewire_generator.targets.vectors.wire import (
+from stagewire_generator.targets.vectors.values import (
     fields_from_bytes,
     fields_to_bytes,
     greatest_but,

@@ -6,11 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stagewire_generator.model import Field
-from stagewire_generator.targets.c.documentation import field_doc
-from stagewire_generator.targets.c.names import Names
-from stagewire_generator.targets.c.source import comment, integer
-
-__all__ = ["FieldView", "field_view", "initialiser", "parameter_view", "written"]
+from stagewire_generator.targets.c.source import Names, comment, field_doc, integer
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,28 +1,65 @@
-"""Pieces of C in their final form: comments, literals, calls.
-
-Whatever comes from the spec passes through here, so that a text can never become code, nor a command of
-Doxygen.
-"""
+"""C as text: names, comments, values, and rows of tables, as the views hand them to the templates."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
-from stagewire_generator.targets.wrapping import wrapped
+from stagewire_generator.model import Enumeration, Field, FlagTable, Layout, Message, Protocol
+from stagewire_generator.naming import c_layouts, c_prefix, c_table
+from stagewire_generator.targets import documentation
+from stagewire_generator.targets.documentation import (
+    DIRECTIONS,
+    Markup,
+    errata_of,
+    erratum_text,
+    field_facts,
+    message_paragraphs,
+)
+from stagewire_generator.targets.templates import wrapped
 
-__all__ = [
-    "WIDTH",
-    "call",
-    "comment",
-    "comment_lines",
-    "definition",
-    "integer",
-    "octets",
-    "plain",
-    "string",
-    "unsigned",
-]
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """The names of one package.
+
+    :param package: the folder.
+    :param prefix: what types and functions begin with, without the underscore.
+    """
+
+    package: str
+    prefix: str
+
+    @property
+    def macro_prefix(self) -> str:
+        """What macros begin with, without the underscore."""
+        return self.prefix.upper()
+
+    def layout(self, message: Message, layout: Layout) -> str:
+        """Return the type of a layout; its functions begin with this name."""
+        return f"{self.prefix}_{c_layouts(message)[layout.form]}"
+
+    def macro(self, name: str) -> str:
+        """Return what the macros of something begin with."""
+        return f"{self.macro_prefix}_{name.upper()}"
+
+    def table(self, table: Enumeration | FlagTable) -> str:
+        """Return the type of an enumeration, or what the macros of a flag table are called after."""
+        return f"{self.prefix}_{c_table(table)}"
+
+    def guard(self, path: str) -> str:
+        """Return the include guard of a file, by its path in the folder of the package.
+
+        No macro of a package begins with these words, whatever its spec names.
+        """
+        return re.sub(r"\W", "_", f"stagewire/{self.prefix}/{path}").upper()
+
+
+def names_of(protocol: Protocol) -> Names:
+    """Return the names of the package of a protocol."""
+    return Names(protocol.package, c_prefix(protocol.package))
+
 
 WIDTH = 100
 
@@ -127,3 +164,53 @@ def definition(name: str, value: str) -> str:
     if len(line) <= WIDTH:
         return line
     return " \\\n    ".join([f"#define {name}", *wrapped(value, WIDTH - len("     \\"))])
+
+
+def markup_of(names: Names) -> Markup:
+    """Return how the comments of a package write names: as its code does."""
+
+    def table(table: Enumeration | FlagTable) -> str:
+        name = names.table(table)
+        if isinstance(table, FlagTable):
+            return f"bits {name.upper()}_..."
+        return f"see enum {name}"
+
+    return Markup(name=str, table=table)
+
+
+def message_doc(
+    names: Names, protocol: Protocol, message: Message, layout: Layout | None, size: str
+) -> str:
+    """Return the comment on the type of a layout.
+
+    :param layout: None where the message has none.
+    :param size: how long it is, in words.
+    """
+    markup = markup_of(names)
+    id = f"0x{message.id:0{protocol.id_digits}X}"
+    first = f"{message.name} ({id}), {DIRECTIONS[message.direction]}, {size}"
+    if not message.overlay:
+        first += f"; {where(protocol, message.pages)}"
+    return comment([
+        f"{first}.",
+        *message_paragraphs(protocol, message, layout, markup),
+        *(erratum_text(erratum, markup) for erratum in errata_of(protocol, message.errata)),
+    ])  # fmt: skip
+
+
+def field_doc(names: Names, field: Field) -> str:
+    """Return the comment on a member."""
+    return comment([documentation.sentence(field_facts(field, markup_of(names)))], 4)
+
+
+def where(protocol: Protocol, pages: Sequence[int], overlay: str = "") -> str:
+    """Return where in the document something stands, as a comment names it."""
+    return documentation.where(protocol, pages, Markup(str, lambda table: table.name), overlay)
+
+
+@dataclass(frozen=True, slots=True)
+class EntryView:
+    """One row: its initialiser, and the name of its message as a literal."""
+
+    code: str
+    name: str

@@ -1,14 +1,56 @@
-"""What the files of a project say; every text of the spec is escaped here."""
+"""What the files of a project say; every text of the spec is escaped here for TOML and Markdown."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from importlib import metadata
 
 from stagewire_generator.framing import FRAMINGS, rules_of
 from stagewire_generator.model import Field, Layout, Message, Protocol
-from stagewire_generator.targets.project.escaping import markdown, toml
-from stagewire_generator.targets.project.requirement import requirement
+
+_MARKUP = re.compile(r"([\\`*_\[\]<>&~$])")  # wherever it stands
+_AT_THE_START = re.compile(r"^(?:[-+#=|:]|[0-9]+(?=[.)]))")  # of a list, a heading, a table
+
+
+def toml(text: str) -> str:
+    """Return a basic string of TOML, with its quotes; whatever cannot be seen is an escape."""
+    escaped = []
+    for char in text:
+        if char in ('"', "\\"):
+            escaped.append("\\" + char)
+        elif char.isprintable():
+            escaped.append(char)
+        else:
+            escaped.append(f"\\U{ord(char):08X}")
+    return f'"{"".join(escaped)}"'
+
+
+def markdown(text: str) -> str:
+    """Return a line of Markdown that shows the text as it is."""
+    escaped = _MARKUP.sub(r"\\\1", text)
+    mark = _AT_THE_START.match(escaped)
+    if mark is None:
+        return escaped
+    number = mark[0] if mark[0].isdigit() else ""
+    return f"{number}\\{escaped.removeprefix(number)}"
+
+
+_VERSION = re.compile(r"([0-9]+)\.([0-9]+)")
+
+
+def requirement(version: str) -> str:
+    """Return what a package made by this version of stagewire depends on.
+
+    Classes call functions of the runtime that made them; before 1.0 another minor version may have
+    others, from then on only another major one.
+    """
+    found = _VERSION.match(version)
+    if found is None:
+        raise ValueError(f"{version} is no version")
+    major, minor = int(found[1]), int(found[2])
+    following = f"{major + 1}" if major else f"0.{minor + 1}"
+    return f"stagewire>={major}.{minor},<{following}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,5 @@
 """``python/<package>/``: messages, enumerations, flags, stages, and the protocol that ties them together."""
 
-from stagewire_generator.targets.python.render import render
+from stagewire_generator.targets.python.view import render
 
 __all__ = ["render"]

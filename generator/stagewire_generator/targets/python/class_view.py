@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
-from stagewire_generator.targets.python.documentation import message_doc
 from stagewire_generator.targets.python.field_view import (
     FieldView,
     Slot,
@@ -24,6 +23,7 @@ from stagewire_generator.targets.python.source import (
     bracketed,
     call,
     literal,
+    message_doc,
     tuple_of,
 )
 

@@ -9,21 +9,6 @@ from stagewire_generator.model import Field
 from stagewire_generator.naming import camel
 from stagewire_generator.targets.python.source import WIDTH, assigned, call, integer, literal
 
-__all__ = [
-    "FieldView",
-    "Slot",
-    "code",
-    "default",
-    "field_view",
-    "is_converted",
-    "is_optional",
-    "name_of",
-    "packed",
-    "type_of",
-    "value_of",
-    "wire_type",
-]
-
 Slot: TypeAlias = Field | str
 """A field of a class; a header parameter without a meaning is a bare name."""
 

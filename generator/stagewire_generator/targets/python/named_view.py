@@ -17,7 +17,6 @@ from stagewire_generator.model import (
 )
 from stagewire_generator.naming import camel
 from stagewire_generator.targets.documentation import sentence
-from stagewire_generator.targets.python.documentation import where
 from stagewire_generator.targets.python.source import (
     WIDTH,
     call,
@@ -26,17 +25,8 @@ from stagewire_generator.targets.python.source import (
     long_text,
     paragraph,
     tuple_of,
+    where,
 )
-
-__all__ = [
-    "NamedView",
-    "QuantityView",
-    "StageView",
-    "enumeration_view",
-    "flag_table_view",
-    "quantity_view",
-    "stage_view",
-]
 
 
 @dataclass(frozen=True, slots=True)

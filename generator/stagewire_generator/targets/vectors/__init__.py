@@ -5,10 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 from stagewire_generator.model import Json, Protocol
-from stagewire_generator.targets.canonical import canonical
+from stagewire_generator.targets.templates import canonical
 from stagewire_generator.targets.vectors.case import Case
-from stagewire_generator.targets.vectors.cases import cases_of
-from stagewire_generator.targets.vectors.printed import captures_of, examples_of
+from stagewire_generator.targets.vectors.cases import captures_of, cases_of, examples_of
 
 __all__ = ["Case", "cases_of", "render", "vectors_text"]
 

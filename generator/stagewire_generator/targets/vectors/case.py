@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import Json, Layout, Message
 
-__all__ = ["Case"]
-
 
 @dataclass(frozen=True, slots=True)
 class Case:

@@ -9,8 +9,6 @@ from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.subject import Subject
 
-__all__ = ["Framing"]
-
 
 class Framing(abc.ABC):
     """How the messages of one protocol are framed, and what can be wrong with a frame."""

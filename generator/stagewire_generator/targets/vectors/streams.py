@@ -9,8 +9,6 @@ from stagewire_generator.model import Json
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.subject import Expected, make_case
 
-__all__ = ["Piece", "Scenario", "cut", "in_bytes", "join_garbage", "stream_answer", "stream_case"]
-
 Piece: TypeAlias = tuple[str, bytes]
 """The kind of an event and its bytes; bytes that wait for more are ``pending``."""
 

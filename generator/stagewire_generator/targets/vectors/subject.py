@@ -6,9 +6,7 @@ from typing import Any, Final, TypeAlias
 
 from stagewire_generator.model import Field, Json, Layout, Message
 from stagewire_generator.targets.vectors.case import Case
-from stagewire_generator.targets.vectors.contents import Content, plain_content
-
-__all__ = ["LEFT_OUT", "Expected", "Subject", "answered", "make_case"]
+from stagewire_generator.targets.vectors.values import Content, plain_content
 
 Expected: TypeAlias = bytes | Json | str
 """The bytes that an encoder makes; what else is answered; the code of a refusal."""

@@ -1,17 +1,122 @@
-"""The cases of a protocol as vectors, as far as C can say them."""
+"""Cases of a codec as C: frames for one number, examples at a terminal, and the cases of the vectors."""
 
 from __future__ import annotations
 
+import re
 from collections import Counter, deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from stagewire_generator.model import Protocol
+from stagewire_generator.model import Field, Json, Protocol
 from stagewire_generator.targets.c.testing.values import CannotSayError
 from stagewire_generator.targets.c.testing.vector import Content, Vectors, VectorView
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.cases import cases_of
+from stagewire_generator.targets.vectors.subject import Subject
 
-__all__ = ["CasesView", "cases_view"]
+
+def octets_of(entry: Json, key: str) -> bytes:
+    """Return bytes that an example writes in its notation: hex, ``24 97 03 58`` or ``#FF#41``."""
+    text: str = entry[key]
+    if entry.get("notation") == "decimal":
+        return bytes(int(number) for number in text.split())
+    return bytes.fromhex(text.replace("#", ""))
+
+
+def field_where(vectors: Vectors, wanted: Callable[[Subject, Field], bool]) -> Number:
+    """Return the first field of a payload that is wanted. Raises :class:`CannotSayError` without one."""
+    for of in vectors.subjects.values():
+        for field in of.layout.fields:
+            if wanted(of, field):
+                return Number(vectors, of, field)
+    raise CannotSayError("a field that there is not")
+
+
+class Number:
+    """A field whose value is looked at, among plain ones."""
+
+    def __init__(self, vectors: Vectors, of: Subject, field: Field) -> None:
+        self._vectors = vectors
+        self._of = of
+        self.field = field
+
+    def content(self, value: int) -> Content:
+        """Return what a message says that has this value."""
+        asked = {key: said for key, said in self._of.asked.items() if key != "op"}
+        return self._vectors.content({**asked, "fields": self._held(value)})
+
+    def raw(self, value: int) -> bytes:
+        """Return the frame of a message that has this value."""
+        return self._vectors.bytes_of(self._of, self._held(value))
+
+    def around(self, printed: bytes) -> bytes:
+        """Return a frame with these bytes in the place of the field."""
+        raw = self._vectors.bytes_of(self._of, self._of.plain.held)
+        start = self._vectors.framing.data_at(self._vectors.protocol, self._of) + self.field.offset
+        return raw[:start] + printed + raw[start + self.field.format.size :]
+
+    def _held(self, value: int) -> Json:
+        return {**self._of.plain.held, self.field.name: value}
+
+
+_KEY = re.compile(
+    r"\s+|Ctrl<(?P<ctrl>[@-_])>|Alt\[(?P<alt>\d{1,4})\]|(?P<esc>ESC)|'(?P<quoted>.)'|(?P<char>.)"
+)
+_UNREADABLE = "_"  # what stands for bytes that no terminal shows
+_ESCAPE = 0x1B
+
+
+def keyboard_vectors(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
+    """Yield that what is typed, or shown, are the bytes that a message is encoded to, and back.
+
+    What a terminal makes of bytes that nobody can read is its own business, and not checked.
+    """
+    if "message" not in entry:
+        yield vectors.holds(id, _axis(vectors, entry))
+        return
+    content = vectors.content(entry)
+    text = entry.get("corrected") or entry.get("typed") or entry["shown"]
+    if "typed" in entry:
+        yield vectors.both(id, content, bytes_of(text))
+        if "corrected" in entry:
+            yield vectors.differs(id, content, bytes_of(entry["typed"]))
+    elif _UNREADABLE in text:
+        yield vectors.both(id, content, vectors.bytes_of(content.of, dict(content.values)))
+    else:
+        raw = text.encode(entry.get("code_page", "ascii"), errors="replace")
+        yield vectors.both(id, content, raw)
+
+
+def _axis(vectors: Vectors, entry: Json) -> str:
+    """Return the condition that the key of an axis sends its identifier."""
+    name = vectors.protocol.framing.get("axes")
+    tables = [table for table in vectors.protocol.enumerations if table.name == name]
+    typed = bytes_of(entry["typed"])
+    named = [axis.name for table in tables for axis in table.values if axis.value == entry["axis"]]
+    if len(typed) != 1 or not named:
+        raise CannotSayError("an axis without a key")
+    return f"{vectors.names.table(tables[0]).upper()}_{named[0]} == {typed[0]}"
+
+
+def bytes_of(text: str) -> bytes:
+    """Return the bytes that keys send: ``Ctrl<X>``, ``Alt[255]``, ``ESC``, ``'A'`` or the character alone.
+
+    Raises :class:`CannotSayError` for a key that sends none.
+    """
+    numbers = []
+    for key in _KEY.finditer(text):
+        if key["esc"]:
+            numbers.append(_ESCAPE)
+        elif key["ctrl"]:
+            numbers.append(ord(key["ctrl"]) & 0x1F)
+        elif key["alt"]:
+            numbers.append(int(key["alt"]))
+        elif key["quoted"] or key["char"]:
+            numbers.append(ord(key["quoted"] or key["char"]))
+    if any(number > 0xFF for number in numbers):
+        raise CannotSayError("a key that sends no byte")
+    return bytes(numbers)
+
 
 _FUNCTIONS = ("refuse_prefix_bytes",)  # asked for in a request, and in C by a call
 

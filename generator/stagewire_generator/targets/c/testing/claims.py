@@ -6,12 +6,10 @@ from collections.abc import Callable, Iterator
 
 from stagewire_generator.model import Json
 from stagewire_generator.targets.c.source import integer, unsigned
-from stagewire_generator.targets.c.testing.frames import Number, field_where
+from stagewire_generator.targets.c.testing.cases import Number, field_where
 from stagewire_generator.targets.c.testing.values import CannotSayError, can_hold
 from stagewire_generator.targets.c.testing.vector import Vectors, VectorView, noted
 from stagewire_generator.targets.vectors.subject import Subject
-
-__all__ = ["claim_vectors"]
 
 PROSE = "prose; nothing that a program could check"
 NO_BYTES = "says nothing of bytes; the registry's JSON has it"

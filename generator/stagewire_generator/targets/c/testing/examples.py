@@ -6,14 +6,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from stagewire_generator.model import Json, Protocol
+from stagewire_generator.targets.c.testing.cases import field_where, keyboard_vectors, octets_of
 from stagewire_generator.targets.c.testing.claims import claim_vectors
-from stagewire_generator.targets.c.testing.frames import field_where, octets_of
-from stagewire_generator.targets.c.testing.keyboard import keyboard_vectors
 from stagewire_generator.targets.c.testing.values import CannotSayError
 from stagewire_generator.targets.c.testing.vector import Vectors, VectorView, noted
-from stagewire_generator.targets.vectors.printed import captures_of, examples_of
-
-__all__ = ["ExamplesView", "examples_view"]
+from stagewire_generator.targets.vectors.cases import captures_of, examples_of
 
 _ARITHMETIC = "arithmetic of the document; no bytes, and no scale"
 

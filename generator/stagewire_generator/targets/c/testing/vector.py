@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.targets.c.framing import Tests, framing_of
-from stagewire_generator.targets.c.names import names_of
-from stagewire_generator.targets.c.source import string
-from stagewire_generator.targets.c.testing.conversions import Conversions
-from stagewire_generator.targets.c.testing.layouts import index, subjects
+from stagewire_generator.targets.c.source import names_of, string
+from stagewire_generator.targets.c.testing.round_trip import index, subjects
 from stagewire_generator.targets.c.testing.values import (
     CannotSayError,
+    Conversions,
     Item,
     byte_rows,
     filled,
@@ -23,8 +22,6 @@ from stagewire_generator.targets.c.testing.values import (
 )
 from stagewire_generator.targets.vectors.cases import framing_of as frames_of
 from stagewire_generator.targets.vectors.subject import Subject
-
-__all__ = ["Content", "VectorView", "Vectors", "noted"]
 
 _UNDECIDED = ":undecided"  # a form that is two layouts
 _INDENT = 8

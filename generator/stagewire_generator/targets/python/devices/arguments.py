@@ -2,19 +2,120 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import keyword
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from stagewire_generator.model import Field, Layout, Message, Protocol, Quantity
 from stagewire_generator.naming import camel
-from stagewire_generator.targets.python.devices.naming import (
-    ARGUMENTS,
-    apart,
-    can_begin,
-    unit_words,
-)
+from stagewire_generator.targets.python.source import WIDTH, width
 
-__all__ = ["Argument", "Way", "arguments_of", "given_fields", "table_class"]
+
+@dataclass(frozen=True, slots=True)
+class Nested:
+    """Something in brackets: ``opening``, then items, then ``closing``."""
+
+    opening: str
+    items: tuple[Source, ...]
+    closing: str
+
+
+Source: TypeAlias = "str | Nested"
+
+
+def laid_out(source: Source, indent: int, tail: str = "") -> str:
+    """Return the source on one line if it fits, else one item a line, as a formatter has it.
+
+    The first line carries no indentation; the others carry theirs.
+
+    :param tail: what follows on the same line.
+    """
+    line = _flat(source)
+    fits = indent + width(line + tail) <= WIDTH and "\n" not in line
+    if isinstance(source, str) or not source.items or fits:
+        return line + tail
+    pad = " " * (indent + 4)
+    body = "".join(f"{pad}{laid_out(item, indent + 4, ',')}\n" for item in source.items)
+    return f"{source.opening}\n{body}{' ' * indent}{source.closing}{tail}"
+
+
+def _flat(source: Source) -> str:
+    if isinstance(source, str):
+        return source
+    inside = ", ".join(_flat(item) for item in source.items)
+    alone = len(source.items) == 1 and _is_tuple(source)
+    return f"{source.opening}{inside}{',' if alone else ''}{source.closing}"
+
+
+def _is_tuple(source: Nested) -> bool:
+    """Whether the brackets are those of a tuple, and not of a call."""
+    before = source.opening[:-1]
+    return source.opening.endswith("(") and (not before or before.endswith(("=", " ", ":")))
+
+
+_SYMBOLS = {"V": "volts", "N": "newtons"}
+# What every device class has from the runtime, and what the modules of generated parts import.
+METHODS = frozenset(keyword.kwlist) | frozenset({
+    "axis", "axis_class", "bay", "bay_class", "bays", "channel", "channel_class", "channels", "close",
+    "e", "f", "facts", "info", "is_moving", "low_level", "mode", "mro", "open", "reconnect", "scales",
+    "serial_number", "session", "subscribe", "t", "text", "unit", "url", "v", "values"
+})  # fmt: skip
+# What an argument of a method, or an attribute of the values that it returns, cannot be called.
+ARGUMENTS = frozenset(keyword.kwlist) | frozenset({
+    "counts", "e", "exact", "f", "known", "m", "message", "mro", "names", "scales", "self", "t", "told",
+    "timeout", "v"
+})  # fmt: skip
+
+
+def unit_words(unit: str) -> str:
+    """Return a unit as the end of a name: ``mm_per_s2`` for ``mm/s^2``, ``volts`` for ``V``."""
+    parts = [part.replace("^", "") for part in unit.split("/")]
+    return "_per_".join(_SYMBOLS.get(part, part.lower()) for part in parts)
+
+
+def short_words(message: Message) -> tuple[str, ...]:
+    """Return the words of a message in small letters, without that of its group."""
+    words = tuple(word.lower() for word in message.words)
+    return words[1:] if message.group and can_begin(words[1:]) else words
+
+
+def verbless(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Return words without the verb that asks or answers, if others are left."""
+    return words[1:] if words[0] in ("get", "req", "read") and can_begin(words[1:]) else words
+
+
+def can_begin(words: Sequence[str]) -> bool:
+    """Whether a name can begin with these words: there are some, and no digit is in front."""
+    return bool(words) and words[0][0].isalpha()
+
+
+def apart(things: Iterable[Sequence[str]], taken: Collection[str], word: str) -> list[str]:
+    """Return a name for each thing: no two alike, and none of them taken.
+
+    :param things: the names that each may have, the best first. Of two that are alike both go on to
+        their next, if they have one.
+    :param word: stands behind a name for which there is no next.
+    """
+    choices = [list(names) for names in things]
+    while True:
+        count = Counter(names[0] for names in choices)
+        alike = [
+            names
+            for names in choices
+            if len(names) > 1 and (count[names[0]] > 1 or names[0] in taken)
+        ]
+        if not alike:
+            break
+        for names in alike:
+            del names[0]
+    used = set(taken)
+    for names in choices:
+        while names[0] in used:
+            names[0] = f"{names[0]}_{word}"
+        used.add(names[0])
+    return [names[0] for names in choices]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,7 @@ from stagewire_generator.model import Factor, Field, Message, Protocol
 from stagewire_generator.targets.documentation import errata_of, field_facts, sentence
 from stagewire_generator.targets.python.devices.arguments import Argument, Way
 from stagewire_generator.targets.python.devices.plan import Call
-from stagewire_generator.targets.python.documentation import MARKUP, where
-from stagewire_generator.targets.python.source import docstring, paragraph
-
-__all__ = ["method_doc", "part_doc", "raw_text", "unit_text"]
+from stagewire_generator.targets.python.source import MARKUP, docstring, paragraph, where
 
 _FIRST = {
     "get_": "Read the {}.",

@@ -14,13 +14,11 @@ from stagewire_generator.model import (
     Message,
     Protocol,
 )
-from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
+from stagewire_generator.targets.python.devices.arguments import Nested, Source, laid_out
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.plan import Call
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
 from stagewire_generator.targets.python.source import literal
-
-__all__ = ["hindrance_entries", "hindrance_lists", "said_by"]
 
 
 def said_by(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[Message, Layout]]:

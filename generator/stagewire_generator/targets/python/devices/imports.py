@@ -5,11 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Sequence
 
-from stagewire_generator.targets.python.devices.methods_view import MethodView
-from stagewire_generator.targets.python.devices.values_view import ValuesView
+from stagewire_generator.targets.python.devices.parts import MethodView
+from stagewire_generator.targets.python.devices.tables_view import ValuesView
 from stagewire_generator.targets.python.source import SUPPORT, imported
-
-__all__ = ["facts_imports", "parts_imports", "tables_imports", "units_imports", "values_imports"]
 
 _ALIASES = {"e": "enumerations", "f": "flags", "m": "messages"}
 _TABLES = ("Action", "Command", "Ends", "Given", "ParameterSet", "Poll", "Query", "Stored")

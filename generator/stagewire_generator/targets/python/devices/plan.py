@@ -9,17 +9,13 @@ from stagewire_generator.model import Layout, Message, ParameterSet, Protocol
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.python.devices.arguments import (
     Argument,
-    arguments_of,
-    given_fields,
-)
-from stagewire_generator.targets.python.devices.naming import (
     apart,
+    arguments_of,
     can_begin,
+    given_fields,
     short_words,
     verbless,
 )
-
-__all__ = ["Call", "Plan", "ValuesPlan", "camel_words", "plan_of"]
 
 _CONSTANTS = frozenset({"FACTS", "UNITS", "VALUES"})
 _VALUES = frozenset({

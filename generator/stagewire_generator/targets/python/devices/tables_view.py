@@ -1,17 +1,26 @@
-"""The module of tables: one for each call, which the classes for threads and for asyncio share."""
+"""The module of tables: one for each call, which the classes for threads and for asyncio share.
+
+Also here: the modules of values, with a class for each reply of a controller.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
-from stagewire_generator.model import Field, Layout, Message
-from stagewire_generator.naming import message_classes
-from stagewire_generator.targets.python.devices.arguments import Argument, table_class
-from stagewire_generator.targets.python.devices.nested import Nested, Source, laid_out
-from stagewire_generator.targets.python.devices.plan import Call, Plan
-from stagewire_generator.targets.python.source import literal
-
-__all__ = ["TableWriter", "class_of", "default_value"]
+from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.naming import camel, message_classes
+from stagewire_generator.targets.documentation import sentence
+from stagewire_generator.targets.python.devices.arguments import (
+    Argument,
+    Nested,
+    Source,
+    laid_out,
+    table_class,
+)
+from stagewire_generator.targets.python.devices.documentation import raw_text, unit_text
+from stagewire_generator.targets.python.devices.plan import Call, Plan, ValuesPlan
+from stagewire_generator.targets.python.source import docstring, literal, paragraph, where
 
 _ENDS = ("completes_with", "stops_with")
 _RANK = {"set": 0, "query": 0, "halt": 1}  # those that others refer to come first
@@ -175,3 +184,70 @@ def _argument(argument: Argument) -> Nested:
     if default is not None:
         items.append(f"default={default}")
     return Nested("Given(", tuple(items), ")")
+
+
+_KINDS = {"integer": "Raw", "text": "RawText", "bytes": "RawBytes"}
+
+
+@dataclass(frozen=True, slots=True)
+class ValuesView:
+    """One class.
+
+    :param members: statements that make its values, each followed by what is said of it.
+    :param kinds: the classes of the runtime that they need.
+    """
+
+    name: str
+    message: str
+    head: str
+    doc: str
+    members: tuple[str, ...]
+    kinds: tuple[str, ...]
+
+
+def values_view(protocol: Protocol, plan: ValuesPlan) -> ValuesView:
+    """Make the view of a class of values."""
+    members: list[str] = []
+    kinds: set[str] = set()
+    for argument in plan.arguments:
+        for kind, source, text in _members(argument):
+            kinds.add(kind)
+            members += [source, f'"""{docstring(paragraph(sentence(text), 4))}"""']
+    message = plan.message
+    found = where(protocol, message.pages, message.overlay)
+    first = f"What ``{message.name}`` says."
+    doc = f"{first}\n\n    {paragraph(f'{sentence(message.summary)} {sentence(found)}', 4)}\n    "
+    return ValuesView(
+        name=plan.name,
+        message=f"m.{plan.message_class}",
+        head=laid_out(
+            Nested(f"class {plan.name}(", (f"Values[m.{plan.message_class}]",), ")"), 0, ":"
+        ),
+        doc=docstring(doc),
+        members=tuple(members),
+        kinds=tuple(kinds),
+    )
+
+
+def _members(argument: Argument) -> Iterator[tuple[str, str, str]]:
+    """Yield class, statement and text of each value that a field has."""
+    field = argument.field
+    kind, items = _kind(field)
+    head = f"{argument.keyword} = {kind}("
+    yield kind, laid_out(Nested(head, (literal(field.name), *items), ")"), 4), raw_text(field)
+    for way in argument.ways:
+        assert field.quantity
+        parts = (literal(field.name), literal(field.quantity.name), literal(way.unit))
+        source = laid_out(Nested(f"{way.keyword} = InUnits(", parts, ")"), 4)
+        yield "InUnits", source, unit_text(argument, way)
+
+
+def _kind(field: Field) -> tuple[str, tuple[str | Nested, ...]]:
+    if field.enum:
+        return "Named", (f"e.{camel(field.enum.name)}",)
+    if field.flags_by_unit and field.flags:
+        units = (f"{literal(u)}: f.{camel(t.name)}" for u, t in field.flags_by_unit.items())
+        return "BitsByUnit", (f"f.{camel(field.flags.name)}", Nested("{", tuple(units), "}"))
+    if field.flags:
+        return "Bits", (f"f.{camel(field.flags.name)}",)
+    return _KINDS[field.format.kind], ()

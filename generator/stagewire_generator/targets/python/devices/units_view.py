@@ -6,13 +6,10 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.targets.documentation import sentence
+from stagewire_generator.targets.python.devices.arguments import Nested, laid_out
 from stagewire_generator.targets.python.devices.facts_view import messages_from
-from stagewire_generator.targets.python.devices.nested import Nested, laid_out
 from stagewire_generator.targets.python.devices.parts import ClassPlan, UnitPlan
-from stagewire_generator.targets.python.documentation import where
-from stagewire_generator.targets.python.source import docstring, literal, paragraph
-
-__all__ = ["UnitClassView", "unit_class_views"]
+from stagewire_generator.targets.python.source import docstring, literal, paragraph, where
 
 _ELEMENTS = {
     "RackDevice": "bay_class",

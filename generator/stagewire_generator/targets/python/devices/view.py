@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from stagewire_generator.framing import FRAMINGS
 from stagewire_generator.model import Protocol
+from stagewire_generator.targets.python.devices.arguments import Nested, laid_out
 from stagewire_generator.targets.python.devices.documentation import part_doc
 from stagewire_generator.targets.python.devices.facts_view import FactsView, facts_view
 from stagewire_generator.targets.python.devices.imports import (
@@ -15,13 +16,20 @@ from stagewire_generator.targets.python.devices.imports import (
     units_imports,
     values_imports,
 )
-from stagewire_generator.targets.python.devices.methods_view import MethodView, method_view
-from stagewire_generator.targets.python.devices.nested import Nested, laid_out
-from stagewire_generator.targets.python.devices.parts import Part, Parts, parts_of
+from stagewire_generator.targets.python.devices.parts import (
+    MethodView,
+    Part,
+    Parts,
+    method_view,
+    parts_of,
+)
 from stagewire_generator.targets.python.devices.plan import Plan, plan_of
-from stagewire_generator.targets.python.devices.tables_view import TableWriter
+from stagewire_generator.targets.python.devices.tables_view import (
+    TableWriter,
+    ValuesView,
+    values_view,
+)
 from stagewire_generator.targets.python.devices.units_view import UnitClassView, unit_class_views
-from stagewire_generator.targets.python.devices.values_view import ValuesView, values_view
 from stagewire_generator.targets.python.source import exported, imported
 
 
