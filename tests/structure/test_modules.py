@@ -14,8 +14,8 @@ from checkout import ROOT
 
 LONGEST = 500
 SHORT = 100
-SHORT_SHARE = 0.33
-MEDIANS = (130, 250)
+SHORT_SHARE = 0.27
+MEDIANS = (150, 250)
 
 MEANINGS = {"Line": 1, "Place": 1, "Axis": 4}
 """Class names that are easily given twice: how many hand-written modules may define each."""
