@@ -105,7 +105,8 @@ def _refuse_strays(
 def _warn_of_old_places(
     found: Iterable[tuple[str, Path, Path]], folder: Path, diagnostics: Diagnostics
 ) -> None:
-    """Warn of files in the places of 0.1; refuse those of which there is a new one as well."""
+    """Warn once of files in their places of 0.1; report those that also have a file in the new place."""
+    moves = []
     for kind, path, root in found:
         if kind not in _OF_WIRE or path.parent == folder:
             continue
@@ -113,14 +114,15 @@ def _warn_of_old_places(
         if os.path.lexists(folder / f"{kind}.yaml"):
             hint = f"move its entries to {place} and delete it"
             diagnostics.add(
-                Place(name), "SW008", f"is the place of 0.1, and there is {place}", hint
+                Place(name), "SW008", f"this file and {place} both hold the {kind}", hint
             )
         else:
-            warnings.warn(
-                f"{name}: move it to {place}; the next release will not read it here",
-                FutureWarning,
-                stacklevel=2,
-            )
+            around = folder.parent.parent  # the old place may be beside the spec
+            names = (p.relative_to(around).as_posix() for p in (path, folder / f"{kind}.yaml"))
+            moves.append(" to ".join(names))
+    if moves:
+        text = f"move {' and '.join(moves)}; the next release will not read the old place"
+        warnings.warn(text, FutureWarning, stacklevel=2)
 
 
 def _read(
@@ -154,14 +156,12 @@ def _find(folder: Path) -> Iterator[tuple[str, Path, Path]]:
     for kind, pattern in _KINDS.items():
         for path in sorted(folder.glob(pattern)):
             yield kind, path, root
-    for old in (folder / _IN_0_1, root / _IN_0_1, root.parent / _IN_0_1):
-        if not old.is_dir():
-            continue
-        for kind in sorted(_OF_WIRE, reverse=True):
-            path = old / kind / f"{folder.name}.yaml"
+    for kind in sorted(_OF_WIRE, reverse=True):
+        for above in (folder, root, root.parent):
+            path = above / _IN_0_1 / kind / f"{folder.name}.yaml"
             if os.path.lexists(path):
-                yield kind, path, old.parent
-        return
+                yield kind, path, above
+                break
 
 
 def _find_overlay(folder: Path) -> Iterator[tuple[str, Path, Path]]:

@@ -401,6 +401,6 @@ def test_a_file_in_its_place_of_0_1_is_named_in_one_plain_line(
     done = stagewire("check", "spec")
     assert done.code == 0
     assert done.err == (
-        "warning: conformance/captures/tiny.yaml: move it to tiny/captures.yaml; the next release will not "
-        "read it here\n"
+        "warning: move conformance/captures/tiny.yaml to spec/tiny/captures.yaml; the next release will not "
+        "read the old place\n"
     )

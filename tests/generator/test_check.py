@@ -86,10 +86,34 @@ def test_examples_and_captures_in_the_places_of_0_1_are_read_with_a_warning(
 ) -> None:
     [new] = check(spec)
     to_the_place_of_0_1(spec, kind)
-    said = rf"^conformance/{kind}/tiny\.yaml: move it to tiny/{kind}\.yaml; the next release"
+    said = rf"^move spec/conformance/{kind}/tiny\.yaml to spec/tiny/{kind}\.yaml; the next release"
     with pytest.warns(FutureWarning, match=said):
         [old] = check(spec)
     assert (old.examples, old.captures) == (new.examples, new.captures)
+
+
+@pytest.mark.parametrize("place", [".", "spec", "spec/tiny"])
+def test_one_warning_names_all_files_in_the_places_of_0_1(spec: Path, place: str) -> None:
+    moves = []
+    for kind in ("examples", "captures"):
+        old = spec.parent / place / "conformance" / kind / "tiny.yaml"
+        old.parent.mkdir(parents=True)
+        (spec / "tiny" / f"{kind}.yaml").rename(old)
+        name = old.relative_to(spec.parent).as_posix()
+        moves.append(f"{name} to spec/tiny/{kind}.yaml")
+    with pytest.warns(FutureWarning) as warned:
+        check(spec)
+    assert [str(warning.message) for warning in warned] == [
+        f"move {moves[0]} and {moves[1]}; the next release will not read the old place"
+    ]
+
+
+def test_another_folder_of_that_name_hides_no_file_of_0_1(spec: Path) -> None:
+    to_the_place_of_0_1(spec, "examples")
+    (spec / "tiny" / "conformance").mkdir()
+    with pytest.warns(FutureWarning):
+        [protocol] = check(spec)
+    assert protocol.examples
 
 
 @pytest.mark.parametrize("kind", ["examples", "captures"])
@@ -99,7 +123,7 @@ def test_a_file_in_both_places_is_refused(spec: Path, kind: str) -> None:
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert str(caught.value.diagnostics[0]) == (
-        f"conformance/{kind}/tiny.yaml:1:1: SW008 is the place of 0.1, and there is tiny/{kind}.yaml\n"
+        f"conformance/{kind}/tiny.yaml:1:1: SW008 this file and tiny/{kind}.yaml both hold the {kind}\n"
         f"    hint: move its entries to tiny/{kind}.yaml and delete it"
     )
 
