@@ -33,7 +33,7 @@ from stagewire_generator.targets.templates import canonical
 
 def scale_json(quantity: Quantity) -> Json:
     """Return the scale of a quantity: its factor, or what it depends on."""
-    return factor_json(quantity.factor) if quantity.factor else _scales_rule(quantity.rule)
+    return factor_json(quantity.factor) if quantity.factor else _scale_rule(quantity.rule)
 
 
 def factor_json(factor: Factor) -> Json:
@@ -62,7 +62,7 @@ def limit_json(limit: Limit | str) -> Json:
     return data
 
 
-def _scales_rule(rule: Json) -> Json:
+def _scale_rule(rule: Json) -> Json:
     if "units" in rule:
         return {
             **rule,
@@ -77,7 +77,7 @@ def _scales_rule(rule: Json) -> Json:
 
 
 def _case(scale: Factor | Json) -> Json:
-    return factor_json(scale) if isinstance(scale, Factor) else _scales_rule(scale)
+    return factor_json(scale) if isinstance(scale, Factor) else _scale_rule(scale)
 
 
 def _rational(value: Fraction) -> Json:
@@ -197,11 +197,11 @@ def _registry_json(protocol: Protocol) -> Json:
             }
             for e in protocol.errata
         ],
-        "rules": [_view_rule(rule) for rule in protocol.rules],
+        "rules": [_rule_entry(rule) for rule in protocol.rules],
     }
 
 
-def _view_rule(rule: Rule) -> Json:
+def _rule_entry(rule: Rule) -> Json:
     return {
         "id": rule.id,
         "page": rule.page,

@@ -94,7 +94,7 @@ def _initial(field: Field, value: object) -> str:
     """Return the initialiser of one member; text and long byte strings are string literals."""
     format = field.format
     if format.kind == "integer":
-        return _values_integer(field, value)
+        return _field_integer(field, value)
     if not isinstance(value, str):
         raise CannotSayError("a value of another type")
     try:
@@ -120,7 +120,7 @@ def _pieces(text: str) -> list[str]:
     return [f'"{line}"' for line in lines]
 
 
-def _values_integer(field: Field, value: object) -> str:
+def _field_integer(field: Field, value: object) -> str:
     if isinstance(value, bool) or not isinstance(value, int):
         raise CannotSayError("a value of another type")
     if not can_hold(field, value):
@@ -212,7 +212,7 @@ class Conversions:
             function = "_".join(("scale", *words)).lower()
             made.append(f".by_setting = {self._names.prefix}_{function}")
             made.append(f".setting = {_ratio(_fraction(setting))}")
-        return [*made, f".counts = {_conversions_integer(item['exact'])}"]
+        return [*made, f".counts = {_wide_integer(item['exact'])}"]
 
     def _scale(self, name: str, item: Json) -> tuple[tuple[str, ...], str, Factor | Json]:
         """Return what a scale is called after, its unit, and what it is."""
@@ -256,10 +256,10 @@ def _fraction(number: int | str) -> Fraction:
 
 
 def _ratio(value: Fraction) -> str:
-    return f"{{{_conversions_integer(value.numerator)}, {_conversions_integer(value.denominator)}}}"
+    return f"{{{_wide_integer(value.numerator)}, {_wide_integer(value.denominator)}}}"
 
 
-def _conversions_integer(value: int) -> str:
+def _wide_integer(value: int) -> str:
     if not _LEAST <= value <= _GREATEST:
         raise CannotSayError("a value of more than 64 bits")
     return integer(value, 8, signed=True)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
-_BURSTS_REQUESTS: Final = 200
+_SENT: Final = 200
 _BURST: Final = 10
 _WAIT: Final = 1.0
 """Seconds after the last answer in which the next one of a burst has to come."""
@@ -53,13 +53,13 @@ def _claimed(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @BURSTS.check(
-    f"{_BURSTS_REQUESTS} requests in bursts of {_BURST} are all answered, in order",
+    f"{_SENT} requests in bursts of {_BURST} are all answered, in order",
     seconds=2.0,
     each=_claimed,
 )
 def _bursts(trial: Trial, requests: Sequence[Request]) -> None:
     wrong = 0
-    for _ in range(_BURSTS_REQUESTS // _BURST):
+    for _ in range(_SENT // _BURST):
         burst = [trial.random.choice(requests) for _ in range(_BURST)]
         wrong += not _answered(trial, burst)
         if wrong == _ENOUGH:
@@ -145,7 +145,7 @@ def _answers(request: Request, heard: Incoming) -> bool:
     return mine in (heard.source, heard.dest) or heard.source == heard.dest == 0
 
 
-_TIMING_REQUESTS: Final = 100
+_MEASURED: Final = 100
 """Of each place; fewer do not tell the one that is late of a hundred."""
 
 
@@ -200,7 +200,7 @@ def _timing(trial: Trial, requests: Sequence[Request]) -> None:
 def _measure(trial: Trial, request: Request) -> list[float]:
     """Return how long each of many answers took, in seconds."""
     took = []
-    for _ in range(_TIMING_REQUESTS):
+    for _ in range(_MEASURED):
         began = trial.line.now
         reply = trial.reply(request.message, request.place.address)
         took.append(reply.time - began)

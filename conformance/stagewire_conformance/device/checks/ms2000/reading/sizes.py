@@ -26,7 +26,7 @@ from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
-_SIZES_WAIT: Final = 0.2
+_FORM_WAIT: Final = 0.2
 """Seconds in which an answer would have come."""
 
 
@@ -37,7 +37,7 @@ SIZES: Final = Kind(
 )
 
 
-def _sizes_requests(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
+def _requests_in_both_forms(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for name, request in requests_of(declared).items():
         yield AxisCase(
             place=first_place(declared, name),
@@ -55,14 +55,14 @@ def _sizes_requests(declared: Declaration, allowed: Permissions) -> Iterator[Axi
     SIZES,
     "{request} {form} is answered by the reply, or not at all",
     seconds=0.4,
-    each=_sizes_requests,
+    each=_requests_in_both_forms,
 )
 def _sizes(axis: Axis, request: Command) -> None:
     clean = Clean(axis.trial)
     name = request.layout.message
     usual = request.layout.size is not None
     form = "without its size" if usual else "with the size 0"
-    came = axis.line.ask(request, axis.address, _SIZES_WAIT, sized=not usual)
+    came = axis.line.ask(request, axis.address, _FORM_WAIT, sized=not usual)
     if not came:
         axis.trial.info(f"{name} {form} is ignored")
     else:
@@ -71,7 +71,7 @@ def _sizes(axis: Axis, request: Command) -> None:
     clean.again(f"after {name} {form}")
 
 
-_WRONG_SIZE_WAIT: Final = 0.1
+_ERROR_WAIT: Final = 0.1
 """Seconds in which an answer would have come."""
 _SUPPORTED: Final = range(7)
 """Sizes that are supported up to firmware 3.3."""
@@ -99,7 +99,7 @@ WRONG_SIZE: Final = Kind(
 )
 
 
-def _wrong_size_requests(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
+def _requests_with_a_size(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for name, request in requests_of(declared).items():
         if request.layout.size is not None:
             yield AxisCase(
@@ -115,7 +115,7 @@ def _wrong_size_requests(declared: Declaration, allowed: Permissions) -> Iterato
     WRONG_SIZE,
     "{request} with another size than its own is ignored",
     seconds=0.6,
-    each=_wrong_size_requests,
+    each=_requests_with_a_size,
 )
 def _wrong_size(axis: Axis, request: Command) -> None:
     trial, name, clean = axis.trial, request.layout.message, Clean(axis.trial)
@@ -124,7 +124,7 @@ def _wrong_size(axis: Axis, request: Command) -> None:
     for size in _wrong_sizes(axis, request):
         about = f"{name} of axis {axis.name} with the size {size} instead of {request.layout.size}"
         axis.line.send_bytes(bytes((axis.address, request.layout.id, size)) + END, about)
-        came = axis.line.collect(1, _WRONG_SIZE_WAIT)
+        came = axis.line.collect(1, _ERROR_WAIT)
         if size in _EXAMPLES.get(name, ()):
             trial.info(f"{about}, as in its example, is {'answered' if came else 'ignored'}")
             trial.must(

@@ -37,7 +37,7 @@ READBACK: Final = Kind(
 )  # fmt: skip
 
 
-def _readback_settings(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
+def _stored_of_all_axes(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for place in declared.places:
         for stored in STORED:
             write, read = stored.messages
@@ -56,7 +56,7 @@ def _readback_settings(declared: Declaration, allowed: Permissions) -> Iterator[
     needs={Need.SETTINGS},
     does="writes increment, ramp time and top speed of every axis, and puts them back",
     seconds=0.6,
-    each=_readback_settings,
+    each=_stored_of_all_axes,
 )
 def _readback(axis: Axis, stored: Stored) -> None:
     trial = axis.trial
@@ -112,7 +112,7 @@ WRITTEN_SIZE: Final = Kind(
 )  # fmt: skip
 
 
-def _written_size_settings(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
+def _stored_of_one_axis(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for stored in STORED:
         yield AxisCase(
             place=first_place(declared, *stored.messages),
@@ -129,7 +129,7 @@ def _written_size_settings(declared: Declaration, allowed: Permissions) -> Itera
     needs={Need.SETTINGS},
     does="sends commands that write with a wrong size, which are to be ignored",
     seconds=1.0,
-    each=_written_size_settings,
+    each=_stored_of_one_axis,
 )
 def _written_size(axis: Axis, stored: Stored) -> None:
     trial, clean = axis.trial, Clean(axis.trial)
