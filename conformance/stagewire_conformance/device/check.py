@@ -77,9 +77,9 @@ class Case:
     """One check of several that are declared together: where it looks, and how it differs from the others.
 
     :param name: follows the name of the kind in its id.
-    :param words: for the names in braces in the title and in what will be done; ``{range}`` is the range that
-        was allowed.
-    :param arguments: of the function that is declared.
+    :param arguments: of the function that is declared, by keyword. The title and what will be done name them
+        in braces: ``{place.name}``, and ``{range}`` for the range that was allowed.
+    :param words: more names for these texts.
     :param messages: that it covers besides those of the declaration.
     :param needs: besides those of the declaration.
     :param rules: in place of those of the declaration.
@@ -89,8 +89,8 @@ class Case:
     """
 
     name: str = ""
-    words: Mapping[str, object] = field(default_factory=dict)
     arguments: Mapping[str, object] = field(default_factory=dict)
+    words: Mapping[str, object] = field(default_factory=dict)
     messages: Iterable[str] = ()
     needs: frozenset[Need] = frozenset()
     rules: tuple[str, ...] | None = None
@@ -146,14 +146,14 @@ class Kind:
 
         def checks(run: _F, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
             for case in each(declared, allowed):
-                words = {"range": allowed.motion or ALLOWED, **case.words}
+                words = {"range": allowed.motion or ALLOWED, **case.arguments, **case.words}
                 yield Check(
                     id="/".join(filter(None, (self.name, case.name, name))),
-                    title=title.format(**words),
+                    title=self._filled(title, words),
                     messages=tuple(dict.fromkeys((*messages, *case.messages))),
                     run=partial(run, **case.arguments),
                     needs=frozenset(needs) | case.needs,
-                    does=does.format(**words),
+                    does=self._filled(does, words),
                     seconds=seconds if case.seconds is None else case.seconds,
                     rules=rules if case.rules is None else case.rules,
                     skip=case.skip,
@@ -161,6 +161,15 @@ class Kind:
                 )
 
         return self.declare(checks)
+
+    def _filled(self, text: str, words: Mapping[str, object]) -> str:
+        try:
+            return text.format(**words)
+        except (LookupError, AttributeError, ValueError) as error:
+            raise ValueError(
+                f"a check of the kind {self.name}: {text!r} cannot be filled in from its case, which has "
+                f"{', '.join(words)}: {error}"
+            ) from None
 
     def declare(
         self, checks: Callable[[_F, Declaration, Permissions], Iterable[Check]]

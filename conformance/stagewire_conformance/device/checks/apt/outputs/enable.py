@@ -8,6 +8,7 @@ stage that nothing holds may give way.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -172,21 +173,19 @@ def _loops(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         if care is None or care.when is not When.DISABLED:
             continue
         if spot.place.messages >= ENABLED_SETS:
-            yield Case(
-                name=spot.name,
-                words={"set": spot.set.set, "spot": spot.text, "fields": ", ".join(care.fields)},
-                arguments={"spot": spot},
-                messages=spot.set.messages,
+            yield replace(
+                spot.case(),
+                words={"fields": ", ".join(care.fields)},
                 skip=spot.set.skip or unseen(spot.place),
                 lacks=lacks_range(declared, allowed, (spot.place, spot.channel or 1)),
             )
 
 
 @LOOPS.check(
-    "{set} is read back while the channel is disabled, at {spot}",
+    "{spot.set.set} is read back while the channel is disabled, at {spot.text}",
     needs={Need.SETTINGS, Need.MOTION},
-    does="disables each channel, makes {fields} of {set} a little smaller, puts them back, and enables it "
-    "again",
+    does="disables each channel, makes {fields} of {spot.set.set} a little smaller, puts them back, and "
+    "enables it again",
     each=_loops,
 )
 def _look_at_loops(trial: Trial, spot: Spot) -> None:

@@ -9,6 +9,7 @@ Also here: each of the four digital outputs of a rack is switched and read back 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stagewire_apt.enumerations import (
@@ -42,17 +43,11 @@ def _outputs(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for one in parameter_sets(declared, place):
             if one.name == _SET:
-                yield Case(
-                    name=place.name,
-                    words={"set": one.set, "place": place.name},
-                    arguments={"spot": Spot(place, None, one)},
-                    messages=one.messages,
-                    skip=one.skip,
-                )
+                yield replace(Spot(place, None, one).case(), name=place.name)
 
 
 @DIGITAL.check(
-    "{set} switches the digital outputs of {place}",
+    "{spot.set.set} switches the digital outputs of {spot.place.name}",
     needs={Need.MOTION},
     does="switches each of the four digital outputs for a moment, whatever is connected to them",
     each=_outputs,

@@ -182,7 +182,7 @@ def _requests(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         for request in requests_of(declared, place):
             yield Case(
                 name=request.id,
-                words={"request": request.about, "answers": " or ".join(request.answers)},
+                words={"answers": " or ".join(request.answers)},
                 arguments={"request": request, "again": _is_parameter_set(declared, request)},
                 messages=request.messages,
                 rules=_rules(declared, request),
@@ -190,7 +190,7 @@ def _requests(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
             )
 
 
-@KIND.check("{request} is answered by one {answers}", each=_requests)
+@KIND.check("{request.about} is answered by one {answers}", each=_requests)
 def _ask(trial: Trial, request: Request, again: bool) -> None:
     address = request.place.address
     reply = judge_answer(trial, request, ask_all(trial, request))

@@ -65,7 +65,6 @@ def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         if requests:
             yield Case(
                 name=place.name,
-                words={"place": place.name},
                 arguments={"place": place, "requests": claimed},
                 messages=[name for each in requests for name in each.messages],
                 skip="" if claimed else requests[0].skip,
@@ -74,7 +73,7 @@ def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @KIND.check(
-    "{place} sends frames with whole headers, right lengths and right addresses", each=_places
+    "{place.name} sends frames with whole headers, right lengths and right addresses", each=_places
 )
 def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
     """Ask everything once, and look at the frame of each message, whatever it says."""

@@ -57,14 +57,15 @@ def _identified_places(declared: Declaration, allowed: Permissions) -> Iterator[
             if request.name in identity_of(declared):
                 yield Case(
                     name=place.name,
-                    words={"place": place.name},
                     arguments={"request": request},
                     messages=request.messages,
                     skip=request.skip,
                 )
 
 
-@IDENTIFICATION.check("{place} says what it is, twice the same", each=_identified_places)
+@IDENTIFICATION.check(
+    "{request.place.name} says what it is, twice the same", each=_identified_places
+)
 def _identify_twice(trial: Trial, request: Request) -> None:
     address = request.place.address
     first = judge_answer(trial, request, ask_all(trial, request))
@@ -168,14 +169,13 @@ def _flashing_places(declared: Declaration, allowed: Permissions) -> Iterator[Ca
         if _IDENTIFY in place.listed:
             yield Case(
                 name=place.name,
-                words={"place": place.name},
                 arguments={"place": place},
                 skip=place.why_not(_IDENTIFY),
             )
 
 
 @IDENTIFY.check(
-    "{place} flashes its front panel when it is asked to, and says nothing",
+    "{place.name} flashes its front panel when it is asked to, and says nothing",
     messages=(_IDENTIFY,),
     seconds=0.3,
     each=_flashing_places,

@@ -86,14 +86,17 @@ def _channels(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         compared = [name for answer in others for name in channel.requests[answer].messages]
         yield Case(
             name=f"{channel.place.name}/{channel.number}",
-            words={"channel": f"channel {channel.number} at {channel.place.name}"},
             arguments={"channel": channel},
             messages=(*channel.messages, *channel.stream.messages, *compared),
             skip=channel.skip,
         )
 
 
-@KIND.check("The status of {channel} agrees with what else it says", seconds=0.6, each=_channels)
+@KIND.check(
+    "The status of channel {channel.number} at {channel.place.name} agrees with what else it says",
+    seconds=0.6,
+    each=_channels,
+)
 def _run(trial: Trial, channel: ChannelStatus) -> None:
     status = _first(trial, channel)
     if status is None:

@@ -119,7 +119,6 @@ def _common(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
                 first, last = (Spot(place, place.channels[at], one) for at in (0, -1))
                 yield Case(
                     name=f"{place.name}/{one.set}",
-                    words={"set": one.set, "field": names[0], "place": place.name},
                     arguments={"first": first, "last": last, "field": names[0]},
                     messages=one.messages,
                     needs=frozenset({NEEDS[one.effect]}),
@@ -128,8 +127,8 @@ def _common(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @CHANNELS.check(
-    "{field} of {set} is that of all channels of {place}",
-    does="changes {field} with {set} in open loop, and puts it back",
+    "{field} of {first.set.set} is that of all channels of {first.place.name}",
+    does="changes {field} with {first.set.set} in open loop, and puts it back",
     each=_common,
 )
 def _run_common(trial: Trial, first: Spot, last: Spot, field: str) -> None:

@@ -7,6 +7,7 @@ counter says may differ by less than can be mistaken for what it said before.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
@@ -51,24 +52,13 @@ KIND = Kind(
 def _counters(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for spot in spots(declared):
         if field := _COUNTERS.get(spot.set.name):
-            yield Case(
-                name=spot.name,
-                words={
-                    "set": spot.set.set,
-                    "req": spot.set.req,
-                    "spot": spot.text,
-                    "field": field.replace("_", " "),
-                },
-                arguments={"spot": spot, "field": field},
-                messages=spot.set.messages,
-                skip=spot.set.skip,
-            )
+            yield replace(spot.case(field=field), words={"counter": field.replace("_", " ")})
 
 
 @KIND.check(
-    "{set} sets the counter at {spot}, and {req} tells it",
+    "{spot.set.set} sets the counter at {spot.text}, and {spot.set.req} tells it",
     needs={Need.SETTINGS},
-    does="lets the {field} count from elsewhere for a moment, and puts it back; nothing moves",
+    does="lets the {counter} count from elsewhere for a moment, and puts it back; nothing moves",
     each=_counters,
 )
 def _run(trial: Trial, spot: Spot, field: str) -> None:

@@ -56,7 +56,6 @@ def _savings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         saving = _saving(declared, spot.place)[0]
         yield Case(
             name=f"{name}/{saving}/{channel}",
-            words={"saving": saving, "set": spot.set.set, "spot": spot.text},
             arguments={"spot": spot, "saving": saving, "channel": channel},
             messages=(saving, *spot.set.messages),
             skip=spot.place.why_not(saving),
@@ -64,9 +63,10 @@ def _savings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @KIND.check(
-    "{saving} saves {set} at {spot} without an answer",
+    "{saving} saves {spot.set.set} at {spot.text} without an answer",
     needs={Need.EEPROM},
-    does="writes the present values of {set} into the EEPROM of each channel, over what was saved there",
+    does="writes the present values of {spot.set.set} into the EEPROM of each channel, over what was saved "
+    "there",
     seconds=0.5,
     each=_savings,
 )

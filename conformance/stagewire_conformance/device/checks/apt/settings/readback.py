@@ -8,7 +8,7 @@ not strict: the document speaks of values that are set, and of no steps in which
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stagewire_conformance.device.check import Case, Kind
@@ -138,22 +138,16 @@ def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for spot in spots(declared):
         if spot.set.name not in ELSEWHERE:
             care = CARE.get(spot.set.name, Care())
-            yield Case(
-                name=spot.name,
-                words={
-                    "set": spot.set.set,
-                    "req": spot.set.req,
-                    "spot": spot.text,
-                    "effect": _does(spot, care),
-                },
-                arguments={"spot": spot, "care": care},
-                messages=spot.set.messages,
+            yield replace(
+                spot.case(care=care),
+                words={"effect": _does(spot, care)},
                 needs=frozenset({NEEDS[spot.set.effect]}),
-                skip=spot.set.skip,
             )
 
 
-@KIND.check("{set} is read back by {req} at {spot}", does="{effect}", each=_settings)
+@KIND.check(
+    "{spot.set.set} is read back by {spot.set.req} at {spot.text}", does="{effect}", each=_settings
+)
 def _run(trial: Trial, spot: Spot, care: Care) -> None:
     first = spot.ask(trial)
     judge_message(trial, spot.place, spot.channel, first)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.errors import StagewireError
+from stagewire_conformance.device.check import Case
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
 from stagewire_conformance.registry import Json
@@ -106,6 +107,18 @@ class Spot:
         """What names it in the id of a check."""
         channel = "" if self.channel is None else f"/{self.channel}"
         return f"{self.place.name}/{self.set.set}{channel}"
+
+    def case(self, **arguments: object) -> Case:
+        """Return the case of a check that looks at it; it is the argument ``spot``.
+
+        :param arguments: of the function besides.
+        """
+        return Case(
+            name=self.name,
+            arguments={"spot": self, **arguments},
+            messages=self.set.messages,
+            skip=self.set.skip,
+        )
 
     def ask(self, trial: Trial) -> Incoming:
         """Ask for the values; the check ends where nothing answers."""

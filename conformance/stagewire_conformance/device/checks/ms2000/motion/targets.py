@@ -144,7 +144,6 @@ def _pairs(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
         yield AxisCase(
             place=first,
             name=second.name,
-            words={"other": second.name},
             arguments={"other": second},
             skip=next(filter(None, map(second.why_not, MOVES)), ""),
             lacks=lacks_of(declared, allowed, second),
@@ -152,7 +151,10 @@ def _pairs(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
 
 
 @motion_check(
-    TOGETHER, "{axis} and axis {other} go to their own targets at once", seconds=1.5, each=_pairs
+    TOGETHER,
+    "{axis} and axis {other.name} go to their own targets at once",
+    seconds=1.5,
+    each=_pairs,
 )
 def _both(first: Mover, other: Target) -> None:
     second = Mover(first.trial, other)

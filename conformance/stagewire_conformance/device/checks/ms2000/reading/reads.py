@@ -91,13 +91,17 @@ def _requests(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]
             yield AxisCase(
                 place=place,
                 name=name,
-                words={"request": name, "size": size},
+                words={"size": size},
                 arguments={"request": requests[name]},
                 messages=(name,),
             )
 
 
-@axis_check(READS, "{request} of {axis} is answered by {size}, and nothing else", each=_requests)
+@axis_check(
+    READS,
+    "{request.layout.message} of {axis} is answered by {size}, and nothing else",
+    each=_requests,
+)
 def _reads(axis: Axis, request: Command) -> None:
     name = request.layout.message
     first = axis.ask(request)

@@ -43,7 +43,6 @@ def _requests_in_both_forms(declared: Declaration, allowed: Permissions) -> Iter
             place=first_place(declared, name),
             name=name,
             words={
-                "request": name,
                 "form": "with the size 0" if request.layout.size is None else "without its size",
             },
             arguments={"request": request},
@@ -53,7 +52,7 @@ def _requests_in_both_forms(declared: Declaration, allowed: Permissions) -> Iter
 
 @axis_check(
     SIZES,
-    "{request} {form} is answered by the reply, or not at all",
+    "{request.layout.message} {form} is answered by the reply, or not at all",
     seconds=0.4,
     each=_requests_in_both_forms,
 )
@@ -105,7 +104,6 @@ def _requests_with_a_size(declared: Declaration, allowed: Permissions) -> Iterat
             yield AxisCase(
                 place=first_place(declared, name),
                 name=name,
-                words={"request": name},
                 arguments={"request": request},
                 messages=(name,),
             )
@@ -113,7 +111,7 @@ def _requests_with_a_size(declared: Declaration, allowed: Permissions) -> Iterat
 
 @axis_check(
     WRONG_SIZE,
-    "{request} with another size than its own is ignored",
+    "{request.layout.message} with another size than its own is ignored",
     seconds=0.6,
     each=_requests_with_a_size,
 )

@@ -40,11 +40,9 @@ READBACK: Final = Kind(
 def _stored_of_all_axes(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
     for place in declared.places:
         for stored in STORED:
-            write, read = stored.messages
             yield AxisCase(
                 place=place,
-                name=write,
-                words={"write": write, "read": read},
+                name=stored.name,
                 arguments={"stored": stored},
                 messages=stored.messages,
             )
@@ -52,7 +50,7 @@ def _stored_of_all_axes(declared: Declaration, allowed: Permissions) -> Iterator
 
 @axis_check(
     READBACK,
-    "{read} of {axis} tells what {write} wrote, and nothing else changes",
+    "{stored.read.layout.message} of {axis} tells what {stored.name} wrote, and nothing else changes",
     needs={Need.SETTINGS},
     does="writes increment, ramp time and top speed of every axis, and puts them back",
     seconds=0.6,
@@ -117,7 +115,6 @@ def _stored_of_one_axis(declared: Declaration, allowed: Permissions) -> Iterator
         yield AxisCase(
             place=first_place(declared, *stored.messages),
             name=stored.name,
-            words={"write": stored.name},
             arguments={"stored": stored},
             messages=stored.messages,
         )
@@ -125,7 +122,7 @@ def _stored_of_one_axis(declared: Declaration, allowed: Permissions) -> Iterator
 
 @axis_check(
     WRITTEN_SIZE,
-    "{write} with another size than its own changes nothing",
+    "{stored.name} with another size than its own changes nothing",
     needs={Need.SETTINGS},
     does="sends commands that write with a wrong size, which are to be ignored",
     seconds=1.0,

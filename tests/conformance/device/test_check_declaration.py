@@ -1,0 +1,77 @@
+"""Checks that a decorator declares: their cases, ids and texts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from stagewire_conformance.device.check import Case, Check, Kind
+from stagewire_conformance.device.declaration import Declaration, declare
+from stagewire_conformance.device.permissions import Need, Permissions
+from stagewire_conformance.device.plans import plan
+from stagewire_conformance.device.ranges import Range
+from stagewire_conformance.device.trial import Trial
+
+DECLARED = declare("BSC102")
+NOTHING = Permissions()
+
+
+def two(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
+    """Give two cases; the second one differs in all that a case may change."""
+    yield Case(name="one", arguments={"place": declared.places[0]}, messages=("MOD_IDENTIFY",))
+    yield Case(
+        name="two",
+        arguments={"place": declared.places[1]},
+        words={"verb": "asks"},
+        needs=frozenset({Need.SETTINGS}),
+        rules=("velocity-parameters",),
+        seconds=3.0,
+        skip="not claimed",
+        lacks="out of range",
+    )
+
+
+def declared_checks(title: str, allowed: Permissions = NOTHING, does: str = "") -> list[Check]:
+    """Return the checks of a kind with one function that is declared for two cases."""
+    kind = Kind(name="made", title="Made for a test")
+
+    @kind.check(
+        title, messages=("MOD_IDENTIFY",), needs={Need.MOTION}, does=does, name="last", each=two
+    )
+    def look(trial: Trial, place: object) -> None:
+        """Look at nothing."""
+
+    return plan(DECLARED, allowed, kinds=[kind])
+
+
+def test_each_case_makes_a_check_with_what_it_changes() -> None:
+    one, two = declared_checks("It looks at {place.name}")
+    assert [one.id, two.id] == ["made/one/last", "made/two/last"]
+    assert [one.title, two.title] == ["It looks at 0x11", "It looks at 0x21"]
+    assert one.messages == two.messages == ("MOD_IDENTIFY",)
+    assert (one.needs, two.needs) == ({Need.MOTION}, {Need.MOTION, Need.SETTINGS})
+    assert (one.seconds, one.skip, one.lacks) == (0.1, "", "")
+    assert (two.seconds, two.skip, two.lacks) == (3.0, "not claimed", "out of range")
+    assert two.rules == ("velocity-parameters",)
+
+
+def test_texts_name_the_range_that_was_allowed() -> None:
+    allowed = Permissions(motion=Range.parse("0..5mm"))
+    assert (
+        declared_checks("It moves", allowed, "moves within {range}")[0].does
+        == "moves within 0..5mm"
+    )
+    assert (
+        declared_checks("It moves", does="within {range}")[0].does
+        == "within the range that is allowed"
+    )
+
+
+@pytest.mark.parametrize("title", ["It {verb}", "At {place.nowhere}", "An open {brace", "The {}"])
+def test_a_title_that_its_case_cannot_fill_in_is_an_error(title: str) -> None:
+    with pytest.raises(
+        ValueError, match=r"a check of the kind made: .* cannot be filled in"
+    ) as caught:
+        declared_checks(title)
+    assert "which has range, place" in str(caught.value)
