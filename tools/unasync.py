@@ -1,8 +1,8 @@
-"""Generate the half of the library that is for threads from its asyncio half.
+"""Generate the half of the library for threads from its asyncio half.
 
 ``python tools/unasync.py`` writes the modules; ``--check`` writes nothing, names the modules that differ and
 exits with status 1. Each module of the asyncio half is copied with the substitutions of ``WORDS``, and those
-of ``PASSAGES`` for what is different by nature, such as a parameter that only threads need. Ruff formats the
+of ``PASSAGES`` for real differences, such as a parameter that only threads need. Ruff formats the
 copy. A passage that does not occur is an error, so that no entry outlives its reason.
 """
 
@@ -29,16 +29,13 @@ MODULES: Final = {
 WORDS: Final = (
     (r"\basync (?=def |with |for )", ""),
     (r"\bawait ", ""),
-    (r"\b_async\b", "_sync"),
     (r"\bopen_async_link\b", "open_link"),
     (r"\bOpening\[Self\]", "Self"),
     (r"\basynchronous(?=[ .`_])", "synchronous"),
     (r"\bAsync(Locks|Link|Closing|Iterator|FramedSession|CommandSession|Session)\b", r"\1"),
     (r"\bAsyncSubscription\b", "BlockingSubscription"),
-    (r"\bAbstractAsyncContextManager\b", "AbstractContextManager"),
     (r"\basynccontextmanager\b", "contextmanager"),
     (r"\basync_clock_of\b", "clock_of"),
-    (r"\bopen_async_session\b", "open_session"),
     (r"\b_sessions\.awaiting\b", "_sessions.calling"),
     (r"\bloop_driver\b", "thread_driver"),
     (r"\bfor asyncio\b", "for threads"),
@@ -46,7 +43,7 @@ WORDS: Final = (
     (r", as calls to be awaited\b", ", as plain calls"),
     (r"\bopen and not started; it belongs\b", "open; it belongs"),
 )
-"""Regular expressions, and what replaces them, in the order in which they are applied."""
+"""Regular expressions and their replacements, in the order in which they are applied."""
 
 _BACKGROUND: Final = (
     (
@@ -64,12 +61,6 @@ _BACKGROUND: Final = (
 
 PASSAGES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     "_sessions/asynchronous.py": _BACKGROUND,
-    "_devices/asynchronous/__init__.py": (
-        (
-            "``tools/unasync.py`` generates the devices for threads from them.",
-            "See ``asynchronous``.",
-        ),
-    ),
     "_devices/asynchronous/devices.py": (
         (
             " No thread, and one event loop.\n\n"
@@ -92,7 +83,7 @@ PASSAGES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ),
     ),
 }
-"""By module, passages of its text and what replaces them, before the words."""
+"""By module, passages of its text and their replacements. They come before the words."""
 
 
 def pairs() -> Iterator[tuple[Path, Path]]:

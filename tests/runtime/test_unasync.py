@@ -50,6 +50,12 @@ def test_a_passage_that_does_not_occur_is_an_error(
         unasync.generated(source)
 
 
+def test_every_word_occurs(unasync: ModuleType) -> None:
+    texts = [source.read_text(encoding="utf-8") for source, _ in unasync.pairs()]
+    unused = [word for word, _ in unasync.WORDS if not any(re.search(word, text) for text in texts)]
+    assert unused == []
+
+
 def test_a_change_of_the_source_and_a_copy_without_source_are_seen(
     unasync: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -1,1 +1,1 @@
-"""Devices for asyncio. ``tools/unasync.py`` generates the devices for threads from them."""
+"""Devices for asyncio: their calls, their motions, and the classes that users hold."""
