@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stagewire_cli.errors import OK, WRONG, CalledWronglyError
-from stagewire_cli.generator import compared_spec, folder, generator_extra, load, located
+from stagewire_cli.generator import compared_spec, find, folder, generator_extra, load, located
 from stagewire_cli.output import check_output, output
 from stagewire_cli.reports import Report, ReportFormat, summary, written
 
@@ -105,11 +105,12 @@ def check(
         )
     if out is not None:
         check_output(out, None)
+    [found] = find([spec])
     try:
-        loaded = load([spec], overlay or [])
-        report = Report(spec, counts=loaded.counts)
+        loaded = load([found], overlay or [])
+        report = Report(found, counts=loaded.counts)
     except SpecError as error:
-        report = Report(spec, error.diagnostics)
+        report = Report(found, error.diagnostics)
     else:
         if against is not None:
             report = _compared(report, loaded.checked, against, format)
@@ -127,7 +128,7 @@ def _compared(
 
     quiet = format is not ReportFormat.TEXT
     new = Spec.of(checked)
-    with compared_spec("--against", against, str(report.spec), quiet=quiet) as old:
+    with compared_spec("--against", against, str(report.spec.path), quiet=quiet) as old:
         changes = compare_specs(old, new)
         found = located(unvouched(changes, old, new), report.spec)
     numbers = {level.name: number for level, number in counts(changes).items()}

@@ -16,7 +16,7 @@ import typer
 
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.generator import (
-    check_folders,
+    find,
     folder,
     generator_extra,
     load,
@@ -175,7 +175,7 @@ def _render(
     from stagewire_generator.targets.templates import Templates, TemplatesError
 
     try:
-        protocols = load(folders, overlays=overlays)
+        protocols = load(find(folders), overlays=overlays)
         if package and len(protocols) != 1:
             names = ", ".join(sorted(protocol.name for protocol in protocols))
             raise CalledWronglyError(
@@ -199,13 +199,12 @@ def _render(
 def _list_inputs(folders: Sequence[Path], templates: Path | None) -> None:
     """List what decides on the output; a spec that is wrong has files, too."""
     from stagewire_generator.pipeline import inputs
-    from stagewire_generator.reader import protocol_folders
 
-    check_folders(folders)
-    for given in folders:
-        if not protocol_folders(given):
-            raise CalledWronglyError(f"{given} holds no folder with a protocol.yaml in it")
-    show_paths(inputs(folders, templates))
+    specs = find(folders)
+    for spec in specs:
+        if not spec.protocols:
+            raise CalledWronglyError(f"{spec.path} holds no folder with a protocol.yaml in it")
+    show_paths(inputs(specs, templates))
 
 
 def _compare(out: Path, files: Mapping[str, str], *, partial: bool) -> None:

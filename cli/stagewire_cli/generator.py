@@ -25,17 +25,13 @@ if TYPE_CHECKING:
     from stagewire_generator.diagnostics import Diagnostic, SpecError
     from stagewire_generator.model import Protocol
     from stagewire_generator.pipeline import CheckedSpec
+    from stagewire_generator.reader import SpecFolder
 
 
-def located(diagnostics: Iterable[Diagnostic], spec: Path) -> list[Diagnostic]:
-    """Return the diagnostics of a spec with every file as it is found from the current folder.
-
-    :param spec: the folder, as the user named it.
-    """
-    from stagewire_generator.reader import locate
-
+def located(diagnostics: Iterable[Diagnostic], spec: SpecFolder) -> list[Diagnostic]:
+    """Return the diagnostics of a spec with every file as it is found from the current folder."""
     path = cache(
-        lambda name: relative_path(locate(spec, name))
+        lambda name: relative_path(spec.locate(name))
     )  # a run may have thousands of a file
     return [
         replace(diagnostic, place=replace(diagnostic.place, file=path(diagnostic.place.file)))
@@ -78,24 +74,25 @@ def generator_extra() -> Iterator[None]:
         ) from None
 
 
-def check_folders(folders: Sequence[Path]) -> None:
-    """Raise :class:`CalledWronglyError` for a spec that is no folder."""
+def find(folders: Sequence[Path]) -> list[SpecFolder]:
+    """Return the files of every spec; raise :class:`CalledWronglyError` for one that is no folder."""
+    with generator_extra():
+        from stagewire_generator.reader import find_spec
     for folder in folders:
         if not folder.is_dir():
             raise CalledWronglyError(
                 f"{folder} is no folder; give one that holds protocols, such as ./spec"
             )
+    return [find_spec(folder) for folder in folders]
 
 
-def _check_overlays(folders: Sequence[Path], overlays: Sequence[str]) -> None:
+def _check_overlays(specs: Sequence[SpecFolder], overlays: Sequence[str]) -> None:
     """Raise :class:`CalledWronglyError` for an overlay that is nowhere, or that is asked for twice."""
-    from stagewire_generator.reader import overlay_folders, protocol_folders
-
     known = sorted(
-        f"{protocol.name}/{overlay.name}"
-        for folder in folders
-        for protocol in protocol_folders(folder)
-        for overlay in overlay_folders(protocol)
+        f"{protocol.path.name}/{overlay.path.name}"
+        for spec in specs
+        for protocol in spec.protocols
+        for overlay in protocol.overlays
     )
     for name in overlays:
         if name not in known:
@@ -106,7 +103,7 @@ def _check_overlays(folders: Sequence[Path], overlays: Sequence[str]) -> None:
 
 
 def load(
-    folders: Sequence[Path],
+    specs: Sequence[SpecFolder],
     overlays: Sequence[str] = (),
     named: Callable[[Diagnostic], Diagnostic] | None = None,
 ) -> CheckedSpec:
@@ -119,8 +116,7 @@ def load(
     from stagewire_generator.naming import c_prefix
     from stagewire_generator.pipeline import CheckedSpec, check
 
-    check_folders(folders)
-    _check_overlays(folders, overlays)
+    _check_overlays(specs, overlays)
     protocols: list[Protocol] = []
     checked: dict[str, Checked] = {}
     found: list[Diagnostic] = []
@@ -128,14 +124,14 @@ def load(
         generator_extra(),
         progress() as say,
     ):  # what explains an error is imported when there is one
-        for folder in folders:
+        for spec in specs:
             try:
-                spec = check(folder, say, overlays)
-                protocols += spec
-                checked |= spec.checked
+                result = check(spec, say, overlays)
+                protocols += result
+                checked |= result.checked
             except SpecError as error:
                 found += (
-                    map(named, error.diagnostics) if named else located(error.diagnostics, folder)
+                    map(named, error.diagnostics) if named else located(error.diagnostics, spec)
                 )
     if found:
         raise SpecError(found)
@@ -216,7 +212,7 @@ def _loaded(
 
     try:
         named = extracted.named if extracted else None
-        return Spec.of(load([folder], named=named).checked)
+        return Spec.of(load(find([folder]), named=named).checked)
     except SpecError as error:
         show_diagnostics(error, [Path(name)], err=quiet)
         typer.echo(f"{label} does not pass check, so that nothing was compared", err=True)

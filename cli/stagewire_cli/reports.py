@@ -27,30 +27,25 @@ if TYPE_CHECKING:
 
     from stagewire_generator.diagnostics import Diagnostic
     from stagewire_generator.pipeline import Counts
+    from stagewire_generator.reader import SpecFolder
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
     """A check of one spec.
 
-    :param spec: the folder, as the user named it.
+    :param spec: the folder, as the user named it, and the files in it.
     :param diagnostics: what is wrong, with files named from the current folder.
     :param counts: what was looked at, by protocol; empty when something is wrong with the spec itself.
     :param against: what it was compared with, as the user named it; "" for nothing.
     :param changes: class -> number of changes, the gravest first; empty when nothing was compared.
     """
 
-    spec: Path
+    spec: SpecFolder
     diagnostics: Sequence[Diagnostic] = ()
     counts: Mapping[str, Counts] = field(default_factory=dict)
     against: str = ""
     changes: Mapping[str, int] = field(default_factory=dict)
-
-    def files(self) -> dict[str, list[Path]]:
-        """Return the files that were read, by the folder of the protocol."""
-        from stagewire_generator.reader import files_of, protocol_folders
-
-        return {folder.name: files_of(folder) for folder in protocol_folders(self.spec)}
 
 
 def as_text(report: Report) -> str:
@@ -64,7 +59,7 @@ def summary(report: Report) -> str:
     """Return how many errors there are, or what a spec without any holds and how it changed."""
     number = len(report.diagnostics)
     if number:
-        return f"{printable(str(report.spec))}: {number} error{'s' * (number != 1)}\n"
+        return f"{printable(str(report.spec.path))}: {number} error{'s' * (number != 1)}\n"
     lines = [
         f"{name}: ok; {seen.messages} messages, {seen.layouts} layouts, {seen.fields} fields, "
         f"{seen.errata} errata, {seen.places} witness places, {seen.examples} examples\n"
@@ -89,7 +84,7 @@ def as_json(report: Report) -> str:
 
     data = {
         "schema_version": SCHEMA_VERSION,
-        "spec": report.spec.as_posix(),
+        "spec": report.spec.path.as_posix(),
         "ok": not report.diagnostics,
         "protocols": {name: dataclasses.asdict(seen) for name, seen in report.counts.items()},
         "against": report.against or None,
@@ -155,14 +150,14 @@ def as_junit(report: Report) -> str:
     for diagnostic in report.diagnostics:
         found.setdefault(diagnostic.place.file, []).append(diagnostic)
     xml = JUnitXml("stagewire check")
-    for protocol, files in report.files().items():
-        suite = TestSuite(printable(protocol))
-        for path in files:
+    for protocol in report.spec.protocols:
+        suite = TestSuite(printable(protocol.path.name))
+        for path in protocol.paths:
             name = relative_path(path)
-            suite.add_testcase(_case(protocol, name, found.pop(name, [])))
+            suite.add_testcase(_case(protocol.path.name, name, found.pop(name, [])))
         xml.add_testsuite(suite)
     if found:  # what is missing was not read
-        suite = TestSuite(printable(report.spec.as_posix()))
+        suite = TestSuite(printable(report.spec.path.as_posix()))
         for name, diagnostics in found.items():
             suite.add_testcase(_case("spec", name, diagnostics))
         xml.add_testsuite(suite)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TypeAlias
 
 from stagewire_generator.diagnostics import Diagnostics
@@ -15,7 +14,7 @@ from stagewire_generator.lint.names import check_names
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Protocol
 from stagewire_generator.overlays.composition import compose
-from stagewire_generator.reader import Files, overlay_folders, read_overlay
+from stagewire_generator.reader import Files, SourceFolder, read_overlay
 from stagewire_generator.resolver.protocol import resolve
 
 Say: TypeAlias = Callable[[str], None]
@@ -39,9 +38,9 @@ def check_protocol(files: Files, diagnostics: Diagnostics, say: Say) -> Checked:
 
 
 def check_overlays(
-    folder: Path, base: Files, chosen: Sequence[str], diagnostics: Diagnostics, say: Say
+    source: SourceFolder, base: Files, chosen: Sequence[str], diagnostics: Diagnostics, say: Say
 ) -> tuple[Protocol | None, dict[str, Checked]]:
-    """Check every overlay of the protocol in ``folder``, each by itself, then those that are chosen together.
+    """Check every overlay of a protocol, each by itself, then those that are chosen together.
 
     The document of the protocol is not compared again. What an overlay leaves as it is was compared without
     it; what it replaces is another document's.
@@ -53,7 +52,7 @@ def check_overlays(
     """
     right: dict[str, tuple[Files, Protocol]] = {}
     checked: dict[str, Checked] = {}
-    for overlay in overlay_folders(folder):
+    for overlay in source.overlays:
         before = len(diagnostics.found)
         files = read_overlay(overlay, diagnostics, say)
         if len(diagnostics.found) > before:
@@ -61,7 +60,7 @@ def check_overlays(
         protocol = _laid_over(base, [files], diagnostics, say)
         if protocol is None:
             continue
-        name = overlay.name
+        name = overlay.path.name
         view = replace(protocol, document=protocol.document_of(name))
         check_pages(view, files, diagnostics)
         title = f"{protocol.name}/{name}"

@@ -16,7 +16,7 @@ from stagewire_generator.diagnostics import Diagnostics, Place, SpecError
 from stagewire_generator.model import Protocol
 from stagewire_generator.naming import c_prefix
 from stagewire_generator.output import MANIFEST, digest, manifest
-from stagewire_generator.reader import files_of, protocol_folders, read
+from stagewire_generator.reader import SpecFolder, find_spec, read
 from stagewire_generator.schemas import schema_folder
 from stagewire_generator.targets import c, project, python, registry, vectors
 from stagewire_generator.targets.environment import COMPILED
@@ -25,15 +25,13 @@ from stagewire_generator.targets.templates import Templates, templates_in
 _OF_THE_GENERATOR = ("*.py", "*.j2", "*.[ch]")
 
 
-def inputs(specs: Sequence[Path], templates: Path | None = None) -> list[Path]:
+def inputs(specs: Sequence[SpecFolder], templates: Path | None = None) -> list[Path]:
     """Return all files that decide on the output, sorted, whether they are right or wrong.
 
     These are the spec, its worked examples and captures, the templates of the user, and the generator
     itself, so that a later one runs, too. What could be added later cannot be among them.
     """
-    found = {
-        path for spec in specs for folder in protocol_folders(spec) for path in files_of(folder)
-    }
+    found = {path for spec in specs for path in spec.paths}
     if templates is not None:
         found.update(templates_in(templates))
     here = Path(__file__).parent
@@ -94,12 +92,13 @@ class CheckedSpec(Sequence[Protocol]):
 
 
 def check(
-    spec: Path,
+    spec: Path | SpecFolder,
     progress: Callable[[str], None] | None = None,
     overlays: Sequence[str] = (),
 ) -> CheckedSpec:
     """Load and check all protocols in ``spec``, and each of their overlays.
 
+    :param spec: the folder, or the files that were found in it.
     :param progress: called with the name of each file that is read, and of each check.
     :param overlays: overlays to merge into the returned protocols, named ``PROTOCOL/OVERLAY`` as their
         folders are; a name that is not in this spec is ignored.
@@ -107,24 +106,27 @@ def check(
     """
     say = progress or (lambda _: None)
     diagnostics = Diagnostics()
-    folders = protocol_folders(spec)
-    if not folders:
+    if isinstance(spec, Path):
+        spec = find_spec(spec)
+    if not spec.protocols:
         what = "no folder with a protocol.yaml in it"
         hint = "give the folder that holds one or more protocols, or one of these"
-        diagnostics.add(Place(str(spec)), "SW006", what, hint)
+        diagnostics.add(Place(str(spec.path)), "SW006", what, hint)
     protocols: list[Protocol] = []
     all_checked: dict[str, Checked] = {}
-    for folder in folders:
+    for source in spec.protocols:
         before = len(diagnostics.found)
-        files = read(folder, diagnostics, say)
+        files = read(source, diagnostics, say)
         if len(diagnostics.found) > before or "protocol" not in files:
             continue  # a model of half a spec would only bring errors that are none
         alone = check_protocol(files, diagnostics, say)
         protocol = alone.protocol
         checked = {protocol.name: alone}
         if len(diagnostics.found) == before:  # else every overlay would repeat what is wrong
-            wanted = [Path(name).name for name in overlays if Path(name).parent.name == folder.name]
-            composed, under = check_overlays(folder, files, wanted, diagnostics, say)
+            wanted = [
+                Path(name).name for name in overlays if Path(name).parent.name == source.path.name
+            ]
+            composed, under = check_overlays(source, files, wanted, diagnostics, say)
             protocol = composed or protocol
             checked |= under
         for other in protocols:

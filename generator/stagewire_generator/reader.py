@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from stagewire_generator import strict_yaml
@@ -45,32 +46,97 @@ _OF_WIRE = frozenset({"examples", "captures"})  # their bytes are quoted as they
 _IN_0_1 = "conformance"  # the folder of examples and captures
 
 
-def protocol_folders(spec: Path) -> list[Path]:
-    """Return the folders of the protocols in ``spec``, sorted."""
+@dataclass(frozen=True, slots=True)
+class SourceFile:
+    """A file of a spec.
+
+    :param kind: names its schema.
+    :param root: the folder that it must not lead out of; its name in diagnostics begins below it.
+    """
+
+    kind: str
+    path: Path
+    root: Path
+
+    @property
+    def name(self) -> str:
+        """What diagnostics call it."""
+        return self.path.relative_to(self.root).as_posix()
+
+
+@dataclass(frozen=True, slots=True)
+class SourceFolder:
+    """The folder of a protocol, or of an overlay, with its files, whether they are right or wrong."""
+
+    path: Path
+    files: tuple[SourceFile, ...]
+    overlays: tuple[SourceFolder, ...] = ()
+
+    @property
+    def paths(self) -> list[Path]:
+        """All files, those of the overlays last."""
+        own = [file.path for file in self.files]
+        return own + [path for overlay in self.overlays for path in overlay.paths]
+
+
+@dataclass(frozen=True, slots=True)
+class SpecFolder:
+    """A spec: the folder, as it was named, and the protocols in it, sorted."""
+
+    path: Path
+    protocols: tuple[SourceFolder, ...]
+
+    @property
+    def paths(self) -> list[Path]:
+        """All files that are read."""
+        return [path for protocol in self.protocols for path in protocol.paths]
+
+    def locate(self, name: str) -> Path:
+        """Return the path of the file that diagnostics call ``name``.
+
+        A file that is not read, such as one that is gone, is taken to be below the folder.
+        """
+        parts = PurePosixPath(name).parts
+        for path in self.paths:
+            if path.parts[-len(parts) :] == parts:
+                return path
+        if Path(name) == self.path:
+            return Path(name)
+        return (self.protocols[0].path.parent if self.protocols else self.path) / name
+
+
+def find_spec(path: Path) -> SpecFolder:
+    """Find the files of a spec. Nothing is read, and a wrong spec has files as well."""
+    spec = path
     alone = (spec / "protocol.yaml").is_file()
     if alone or spec.name in ("", ".."):  # the folder is known by its name and its parent
         spec = Path(os.path.abspath(spec))
-    if alone:
-        return [spec]
-    return sorted(p.parent for p in spec.glob("*/protocol.yaml"))
+    folders = [spec] if alone else sorted(found.parent for found in spec.glob("*/protocol.yaml"))
+    return SpecFolder(path, tuple(_source_folder(folder) for folder in folders))
 
 
-def overlay_folders(folder: Path) -> list[Path]:
-    """Return the folders of the overlays of the protocol in ``folder``, sorted."""
-    return sorted(path for path in folder.glob("overlays/*") if path.is_dir())
+def _source_folder(folder: Path) -> SourceFolder:
+    overlays = sorted(path for path in folder.glob("overlays/*") if path.is_dir())
+    return SourceFolder(
+        folder,
+        tuple(_find(folder)),
+        tuple(SourceFolder(overlay, tuple(_find_overlay(overlay))) for overlay in overlays),
+    )
 
 
-def read(folder: Path, diagnostics: Diagnostics, progress: Callable[[str], None]) -> Files:
-    """Load all files of the protocol in ``folder``, without its overlays."""
-    found = list(_find(folder))
-    astray = strays(folder, {path for _, path, _ in found})
-    _refuse_strays(astray, folder, folder.parent, diagnostics)
-    _warn_of_old_places(found, folder, diagnostics)
-    return _read(found, diagnostics, progress)
+def read(source: SourceFolder, diagnostics: Diagnostics, progress: Callable[[str], None]) -> Files:
+    """Load all files of a protocol, without its overlays."""
+    folder = source.path
+    _refuse_strays(source, folder.parent, diagnostics)
+    _warn_of_old_places(source, diagnostics)
+    return _read(source.files, diagnostics, progress)
 
 
-def read_overlay(folder: Path, diagnostics: Diagnostics, progress: Callable[[str], None]) -> Files:
-    """Load all files of the overlay in ``folder``; every document is marked with its name."""
+def read_overlay(
+    source: SourceFolder, diagnostics: Diagnostics, progress: Callable[[str], None]
+) -> Files:
+    """Load all files of an overlay; every document is marked with its name."""
+    folder = source.path
     root = folder.parents[2]
     place = Place(folder.relative_to(root).as_posix())
     if leads_out(folder, root):
@@ -78,10 +144,8 @@ def read_overlay(folder: Path, diagnostics: Diagnostics, progress: Callable[[str
         return {}
     if not (folder / "overlay.yaml").is_file():
         diagnostics.add(place, "SW006", "no overlay.yaml in it")
-    found = list(_find_overlay(folder))
-    astray = strays(folder, {path for _, path, _ in found}, overlay=True)
-    _refuse_strays(astray, folder, root, diagnostics)
-    files = _read(found, diagnostics, progress, parts=_PARTS)
+    _refuse_strays(source, root, diagnostics, overlay=True)
+    files = _read(source.files, diagnostics, progress, parts=_PARTS)
     for document in files.get("overlay", ()):
         name = document.data["overlay"]
         if name != folder.name:
@@ -94,31 +158,29 @@ def read_overlay(folder: Path, diagnostics: Diagnostics, progress: Callable[[str
 
 
 def _refuse_strays(
-    astray: Iterable[tuple[Path, str]], folder: Path, root: Path, diagnostics: Diagnostics
+    source: SourceFolder, root: Path, diagnostics: Diagnostics, *, overlay: bool = False
 ) -> None:
-    for path, place in astray:
-        name, above = (part.relative_to(root).as_posix() for part in (path, folder))
+    for path, place in strays(source.path, set(source.paths), overlay=overlay):
+        name, above = (part.relative_to(root).as_posix() for part in (path, source.path))
         hint = f"move it to {above}/{place}, with a name that ends in .yaml"
         diagnostics.add(Place(name), "SW008", "stands where nothing is read", hint)
 
 
-def _warn_of_old_places(
-    found: Iterable[tuple[str, Path, Path]], folder: Path, diagnostics: Diagnostics
-) -> None:
+def _warn_of_old_places(source: SourceFolder, diagnostics: Diagnostics) -> None:
     """Warn once of files in their places of 0.1; report those that also have a file in the new place."""
     moves = []
-    for kind, path, root in found:
-        if kind not in _OF_WIRE or path.parent == folder:
+    for file in source.files:
+        new = source.path / f"{file.kind}.yaml"
+        if file.kind not in _OF_WIRE or file.path == new:
             continue
-        name, place = path.relative_to(root).as_posix(), f"{folder.name}/{kind}.yaml"
-        if os.path.lexists(folder / f"{kind}.yaml"):
+        if os.path.lexists(new):
+            place = f"{source.path.name}/{new.name}"
             hint = f"move its entries to {place} and delete it"
-            diagnostics.add(
-                Place(name), "SW008", f"this file and {place} both hold the {kind}", hint
-            )
+            what = f"this file and {place} both hold the {file.kind}"
+            diagnostics.add(Place(file.name), "SW008", what, hint)
         else:
-            around = folder.parent.parent  # the old place may be beside the spec
-            names = (p.relative_to(around).as_posix() for p in (path, folder / f"{kind}.yaml"))
+            around = source.path.parent.parent  # the old place may be beside the spec
+            names = (path.relative_to(around).as_posix() for path in (file.path, new))
             moves.append(" to ".join(names))
     if moves:
         text = f"move {' and '.join(moves)}; the next release will not read the old place"
@@ -126,60 +188,41 @@ def _warn_of_old_places(
 
 
 def _read(
-    found: Iterable[tuple[str, Path, Path]],
+    found: Iterable[SourceFile],
     diagnostics: Diagnostics,
     progress: Callable[[str], None],
     parts: Collection[str] = (),
 ) -> Files:
     files: Files = {}
-    for kind, path, root in found:
-        name = path.relative_to(root).as_posix()
+    for file in found:
+        kind, name = file.kind, file.name
         progress(name)
-        if leads_out(path, root):  # diagnostics quote what they find: it could be any file
+        if leads_out(file.path, file.root):  # diagnostics quote text, and it could be any file
             diagnostics.add(Place(name), "SW008", _LINK)
             continue
-        document = strict_yaml.load(path, name, diagnostics, any_byte=kind in _OF_WIRE)
+        document = strict_yaml.load(file.path, name, diagnostics, any_byte=kind in _OF_WIRE)
         if document is not None and fits_schema(document, kind, diagnostics, part=kind in parts):
             files.setdefault(kind, []).append(document)
     return files
 
 
-def files_of(folder: Path) -> list[Path]:
-    """Return the files that are read of the protocol in ``folder`` and of its overlays, right or wrong."""
-    overlays = (found for overlay in overlay_folders(folder) for found in _find_overlay(overlay))
-    return [path for _, path, _ in (*_find(folder), *overlays)]
-
-
-def _find(folder: Path) -> Iterator[tuple[str, Path, Path]]:
-    """Yield kind and path of each file, and the folder that it must not lead out of."""
+def _find(folder: Path) -> Iterator[SourceFile]:
+    """Yield each file of a protocol."""
     root = folder.parent
     for kind, pattern in _KINDS.items():
         for path in sorted(folder.glob(pattern)):
-            yield kind, path, root
+            yield SourceFile(kind, path, root)
     for kind in sorted(_OF_WIRE, reverse=True):
         for above in (folder, root, root.parent):
             path = above / _IN_0_1 / kind / f"{folder.name}.yaml"
             if os.path.lexists(path):
-                yield kind, path, above
+                yield SourceFile(kind, path, above)
                 break
 
 
-def _find_overlay(folder: Path) -> Iterator[tuple[str, Path, Path]]:
-    """Yield the same for each file of an overlay."""
+def _find_overlay(folder: Path) -> Iterator[SourceFile]:
+    """Yield each file of an overlay."""
     root = folder.parents[2]
     for kind, pattern in _KINDS_OF_OVERLAYS.items():
         for path in sorted(folder.glob(pattern)):
-            yield kind, path, root
-
-
-def locate(spec: Path, name: str) -> Path:
-    """Return the path of the file that diagnostics of ``spec`` call ``name``.
-
-    A file that is not read, such as one that is gone, is taken to be below ``spec``.
-    """
-    parts = PurePosixPath(name).parts
-    folders = protocol_folders(spec)
-    for path in (path for folder in folders for path in files_of(folder)):
-        if path.parts[-len(parts) :] == parts:
-            return path
-    return Path(name) if Path(name) == spec else (folders[0].parent if folders else spec) / name
+            yield SourceFile(kind, path, root)

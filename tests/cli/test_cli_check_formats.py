@@ -20,6 +20,7 @@ from stagewire_cli.main import main
 from stagewire_cli.reports import Report, ReportFormat, written
 from stagewire_generator.codes import CODES
 from stagewire_generator.diagnostics import Diagnostic, Place
+from stagewire_generator.reader import find_spec
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -304,7 +305,7 @@ def test_hostile_names_in_junit(stagewire: Stagewire, hostile: Path) -> None:
 @pytest.mark.parametrize("format", MACHINE)
 def test_a_hostile_message(spec: Path, format: str) -> None:
     found = [Diagnostic(Place("spec/tiny/units.yaml"), "SW002", HOSTILE, HOSTILE)] * 2
-    out = written(Report(spec, found), ReportFormat(format))
+    out = written(Report(find_spec(spec), found), ReportFormat(format))
     assert all(c.isprintable() or c == "\n" for c in out)
     if format == "json":
         said = [(d["message"], d["hint"]) for d in as_data(out)["diagnostics"]]

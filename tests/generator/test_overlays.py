@@ -22,6 +22,7 @@ from stagewire_generator.diagnostics import SpecError
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.overlays.composition import SECTIONS
 from stagewire_generator.pipeline import Counts, inputs
+from stagewire_generator.reader import find_spec
 
 HERE = Path(__file__).parent
 SCHEMAS = HERE.parents[1] / "spec" / "schema"
@@ -440,7 +441,7 @@ def test_changes_show_the_overlay(
 def test_what_decides_on_the_output(overlaid_spec: Path) -> None:
     found = {
         path.relative_to(overlaid_spec).as_posix()
-        for path in inputs([overlaid_spec])
+        for path in inputs([find_spec(overlaid_spec)])
         if path.is_relative_to(overlaid_spec)
     }
     assert {"tiny/overlays/second/overlay.yaml", "tiny/overlays/third/messages/extra.yaml"} <= found

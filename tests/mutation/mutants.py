@@ -25,7 +25,7 @@ from stagewire_generator.framing import part
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.lint.witness.witness import Witness, compare_section, compare_witness
 from stagewire_generator.model import Field, Format, Layout, Message, Protocol
-from stagewire_generator.reader import read
+from stagewire_generator.reader import find_spec, read
 from stagewire_generator.resolver.protocol import resolve
 from stagewire_generator.strict_yaml import Document
 
@@ -53,7 +53,8 @@ class Proof:
 
     def __init__(self, name: str) -> None:
         diagnostics = Diagnostics()
-        self.files = read(ROOT / "spec" / name, diagnostics, lambda _: None)
+        [source] = find_spec(ROOT / "spec" / name).protocols
+        self.files = read(source, diagnostics, lambda _: None)
         self.protocol: Protocol = resolve(self.files, diagnostics)
         assert not diagnostics.found
         self.witness: list[Document] = self.files["printed"]

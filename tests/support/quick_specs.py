@@ -100,13 +100,13 @@ def _check_once(patch: pytest.MonkeyPatch) -> None:
             lambda: len(diagnostics.found) == before,
         )
 
-    def overlays_once(folder: Path, files: Any, chosen: Any, diagnostics: Any, say: Any) -> Any:
+    def overlays_once(source: Any, files: Any, chosen: Any, diagnostics: Any, say: Any) -> Any:
         before = len(diagnostics.found)
-        found = sorted(path for path in (folder / "overlays").rglob("*") if path.is_file())
-        key = (folder, same(files), tuple(chosen), *((path, path.read_bytes()) for path in found))
+        found = sorted(path for path in (source.path / "overlays").rglob("*") if path.is_file())
+        key = (source, same(files), tuple(chosen), *((path, path.read_bytes()) for path in found))
         return over.get(
             key,
-            lambda: overlays(folder, files, chosen, diagnostics, say),
+            lambda: overlays(source, files, chosen, diagnostics, say),
             lambda: len(diagnostics.found) == before,
         )
 

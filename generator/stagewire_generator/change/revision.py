@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from stagewire_generator.diagnostics import Diagnostic, Place
-from stagewire_generator.reader import locate
+from stagewire_generator.reader import find_spec
 
 _REVISION = re.compile(r"((?:[^:{}]|\{[^{}]*\})+)(?::(.*))?", re.DOTALL)  # HEAD@{12:30}:path
 _LINKS = {"120000": "a symbolic link", "160000": "a submodule"}  # by the mode of a file in git
@@ -42,7 +42,7 @@ class Revision:
     def named(self, diagnostic: Diagnostic) -> Diagnostic:
         """Return a diagnostic with its file as ``REVISION:path``, whichever way the reader names it."""
         place = diagnostic.place
-        found = locate(self.spec, place.file)
+        found = find_spec(self.spec).locate(place.file)
         if not found.is_relative_to(self.top):
             return diagnostic
         path = found.relative_to(self.top).as_posix()

@@ -19,7 +19,7 @@ from stagewire_generator.files import replace
 from stagewire_generator.formatting.layout import lay_out
 from stagewire_generator.formatting.rules import Shape, canonicalise, shape
 from stagewire_generator.formatting.tree import BLANK, Collection, comments, read
-from stagewire_generator.reader import files_of, protocol_folders
+from stagewire_generator.reader import find_spec
 from stagewire_generator.schemas import KINDS
 from stagewire_generator.strict_yaml import parse, text_of
 
@@ -185,12 +185,10 @@ def find(folder: Path) -> list[Path]:
     for above, folders, names in os.walk(folder):
         folders[:] = [name for name in folders if not name.startswith(".")]
         found |= {Path(above, name) for name in names if name.endswith(".yaml")}
-    for protocol in protocol_folders(folder):
-        below = Path(os.path.abspath(folder))
-        for path in files_of(protocol):
-            if not Path(os.path.abspath(path)).is_relative_to(below):
-                path = Path(os.path.abspath(path))
-                found.add(path if folder.is_absolute() else Path(os.path.relpath(path)))
+    below = Path(os.path.abspath(folder))
+    for path in map(Path, map(os.path.abspath, find_spec(folder).paths)):
+        if not path.is_relative_to(below):
+            found.add(path if folder.is_absolute() else Path(os.path.relpath(path)))
     return sorted(path for path in found if not path.is_symlink() and _is_of_a_spec(path))
 
 

@@ -12,6 +12,7 @@ import jinja2
 
 from stagewire_generator import check, render
 from stagewire_generator.pipeline import inputs
+from stagewire_generator.reader import find_spec
 
 ROOT = Path(__file__).parents[3]
 TARGETS = ("c", "c-tests", "vectors")
@@ -29,7 +30,7 @@ def generated() -> Path:
     _BUILD.mkdir(exist_ok=True)
     with open(_BUILD / "generated.lock", "w", encoding="ascii") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        now = _digest(inputs([ROOT / "spec"]), f"{TARGETS} {jinja2.__version__}")
+        now = _digest(inputs([find_spec(ROOT / "spec")]), f"{TARGETS} {jinja2.__version__}")
         if not key.exists() or key.read_text(encoding="ascii") != now:
             key.unlink(missing_ok=True)
             shutil.rmtree(out, ignore_errors=True)
