@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stagewire._sessions.options import Ends, SessionOptions
     from stagewire._sessions.recording import Recording
     from stagewire._sessions.statistics import Statistics
-    from stagewire._sessions.subscribing import AsyncSubscription, BlockingSubscription
+    from stagewire._sessions.subscriptions import AsyncSubscription, BlockingSubscription
     from stagewire._sessions.synchronous import CommandSession, FramedSession
 
 __all__ = [
@@ -46,7 +46,7 @@ if not TYPE_CHECKING:  # else any name would be taken for one of these
             "_sessions.commands": "CommandCore",
             "_sessions.synchronous": "CommandSession FramedSession",
             "_sessions.asynchronous": "AsyncCommandSession AsyncFramedSession",
-            "_sessions.subscribing": "AsyncSubscription BlockingSubscription",
+            "_sessions.subscriptions": "AsyncSubscription BlockingSubscription",
             "_sessions.recording": "Recording",
             "_sessions.matching": "Matching",
         },

@@ -67,7 +67,7 @@ class OpenOptions(TypedDict, total=False):
     rtscts: bool | None
     """Hardware handshake; None: as the port asks."""
     line: Literal["usb", "rs232"]
-    """On USB, which is meant when nothing is said, a controller has to hear signs of life."""
+    """On USB, the default, a controller needs keep-alive messages."""
     timeout: float
     """Seconds that a call may last; 1.0 when nothing is said."""
     motion_timeout: float

@@ -24,9 +24,7 @@ from stagewire._sessions.options import Ends, SessionOptions
 from stagewire._sessions.recording import Recording
 
 if TYPE_CHECKING:
-    from stagewire._sessions.lines import Mode
-
-__all__ = ["AsyncCommandSession", "AsyncFramedSession"]
+    from stagewire._sessions.command_exchanges import Mode
 
 
 class AsyncFramedSession(AsyncSession[FramedCore]):

@@ -11,14 +11,13 @@ from stagewire._links.link import AsyncClosing
 from stagewire._sessions.core import Core
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.loop_driver import LoopDriver
-from stagewire._sessions.subscribing import AsyncSubscription, as_it_came
-from stagewire._sessions.waiting import Over, Watchers
+from stagewire._sessions.subscriptions import AsyncSubscription, as_it_came
+from stagewire._sessions.waiters import Over, Watchers
 from stagewire.errors import MotionTimeoutError
 
 if TYPE_CHECKING:
     from stagewire._sessions.core import Wanted
 
-__all__ = ["AsyncSession"]
 
 _C = TypeVar("_C", bound=Core)
 _T = TypeVar("_T")

@@ -10,15 +10,14 @@ from stagewire._codec.events import Event
 from stagewire._links.link import Closing
 from stagewire._sessions.core import Core
 from stagewire._sessions.exchange import Exchange
-from stagewire._sessions.subscribing import BlockingSubscription, as_it_came
+from stagewire._sessions.subscriptions import BlockingSubscription, as_it_came
 from stagewire._sessions.thread_driver import ThreadDriver
-from stagewire._sessions.waiting import Waiter, Watchers
+from stagewire._sessions.waiters import Waiter, Watchers
 from stagewire.errors import MotionTimeoutError
 
 if TYPE_CHECKING:
     from stagewire._sessions.core import Wanted
 
-__all__ = ["Session"]
 
 _C = TypeVar("_C", bound=Core)
 _T = TypeVar("_T")

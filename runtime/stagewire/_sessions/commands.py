@@ -23,9 +23,9 @@ from stagewire._framings.slots.frame import CommandFrame
 from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._framings.slots.replies import ReplyReceived
 from stagewire._framings.slots.streams import LONGEST_LINE
+from stagewire._sessions.command_exchanges import CommandExchange, check_mode, in_low_level
 from stagewire._sessions.core import Core, all_is_read, log
 from stagewire._sessions.exchange import Exchange, deadline_of
-from stagewire._sessions.lines import Line, check_mode, in_low_level
 from stagewire._sessions.options import SessionOptions
 from stagewire.errors import BadValueError, ReplyTimeoutError, StagewireError, WrongModeError
 
@@ -33,9 +33,8 @@ TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
     from typing import Final
 
-    from stagewire._sessions.lines import Mode
+    from stagewire._sessions.command_exchanges import Mode
 
-__all__ = ["CommandCore"]
 
 _LINE_END: Final = b"\n"
 
@@ -63,9 +62,9 @@ class CommandCore(Core):
         self._refuse_prefix_bytes = refuse_prefix_bytes
         self._replies = protocol.replies()
         self._text = b""  # of a line of text that has not ended
-        self._stops: deque[Line] = deque()
-        self._queue: deque[Line] = deque()
-        self._outstanding: Line | None = None
+        self._stops: deque[CommandExchange] = deque()
+        self._queue: deque[CommandExchange] = deque()
+        self._outstanding: CommandExchange | None = None
         self._free_at = 0.0  # by pacing
         self._owed = 0  # bytes of the reply to a read that was given up
         self._owed_until = 0.0  # until when they come in the usual time
@@ -146,10 +145,10 @@ class CommandCore(Core):
 
     def _line(
         self, frame: CommandFrame | None, text: str, raw: bytes, timeout: float, now: float
-    ) -> Line:
-        return Line(frame, text, raw, timeout, deadline_of(timeout, now))
+    ) -> CommandExchange:
+        return CommandExchange(frame, text, raw, timeout, deadline_of(timeout, now))
 
-    def _wait_in_line(self, line: Line) -> Exchange:
+    def _wait_in_line(self, line: CommandExchange) -> Exchange:
         mode = self.mode
         for earlier in self._queue:
             mode = earlier.mode_after(mode)
@@ -194,9 +193,9 @@ class CommandCore(Core):
             since = now if self._owed <= 0 else max(now, self._owed_until)  # it may be noise
             self._drained_at = since + self.options.drain
             log.debug("nobody asked for %s", data.hex(" "))
-            self._news.tell(Garbage(data))
+            self._dispatcher.tell(Garbage(data))
 
-    def _take_reply(self, line: Line, data: bytes) -> bytes:
+    def _take_reply(self, line: CommandExchange, data: bytes) -> bytes:
         """Take what belongs to the reply; return the rest."""
         rest = b""
         for event in self._replies.feed(data):
@@ -206,7 +205,7 @@ class CommandCore(Core):
                 rest = event.raw
         return rest
 
-    def _take_text(self, line: Line, data: bytes) -> bytes:
+    def _take_text(self, line: CommandExchange, data: bytes) -> bytes:
         """Take what belongs to the line of text; return the rest, or what is too long for one."""
         found, end, rest = (self._text + data).partition(_LINE_END)
         if end:
@@ -216,7 +215,7 @@ class CommandCore(Core):
         self._text = found[-LONGEST_LINE:]
         return found[:-LONGEST_LINE]
 
-    def _answered(self, line: Line, result: object) -> None:
+    def _answered(self, line: CommandExchange, result: object) -> None:
         self._outstanding = None
         self._ready = True
         self.statistics.matched += 1
@@ -252,7 +251,7 @@ class CommandCore(Core):
                 parts.append(self._hand_out(line, now))
         return b"".join(parts)
 
-    def _hand_out(self, line: Line, now: float) -> bytes:
+    def _hand_out(self, line: CommandExchange, now: float) -> bytes:
         """Return the bytes of what is written now, and wait for its reply if it has one."""
         self.mode = line.mode_after(self.mode)
         if line.is_answered:
@@ -282,18 +281,18 @@ class CommandCore(Core):
         """Give up an exchange, because nobody waits for it any more; see :meth:`.Core.cancel`."""
         if exchange.done:
             return
-        assert isinstance(exchange, Line)
+        assert isinstance(exchange, CommandExchange)
         self._give_up(exchange, self._cancelled(exchange), now)
 
     # The end of exchanges
 
-    def _waiting(self) -> Iterator[Line]:
+    def _waiting(self) -> Iterator[CommandExchange]:
         yield from (stop for stop in self._stops if not stop.done)
         yield from self._queue
         if self._outstanding is not None:
             yield self._outstanding
 
-    def _give_up(self, line: Line, error: StagewireError, now: float) -> None:
+    def _give_up(self, line: CommandExchange, error: StagewireError, now: float) -> None:
         if line is self._outstanding:
             pending = len(self._text) + sum(len(event.raw) for event in self._replies.abandon())
             self.statistics.garbage += pending
@@ -307,7 +306,7 @@ class CommandCore(Core):
             self._queue.remove(line)
         line.end(error=error)
 
-    def _timed_out(self, line: Line) -> str:
+    def _timed_out(self, line: CommandExchange) -> str:
         within = f"within {round(line.timeout, 3):g} s"
         if not line.written:
             poisoned = self._drained_at != inf

@@ -13,18 +13,16 @@ import logging
 from collections.abc import Callable, Iterator
 from math import inf
 
+from stagewire._sessions.dispatch import Dispatcher, Subscription
 from stagewire._sessions.exchange import Exchange
-from stagewire._sessions.news import News
 from stagewire._sessions.options import SessionOptions
 from stagewire._sessions.statistics import Statistics
-from stagewire._sessions.subscription import Subscription
 from stagewire.errors import SessionClosedError, StagewireError, TransportLostError
 
 TYPE_CHECKING = False  # typing would take half of the time of an import
 if TYPE_CHECKING:
-    from stagewire._sessions.news import Wanted as Wanted
+    from stagewire._sessions.dispatch import Wanted as Wanted
 
-__all__ = ["Core", "all_is_read", "log"]
 
 log = logging.getLogger("stagewire")
 
@@ -45,7 +43,7 @@ class Core:
     def __init__(self, options: SessionOptions | None) -> None:
         self.options = options or SessionOptions()
         self.statistics = Statistics()
-        self._news = News(self.statistics)
+        self._dispatcher = Dispatcher(self.statistics)
         self._ready = False  # something may be written at once
         self.waits_for_reader = False
         """Whether something is written as soon as :meth:`receive` was called, with bytes or without."""
@@ -138,9 +136,9 @@ class Core:
         Raises :class:`~stagewire.errors.OutOfRangeError` for a limit below 1 and
         :class:`~stagewire.errors.BadValueError` for what cannot be wanted.
         """
-        subscription = self._news.subscribe(wanted, limit, source)
+        subscription = self._dispatcher.subscribe(wanted, limit, source)
         if self._over is not None:
-            self._news.end(self._over)
+            self._dispatcher.end(self._over)
         return subscription
 
     # For both cores
@@ -174,7 +172,7 @@ class Core:
         self._ready, self._next = False, inf
         for exchange in waiting:
             exchange.end(error=failure(exchange))
-        self._news.end(over)
+        self._dispatcher.end(over)
 
     def _refuse(self, exchange: Exchange) -> bool:
         """End a new exchange if the session is over, and say whether it is."""

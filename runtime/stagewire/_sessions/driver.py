@@ -13,8 +13,6 @@ from stagewire._sessions.recording import Recording
 from stagewire._sessions.statistics import Statistics
 from stagewire.errors import SessionClosedError, StagewireError, TransportLostError
 
-__all__ = ["Driver"]
-
 _C = TypeVar("_C", bound=Core)
 
 

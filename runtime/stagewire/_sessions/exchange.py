@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from stagewire.errors import StagewireError
 
-__all__ = ["Exchange", "deadline_of"]
-
 
 class Exchange:
     """One thing that is asked or begun; made by a core, and ended by it.

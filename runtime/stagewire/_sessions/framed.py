@@ -2,13 +2,13 @@
 
 1. **Order.** What is sent to an address goes out in the order of the calls; one request at a time waits for
    its reply there. Addresses do not wait for each other.
-2. **Stops** go out before everything else, at once. Signs of life go out next, when they are due.
-3. **Pacing.** After a frame without a reply the next one to that address waits, except stops and signs of
-   life.
+2. **Stops** go out before everything else, at once. Keep-alive messages go out next, when they are due.
+3. **Pacing.** After a frame without a reply the next one to that address waits, except stops and
+   keep-alive messages.
 4. **Replies** are matched by :mod:`~stagewire._sessions.matching`; late ones by
    :mod:`~stagewire._sessions.requests`; the ends of motions by :mod:`~stagewire._sessions.motions`.
-5. **News.** What answers no request goes to the subscriptions; so does a reply that also comes without being
-   asked for, such as a status.
+5. **Dispatch.** A message that answers no request goes to the subscriptions; so does a reply that is also
+   unsolicited, such as a status.
 6. **Deadlines** count from the call, so that they hold whatever a request waits for.
 7. The rest of a frame that does not come is given up after a silence (:meth:`.Framer.abandon`). Until then
    nothing that has a reply or an end is written: that would be taken for the rest. Stops are written.
@@ -24,20 +24,17 @@ from stagewire._framings.header.frame import Received, Undocumented
 from stagewire._framings.header.message import FramedMessage
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._sessions.core import Core, all_is_read, log
+from stagewire._sessions.dispatch import Dispatcher
+from stagewire._sessions.error_texts import ErrorTexts
 from stagewire._sessions.exchange import Exchange, deadline_of
 from stagewire._sessions.framed_exchanges import Ask, FramedExchange, Halt, Motion, Send
-from stagewire._sessions.hearing import Hearing
-from stagewire._sessions.keep_alive import KeepAlive
 from stagewire._sessions.matching import Matching
 from stagewire._sessions.motions import Motions
-from stagewire._sessions.news import News
 from stagewire._sessions.options import Ends, SessionOptions
-from stagewire._sessions.outgoing import Outgoing
+from stagewire._sessions.receiver import Receiver
 from stagewire._sessions.requests import Requests
-from stagewire._sessions.wording import Wording
+from stagewire._sessions.send_queue import KeepAlive, SendQueue
 from stagewire.errors import MotionStoppedError, StagewireError
-
-__all__ = ["Ends", "FramedCore", "SessionOptions"]
 
 
 class FramedCore(Core):
@@ -52,19 +49,19 @@ class FramedCore(Core):
         self.protocol = protocol
         self._host = protocol.host
         self._faults = protocol.faults
-        self._hearing = Hearing(protocol, self.statistics, self.options.silence)
-        self.counts = self._hearing.counts
+        self._receiver = Receiver(protocol, self.statistics, self.options.silence)
+        self.counts = self._receiver.counts
         """Message -> how many of it have come."""
         self._taken = 0  # bytes of the events so far
         self._matching = Matching(protocol)
         quiet = self.options.quiet
         self._requests = Requests(self._matching, self.statistics, quiet)
-        self._outgoing = Outgoing(self._requests, self.options.pacing)
+        self._send_queue = SendQueue(self._requests, self.options.pacing)
         self._motions = Motions(self._matching, self.statistics, quiet)
-        self._wording = Wording(protocol, self._hearing)
+        self._error_texts = ErrorTexts(protocol, self._receiver)
         self._alive = KeepAlive()
         self._halts: list[Halt] = []  # to be written before everything else
-        self._news = News(self.statistics, self._matching.source_of)
+        self._dispatcher = Dispatcher(self.statistics, self._matching.source_of)
 
     # What users ask for
 
@@ -165,7 +162,7 @@ class FramedCore(Core):
 
     def tell(self, source: int, **context: str) -> None:
         """Say what decides between layouts of messages from ``source``; see :meth:`.Framer.tell`."""
-        self._hearing.tell(source, **context)
+        self._receiver.tell(source, **context)
 
     # The driver's side
 
@@ -177,14 +174,14 @@ class FramedCore(Core):
     @property
     def silent_at(self) -> float:
         """When a frame is given up whose rest did not come; see :attr:`.Core.silent_at`."""
-        return inf if self._failure is not None else self._hearing.silent_at
+        return inf if self._failure is not None else self._receiver.silent_at
 
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes that came, in chunks of any size; see :meth:`.Core.receive`."""
         if self._failure is not None:
             return
         self._was_read()
-        hearing = self._hearing
+        hearing = self._receiver
         was_within_a_frame = hearing.is_within_a_frame
         self._take(hearing.feed(data, now), now)
         if was_within_a_frame and not hearing.is_within_a_frame:
@@ -213,9 +210,9 @@ class FramedCore(Core):
             if has_unread():
                 self.waits_for_reader = True
                 return False
-            return not self._hearing.is_within_a_frame
+            return not self._receiver.is_within_a_frame
 
-        self._at(self._outgoing.take(now, write, may_ask))
+        self._at(self._send_queue.take(now, write, may_ask))
         return b"".join(parts)
 
     def tick(self, now: float) -> None:
@@ -224,7 +221,7 @@ class FramedCore(Core):
             return
         for exchange in [exchange for exchange in self._waiting() if exchange.deadline <= now]:
             self.statistics.timed_out += 1
-            why = self._wording.timeout(exchange, self._kept_by(exchange))
+            why = self._error_texts.timeout(exchange, self._kept_by(exchange))
             self._give_up(exchange, why, now)
         self._requests.forgive(now)
         self._motions.forgive(now)
@@ -248,7 +245,7 @@ class FramedCore(Core):
         """Have something written when it may be."""
         if self._refuse(exchange):
             return
-        self._outgoing.add(exchange)
+        self._send_queue.add(exchange)
         self._ready = True
         self._at(exchange.deadline)
 
@@ -257,17 +254,17 @@ class FramedCore(Core):
         if isinstance(exchange, Motion):
             self._motions.unplan(exchange)
         if not isinstance(exchange, Halt):  # a stop is written all the same
-            self._outgoing.remove(exchange)
+            self._send_queue.remove(exchange)
 
     def _hand_out(self, exchange: FramedExchange, now: float) -> bytes:
         """Return the bytes of one frame, which is written now, and wait for what comes of it."""
-        exchange.after = self._hearing.heard
-        exchange.seen = self._hearing.seen()
+        exchange.after = self._receiver.heard
+        exchange.seen = self._receiver.seen()
         raw = exchange.hand_out()
         if isinstance(exchange, Ask):
             self._requests.sent(exchange)
             return raw
-        self._outgoing.pace(exchange.dest, now)
+        self._send_queue.pace(exchange.dest, now)
         if exchange.ids and isinstance(exchange, Motion):
             self._motions.begun(exchange)
         elif exchange.ids and isinstance(exchange, Halt):
@@ -283,7 +280,7 @@ class FramedCore(Core):
         """Return what keeps an exchange from being written, for people."""
         if isinstance(exchange, Ask) and self._requests.is_poisoned(exchange):
             return "the late reply to an earlier one might still have come"
-        if self._hearing.is_within_a_frame:
+        if self._receiver.is_within_a_frame:
             return (
                 "bytes that are no whole message kept coming (another baud rate, or another kind of "
                 "controller?)"
@@ -296,17 +293,17 @@ class FramedCore(Core):
 
     def _take(self, events: list[Event], now: float) -> None:
         """Give each event to who waits for it, or to who wants to hear it."""
-        counts, wanting = self.counts, self._news.wanting
+        counts, wanting = self.counts, self._dispatcher.wanting
         requests, motions = self._requests.awaited, self._motions.awaited
         for event in events:
             raw = event.raw
             began = self._taken
             self._taken = began + len(raw)
             if event.__class__ is not Received:
-                self._hearing.count_odd(event)
+                self._receiver.count_odd(event)
             if not isinstance(event, (Received, Undocumented)):
                 log.debug("nobody knows %r", event)
-                self._news.tell(event)
+                self._dispatcher.tell(event)
                 continue
             id = raw[0] | raw[1] << 8
             counts[id] = counts.get(id, 0) + 1
@@ -325,15 +322,15 @@ class FramedCore(Core):
     def _take_fault(self, id: int, event: Received | Undocumented, began: int) -> None:
         """End the wait for the motions that a fault report is about."""
         fault = self._faults[id].read(event.raw)
-        self._hearing.faults[id] = fault
+        self._receiver.faults[id] = fault
         for motion in self._motions.faulted(event, fault, began):
-            motion.end(error=self._wording.fault(motion, event, fault))
+            motion.end(error=self._error_texts.fault(motion, event, fault))
 
     # The end of exchanges
 
     def _waiting(self) -> Iterator[FramedExchange]:
         yield from (halt for halt in self._halts if not halt.done)
-        yield from self._outgoing.waiting()
+        yield from self._send_queue.waiting()
         yield from self._requests.outstanding.values()
         yield from self._motions.waiting()
 

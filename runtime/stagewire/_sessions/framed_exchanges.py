@@ -11,7 +11,6 @@ if TYPE_CHECKING:
 
     Selected: TypeAlias = tuple[tuple[str, object], ...]
 
-__all__ = ["Ask", "FramedExchange", "Halt", "Motion", "PassedOver", "Send"]
 
 _NOTHING: dict[int | str, int] = {}
 

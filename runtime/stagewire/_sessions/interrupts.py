@@ -20,7 +20,7 @@ from types import CodeType, FrameType, FunctionType
 from typing import Any, Final, TypeVar
 
 from stagewire._links.descriptor import Readiness
-from stagewire._sessions.waiting import Waiter
+from stagewire._sessions.waiters import Waiter
 
 _AGAIN: Final = 0.005  # seconds
 _LONGEST: Final = 2.0  # seconds; a third-party link may wait where this module knows nothing of it

@@ -20,7 +20,7 @@ from stagewire._sessions.core import Core, log
 from stagewire._sessions.driver import Driver
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.recording import Recording
-from stagewire._sessions.waiting import Over
+from stagewire._sessions.waiters import Over
 from stagewire.errors import StagewireError, TransportLostError
 
 _C = TypeVar("_C", bound=Core)

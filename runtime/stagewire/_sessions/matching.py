@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     Classes: TypeAlias = tuple[type[FramedMessage], ...]
 
-__all__ = ["Matching"]
-
 
 class Matching:
     """What matching has to know of a protocol."""

@@ -27,8 +27,6 @@ from stagewire._sessions.matching import Matching
 from stagewire._sessions.statistics import Statistics
 from stagewire.errors import MotionStoppedError, MotionUnderWayError
 
-__all__ = ["Motions"]
-
 
 class _Channel:
     """What is under way on one channel of one address."""

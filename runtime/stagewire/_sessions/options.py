@@ -8,8 +8,6 @@ from math import isfinite
 from stagewire._framings.header.message import FramedMessage
 from stagewire.errors import OutOfRangeError
 
-__all__ = ["Ends", "SessionOptions"]
-
 
 @dataclass(frozen=True)
 class SessionOptions:

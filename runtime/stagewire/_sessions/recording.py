@@ -18,8 +18,6 @@ from stagewire._framings.slots.streams import HostListener, ReplyListener
 from stagewire.capture import CaptureWriter, Heading
 from stagewire.errors import CodecError, TransportError
 
-__all__ = ["Recording"]
-
 _SECOND = 1_000_000_000
 
 _log = logging.getLogger("stagewire")

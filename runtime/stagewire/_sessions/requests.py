@@ -15,8 +15,6 @@ from stagewire._sessions.framed_exchanges import Ask
 from stagewire._sessions.matching import Matching
 from stagewire._sessions.statistics import Statistics
 
-__all__ = ["Requests"]
-
 
 class Requests:
     """The requests of one line that were sent.

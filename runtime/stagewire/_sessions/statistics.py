@@ -1,8 +1,6 @@
-"""What came in a session, counted."""
+"""What a session counts."""
 
 from __future__ import annotations
-
-__all__ = ["Statistics"]
 
 
 class Statistics:

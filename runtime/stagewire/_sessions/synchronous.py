@@ -26,9 +26,7 @@ from stagewire._sessions.recording import Recording
 from stagewire._sessions.thread_driver import clock_of
 
 if TYPE_CHECKING:
-    from stagewire._sessions.lines import Mode
-
-__all__ = ["CommandSession", "FramedSession"]
+    from stagewire._sessions.command_exchanges import Mode
 
 
 class FramedSession(Session[FramedCore]):

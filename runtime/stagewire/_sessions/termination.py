@@ -23,8 +23,6 @@ from typing import Final, Protocol, TypeAlias
 
 from stagewire._sessions.interrupts import on_interrupt
 
-__all__ = ["Terminating", "forget", "remember"]
-
 _Handler: TypeAlias = Callable[[int, FrameType | None], object] | signal.Handlers
 
 

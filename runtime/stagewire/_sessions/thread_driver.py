@@ -25,7 +25,7 @@ from stagewire._sessions.driver import Driver
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.interrupts import reads_link
 from stagewire._sessions.recording import Recording
-from stagewire._sessions.waiting import Turns, Waiter
+from stagewire._sessions.waiters import Turns, Waiter
 from stagewire.errors import TransportLostError
 
 _C = TypeVar("_C", bound=Core)

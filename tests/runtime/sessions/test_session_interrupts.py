@@ -18,7 +18,7 @@ from stagewire._sessions import interrupts
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire._sessions.driver import Driver
 from stagewire._sessions.options import SessionOptions
-from stagewire._sessions.subscribing import AsyncSubscription, BlockingSubscription
+from stagewire._sessions.subscriptions import AsyncSubscription, BlockingSubscription
 from stagewire._sessions.synchronous import CommandSession, FramedSession
 from stagewire._sessions.thread_driver import ThreadDriver
 from stagewire.links import open_link

@@ -9,7 +9,7 @@ import time
 import pytest
 from scripted_links import BAYS, HOST, TestLink, answer, jog, velocity
 
-from stagewire._sessions.waiting import Waiter
+from stagewire._sessions.waiters import Waiter
 from stagewire.errors import ReplyTimeoutError, StagewireError
 from stagewire.links import LinkSettings
 from stagewire.sessions import FramedSession, SessionOptions

@@ -30,11 +30,11 @@ from stagewire._devices.structure import (
 from stagewire._devices.unit import commanded, framed
 from stagewire._links.link import AsyncClosing, AsyncLink
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
-from stagewire._sessions.lines import in_low_level, switching
+from stagewire._sessions.command_exchanges import in_low_level, switching
 from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
 
 if TYPE_CHECKING:
-    from stagewire._sessions.lines import Mode
+    from stagewire._sessions.command_exchanges import Mode
 
 
 C = TypeVar("C", bound=Channel)

@@ -15,7 +15,7 @@ from stagewire._devices.structure import ChannelsBase, PartBase
 from stagewire._devices.tables import Action, Command, MotionEnd, ParameterSet, Query
 from stagewire._devices.values import Values
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
-from stagewire._sessions.subscribing import AsyncSubscription
+from stagewire._sessions.subscriptions import AsyncSubscription
 
 V = TypeVar("V", bound=Values[Any])
 

@@ -27,12 +27,12 @@ from stagewire._devices.synchronous.transport import (
 )
 from stagewire._devices.unit import commanded, framed
 from stagewire._links.link import Closing, Link
-from stagewire._sessions.lines import in_low_level, switching
+from stagewire._sessions.command_exchanges import in_low_level, switching
 from stagewire._sessions.synchronous import CommandSession, FramedSession
 from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
 
 if TYPE_CHECKING:
-    from stagewire._sessions.lines import Mode
+    from stagewire._sessions.command_exchanges import Mode
 
 
 C = TypeVar("C", bound=Channel)

@@ -16,7 +16,7 @@ from stagewire._devices.synchronous import calls, motion
 from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import Action, Command, MotionEnd, ParameterSet, Query
 from stagewire._devices.values import Values
-from stagewire._sessions.subscribing import BlockingSubscription
+from stagewire._sessions.subscriptions import BlockingSubscription
 from stagewire._sessions.synchronous import CommandSession, FramedSession
 
 V = TypeVar("V", bound=Values[Any])

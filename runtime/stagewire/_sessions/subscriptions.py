@@ -1,4 +1,4 @@
-"""What comes, for who waits for it: the queues of the core, with a thread or a task at their end."""
+"""Subscriptions as users hold them: the queues of the core, for a thread or for a task."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from stagewire._codec.events import Event
 from stagewire._links.link import Closing
+from stagewire._sessions.dispatch import Subscription
 from stagewire._sessions.interrupts import defers_interrupts
-from stagewire._sessions.subscription import Subscription
-from stagewire._sessions.waiting import Over, Waiter
+from stagewire._sessions.waiters import Over, Waiter
 from stagewire.errors import ReplyTimeoutError, SessionClosedError
 
 if TYPE_CHECKING:
     from stagewire._sessions.loop_driver import LoopDriver
     from stagewire._sessions.thread_driver import ThreadDriver
 
-__all__ = ["AsyncSubscription", "BlockingSubscription", "as_it_came"]
 
 _T = TypeVar("_T")
 

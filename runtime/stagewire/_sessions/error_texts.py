@@ -1,4 +1,4 @@
-"""What the errors of sessions say: what was sent, what was awaited, what came instead, and what to do."""
+"""Texts of the errors of sessions: what was sent, what was expected, what came instead, and what to do."""
 
 from __future__ import annotations
 
@@ -8,24 +8,22 @@ from stagewire._framings.header.frame import Received, Undocumented
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.header.table import Fault
 from stagewire._sessions.framed_exchanges import FramedExchange, Halt, Motion
-from stagewire._sessions.hearing import Hearing
+from stagewire._sessions.receiver import Receiver
 from stagewire.errors import ControllerFaultError, MotionTimeoutError, ReplyTimeoutError
-
-__all__ = ["Wording"]
 
 _UNDER_WAY = "it may still be under way: read the status, or stop it, before anything else is begun"
 
 
-class Wording:
+class ErrorTexts:
     """Texts about exchanges of a protocol.
 
     :param protocol: it knows the names.
     :param hearing: it knows what has come, up to now.
     """
 
-    def __init__(self, protocol: FramedProtocol, hearing: Hearing) -> None:
+    def __init__(self, protocol: FramedProtocol, hearing: Receiver) -> None:
         self._forms = protocol.framing.forms
-        self._hearing = hearing
+        self._receiver = hearing
 
     def timeout(self, exchange: FramedExchange, kept_by: str) -> ReplyTimeoutError:
         """Return the error of something whose time is over.
@@ -101,17 +99,17 @@ class Wording:
         controller, there is nothing else.
         """
         parts = []
-        for id, count in self._hearing.seen().items():
+        for id, count in self._receiver.seen().items():
             if new := count - exchange.seen.get(id, 0):
-                raw = self._hearing.undecoded.get(id)
+                raw = self._receiver.undecoded.get(id)
                 shown = "" if raw is None else f" ({raw.hex(' ')})"
-                fault = self._hearing.faults.get(id)
+                fault = self._receiver.faults.get(id)
                 if fault is not None and (fault.code or fault.text):
                     shown = f" ({fault})"
                 parts.append(f"{new} x {self._name(id)}{shown}")
         if parts:
             return ", ".join(parts)
-        odd = self._hearing.heard - exchange.after
+        odd = self._receiver.heard - exchange.after
         if not odd:
             return "nothing"
         return (

@@ -1,15 +1,14 @@
-"""What waits to be sent, address by address: order, pacing, and requests that wait for each other."""
+"""Messages to be sent, address by address: order, pacing, pending requests; and keep-alive messages."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from math import inf
 
 from stagewire._sessions.framed_exchanges import Ask, FramedExchange
 from stagewire._sessions.requests import Requests
-
-__all__ = ["Outgoing"]
+from stagewire.errors import OutOfRangeError
 
 
 class _Lane:
@@ -22,7 +21,7 @@ class _Lane:
         self.free_at = 0.0  # by pacing
 
 
-class Outgoing:
+class SendQueue:
     """The frames of one line that wait to be written.
 
     :param requests: which requests have to wait.
@@ -95,3 +94,35 @@ class Outgoing:
         """Yield all that waits."""
         for lane in self._busy.values():
             yield from lane.queue
+
+
+class KeepAlive:
+    """What is sent again and again, whatever else happens."""
+
+    __slots__ = ("_period", "_signs", "next")
+
+    def __init__(self) -> None:
+        self._signs: dict[int, bytes] = {}
+        self._period = inf
+        self.next = inf
+        """When it is to be sent next."""
+
+    def set(self, signs: Mapping[int, bytes], period: float) -> None:
+        """Send all signs now, and every ``period`` seconds from then on.
+
+        :param signs: address -> its sign, in place of the one that it had; empty: none any more. Where no
+            address is given, nobody gets one any more.
+
+        Raises :class:`~stagewire.errors.OutOfRangeError` for what is no period.
+        """
+        if not 0 < period < inf:
+            raise OutOfRangeError(f"a period is a number of seconds above 0, not {period!r}")
+        together = {**self._signs, **signs} if signs else {}
+        self._signs = {address: sign for address, sign in together.items() if sign}
+        self._period = period
+        self.next = 0.0 if self._signs else inf
+
+    def take(self, now: float) -> bytes:
+        """Return what is to be sent now; those that were missed are not made up for."""
+        self.next = now + self._period
+        return b"".join(self._signs.values())

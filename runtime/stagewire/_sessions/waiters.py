@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from stagewire._sessions.exchange import Exchange
 
-__all__ = ["Over", "Turns", "Waiter", "Watchers"]
-
 
 class Waiter:
     """One thread that waits for something to end; a lock, which is the cheapest thing to wake it by."""

@@ -1,4 +1,4 @@
-"""What is sent to a controller that takes commands or lines of text, and which of them it takes when."""
+"""Exchanges with a controller of commands or lines of text, and which of the two it takes when."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
     Mode: TypeAlias = Literal["unknown", "low_level", "high_level"]
 
-__all__ = ["Line", "check_mode", "in_low_level", "switching"]
 
 _MODES: Final[dict[str, Mode]] = {
     "low_level": "low_level",
@@ -24,7 +23,7 @@ _MODES: Final[dict[str, Mode]] = {
 """What a setup command switches to -> the mode that the controller is in then."""
 
 
-class Line(Exchange):
+class CommandExchange(Exchange):
     """What is sent on the line.
 
     :param frame: the command; None: it is a line of text.
@@ -57,7 +56,7 @@ class Line(Exchange):
         return mode if switches_to is None else _MODES[switches_to]
 
 
-def check_mode(line: Line, mode: Mode) -> None:
+def check_mode(line: CommandExchange, mode: Mode) -> None:
     """Raise :class:`~stagewire.errors.WrongModeError` for what would not be understood in a mode."""
     if line.needs in (None, mode):
         return

@@ -1,4 +1,4 @@
-"""The bytes that come: cut into events, counted, and given up where the rest of a frame is missing."""
+"""The receiving side of a session: bytes are cut into events and counted, and half a frame is given up."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.header.table import End, Fault
 from stagewire._sessions.statistics import Statistics
 
-__all__ = ["Hearing"]
-
 _MOST_ODD = 64
 """Kinds of frames that are no known message and are counted one by one; then all others together."""
 
 
-class Hearing:
+class Receiver:
     """What is heard on one line.
 
     :param protocol: what is spoken.
