@@ -17,10 +17,9 @@ from urllib.parse import urlencode
 
 from stagewire.links import open_link
 from stagewire_conformance.device.declaration import declare, known_units
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run

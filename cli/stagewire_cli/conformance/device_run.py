@@ -17,9 +17,8 @@ from stagewire_cli.output import bar, console, printable, table
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.errors import NothingToRunError
 from stagewire_conformance.device.execution import execute, verify
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.plans import Plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.reports.device_sheet import (
     announcement,

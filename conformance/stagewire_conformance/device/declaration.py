@@ -17,8 +17,8 @@ from stagewire.protocols import (
     Protocol,
     usable_protocols,
 )
+from stagewire_conformance.device.permissions import Range, RangeError
 from stagewire_conformance.device.pics import Pics
-from stagewire_conformance.device.ranges import Range, RangeError
 from stagewire_conformance.device.targets import (
     RACK,
     Attachment,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from stagewire_conformance.device.ranges import Range
+from stagewire_conformance.device.permissions import Range
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,9 +26,8 @@ from stagewire_conformance.device.declaration import Declaration, axes_of, decla
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import COUNTS, Permissions
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
-from stagewire_conformance.device.ranges import COUNTS
 from stagewire_conformance.device.targets import RACK, Target
 
 

@@ -19,6 +19,7 @@ from stagewire.errors import UnknownScaleError
 from stagewire.protocols import CommandProtocol, Protocol
 from stagewire_conformance.device.declaration import axes_of, facts_of, known_units
 from stagewire_conformance.device.errors import PicsError
+from stagewire_conformance.device.permissions import RangeError
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
 from stagewire_conformance.device.pics_values import (
     as_it_is,
@@ -33,7 +34,6 @@ from stagewire_conformance.device.pics_values import (
     version,
     within,
 )
-from stagewire_conformance.device.ranges import RangeError
 from stagewire_conformance.device.targets import RACK, attachment_of, moves_stages
 from stagewire_virtual.toml_tables import Table, flag, integer, tables_of, text
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from stagewire.errors import BadValueError, StagewireError
 from stagewire.quantities import exact
-from stagewire_conformance.device.ranges import Range
+from stagewire_conformance.device.permissions import Range
 from stagewire_virtual.toml_tables import integer, table_of, text
 
 _FIRMWARE: Final = re.compile(r"[0-9]{1,9}(\.[0-9]{1,9})*[A-Za-z]?")

@@ -20,9 +20,8 @@ from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersE
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, RangeError
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import RangeError
 from stagewire_conformance.device.report import Outcome, Report, digests_of
 from stagewire_conformance.device.results import Entry, Finding, Result
 from stagewire_conformance.device.trial import EnoughError, Restoration, Trial

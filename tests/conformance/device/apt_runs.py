@@ -15,10 +15,9 @@ from stagewire_apt import PROTOCOL, stages
 from stagewire_conformance.device.checks.apt.requests import requests_of
 from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.lines.apt_line import AptLine
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run

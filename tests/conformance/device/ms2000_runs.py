@@ -8,10 +8,9 @@ from typing import Any
 import stagewire_virtual
 from stagewire.links import Link
 from stagewire_conformance.device.declaration import Declaration, declare
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import ChannelPics, Pics, Timing
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run

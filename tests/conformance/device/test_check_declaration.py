@@ -8,9 +8,8 @@ import pytest
 
 from stagewire_conformance.device.check import Case, Check, Kind
 from stagewire_conformance.device.declaration import Declaration, declare
-from stagewire_conformance.device.permissions import Need, Permissions
+from stagewire_conformance.device.permissions import Need, Permissions, Range
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.trial import Trial
 
 DECLARED = declare("BSC102")

@@ -9,9 +9,8 @@ import pytest
 from stagewire.errors import LinkOpenError, StagewireError
 from stagewire_conformance.device.errors import DeclarationError, NothingToRunError
 from stagewire_conformance.device.execution import dead_line_report, execute, verify
-from stagewire_conformance.device.permissions import Need, Permissions
+from stagewire_conformance.device.permissions import Need, Permissions, Range
 from stagewire_conformance.device.plans import Plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.reports import Grade, Verdict
 from stagewire_conformance.reports.device_sheet import announcement, ending, sheet_of_execution
 

@@ -27,9 +27,8 @@ from stagewire.framing import CommandReceived
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_bytes, harmless_value
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
 from stagewire_conformance.device.lines.command_line import CommandLine
-from stagewire_conformance.device.permissions import Need, Permissions
+from stagewire_conformance.device.permissions import Need, Permissions, Range
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import RunInterrupted, run
 from stagewire_conformance.registry import registry_of

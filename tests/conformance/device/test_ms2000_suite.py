@@ -21,9 +21,8 @@ from ms2000_runs import (
 )
 
 from parts import chosen, every_nth
-from stagewire_conformance.device.permissions import Need, Permissions
+from stagewire_conformance.device.permissions import Need, Permissions, Range
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result
 from stagewire_virtual.asi_ms2000.instrument import STRATEGIES
 

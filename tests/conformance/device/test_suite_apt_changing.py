@@ -24,9 +24,8 @@ from faulty_apt_link import LinkFault, byte, of
 
 from parts import chosen, every_nth
 from stagewire_conformance.device.declaration import declare
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result
 
 GIVING_UP = ("home", "piezo-zero")

@@ -23,9 +23,8 @@ from parts import every_nth
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_apt import PROTOCOL
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import RunInterrupted, run
 

@@ -13,10 +13,9 @@ from watched_links import WatchedLink
 import stagewire_virtual
 from stagewire_apt import stages
 from stagewire_conformance.device.declaration import declare
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run

@@ -18,10 +18,9 @@ from stagewire_apt import stages
 from stagewire_conformance.device.declaration import Declaration, declare, known_units
 from stagewire_conformance.device.errors import NotAllowedError
 from stagewire_conformance.device.lines.apt_line import AptLine
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import ChannelPics, Pics
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.run import run
 from stagewire_virtual.linking import SteppedLink
 

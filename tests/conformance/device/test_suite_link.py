@@ -13,9 +13,8 @@ from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.lines.apt_line import AptLine
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import Pics
-from stagewire_conformance.device.ranges import Range
 from stagewire_virtual.linking import SteppedLink
 
 HOST = 0x01

@@ -13,9 +13,8 @@ from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
 from stagewire_conformance.device.declaration import declare, known_units
 from stagewire_conformance.device.errors import NothingAnswersError, NothingToRunError
-from stagewire_conformance.device.permissions import Need, Permissions
+from stagewire_conformance.device.permissions import Need, Permissions, Range
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.results import Result, worst
 from stagewire_conformance.device.run import run
 from stagewire_conformance.device.trial import Trial

@@ -9,9 +9,8 @@ from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.declaration import Declaration, declare
-from stagewire_conformance.device.permissions import Need, Permissions
+from stagewire_conformance.device.permissions import Need, Permissions, Range
 from stagewire_conformance.device.pics import BayPics, Pics
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.run import run
 from stagewire_conformance.device.trial import Trial

@@ -12,8 +12,7 @@ from typing import Final
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedMessage, FramedProtocol
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NotAllowedError
-from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.ranges import RangeError
+from stagewire_conformance.device.permissions import Permissions, RangeError
 
 _ABSOLUTE: Final = "absolute"
 

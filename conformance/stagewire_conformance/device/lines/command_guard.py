@@ -12,8 +12,7 @@ from typing import Final
 from stagewire.protocols import CommandFrame, CommandProtocol
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NotAllowedError
-from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.ranges import RangeError
+from stagewire_conformance.device.permissions import Permissions, RangeError
 
 _LINE_ENDS: Final = b"\r\n"
 """Would end a line of text, should the controller be reading text."""

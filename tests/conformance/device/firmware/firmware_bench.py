@@ -12,10 +12,9 @@ from stagewire.links import Link
 from stagewire_apt import stages
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declaration import Declaration, declare, known_units
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.ranges import Range
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
-
 _TRIES: Final = 2
 """Times that it is put back, where it is not seen to be there."""
 

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_conformance.device.check import ALLOWED, Check, Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.moves import returning
-from stagewire_conformance.device.permissions import Need
-from stagewire_conformance.device.ranges import RangeError
+from stagewire_conformance.device.permissions import Need, RangeError
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration

@@ -28,9 +28,8 @@ from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_v
 from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_are_printed
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, When
-from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
 from stagewire_conformance.device.checks.apt.settings.readback import write_and_read
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
+from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, Spot, spots
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:

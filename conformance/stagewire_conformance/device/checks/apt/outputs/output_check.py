@@ -7,8 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from stagewire_conformance.device.check import ALLOWED, Check, Kind
-from stagewire_conformance.device.permissions import Need
-from stagewire_conformance.device.ranges import COUNTS
+from stagewire_conformance.device.permissions import COUNTS, Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration

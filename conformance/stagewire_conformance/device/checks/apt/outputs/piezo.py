@@ -17,7 +17,7 @@ from stagewire_apt.enumerations import EnableState, PositionControlMode
 from stagewire_apt.flags import BpcStatusBits
 from stagewire_conformance.device.checks.apt.enable_state import switch
 from stagewire_conformance.device.checks.apt.streams import stream_of
-from stagewire_conformance.device.ranges import COUNTS, RangeError
+from stagewire_conformance.device.permissions import COUNTS, RangeError
 from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:

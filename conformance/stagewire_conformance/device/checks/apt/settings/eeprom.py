@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
-from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, spots
+from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, Spot, spots
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:

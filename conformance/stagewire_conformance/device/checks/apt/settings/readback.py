@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.replies import judge_message
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, How, When
-from stagewire_conformance.device.checks.apt.settings.neighbours import Neighbours
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, spots
+from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, Spot, Values, spots
 from stagewire_conformance.device.checks.apt.settings.variants import variants, why_not_now
 from stagewire_conformance.device.permissions import Need
 

@@ -11,8 +11,7 @@ from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, every_axis
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
 from stagewire_conformance.device.declaration import Declaration
-from stagewire_conformance.device.permissions import Need, Permissions
-from stagewire_conformance.device.ranges import RangeError
+from stagewire_conformance.device.permissions import Need, Permissions, RangeError
 from stagewire_conformance.device.targets import Target
 
 _Look = TypeVar("_Look", bound=Callable[..., None])
