@@ -173,15 +173,14 @@ def _warn_of_old_places(source: SourceFolder, diagnostics: Diagnostics) -> None:
         new = source.path / f"{file.kind}.yaml"
         if file.kind not in _OF_WIRE or file.path == new:
             continue
+        around = source.path.parent.parent  # the old place may be beside the spec
+        old_name, new_name = (path.relative_to(around).as_posix() for path in (file.path, new))
         if os.path.lexists(new):
-            place = f"{source.path.name}/{new.name}"
-            hint = f"move its entries to {place} and delete it"
-            what = f"this file and {place} both hold the {file.kind}"
+            hint = f"move its entries to {new_name} and delete it"
+            what = f"this file and {new_name} both hold the {file.kind}"
             diagnostics.add(Place(file.name), "SW008", what, hint)
         else:
-            around = source.path.parent.parent  # the old place may be beside the spec
-            names = (path.relative_to(around).as_posix() for path in (file.path, new))
-            moves.append(" to ".join(names))
+            moves.append(f"{old_name} to {new_name}")
     if moves:
         text = f"move {' and '.join(moves)}; the next release will not read the old place"
         warnings.warn(text, FutureWarning, stacklevel=2)

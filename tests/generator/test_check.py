@@ -123,8 +123,8 @@ def test_a_file_in_both_places_is_refused(spec: Path, kind: str) -> None:
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert str(caught.value.diagnostics[0]) == (
-        f"conformance/{kind}/tiny.yaml:1:1: SW008 this file and tiny/{kind}.yaml both hold the {kind}\n"
-        f"    hint: move its entries to tiny/{kind}.yaml and delete it"
+        f"conformance/{kind}/tiny.yaml:1:1: SW008 this file and spec/tiny/{kind}.yaml both hold the {kind}\n"
+        f"    hint: move its entries to spec/tiny/{kind}.yaml and delete it"
     )
 
 
