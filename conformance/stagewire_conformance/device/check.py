@@ -21,8 +21,8 @@ _OPTIONS: Final[dict[Need, str]] = {
     Need.EEPROM: "--allow-eeprom",
 }
 
-ALLOWED: Final = "the range that is allowed"
-"""What a check with motion does is said within it, where no range was given."""
+_ALLOWED: Final = "the range that is allowed"
+"""Stands for the range in descriptions where none was given."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,11 +62,6 @@ class Check:
         if missing:
             return f"not allowed: needs {' and '.join(_OPTIONS[need] for need in missing)}"
         return self.lacks
-
-    @property
-    def held_to(self) -> tuple[str, ...]:
-        """The rules that the controller is held to, by their slugs."""
-        return self.rules or (self.kind.rules if self.kind else ())
 
 
 _F = TypeVar("_F", bound=Callable[..., None])
@@ -146,7 +141,7 @@ class Kind:
 
         def checks(run: _F, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
             for case in each(declared, allowed):
-                words = {"range": allowed.motion or ALLOWED, **case.arguments, **case.words}
+                words = {"range": allowed.motion or _ALLOWED, **case.arguments, **case.words}
                 yield Check(
                     id="/".join(filter(None, (self.name, case.name, name))),
                     title=self._filled(title, words),
@@ -160,7 +155,11 @@ class Kind:
                     lacks=case.lacks,
                 )
 
-        return self.declare(checks)
+        def declare(run: _F) -> _F:
+            self._makers.append(partial(checks, run))
+            return run
+
+        return declare
 
     def _filled(self, text: str, words: Mapping[str, object]) -> str:
         try:
@@ -170,21 +169,6 @@ class Kind:
                 f"a check of the kind {self.name}: {text!r} cannot be filled in from its case, which has "
                 f"{', '.join(words)}: {error}"
             ) from None
-
-    def declare(
-        self, checks: Callable[[_F, Declaration, Permissions], Iterable[Check]]
-    ) -> Callable[[_F], _F]:
-        """Return a decorator that adds the checks of a function: what other decorators are made of.
-
-        :param checks: makes the checks of the function, of what is declared, and of what is allowed. Their
-            ids depend on what is declared alone.
-        """
-
-        def add(run: _F) -> _F:
-            self._makers.append(partial(checks, run))
-            return run
-
-        return add
 
     def make(self, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
         """Give its checks of a controller, in the order in which their functions are declared."""

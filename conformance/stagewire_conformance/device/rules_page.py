@@ -149,7 +149,7 @@ def _seen(protocol: Protocol) -> dict[str, dict[str, None]]:
         if of.name != protocol.name:
             continue
         for check in plan(declare(name), Permissions()):
-            for rule in check.held_to:
+            for rule in check.rules:
                 if check.kind is not None:
                     found.setdefault(rule, {})[check.kind.name] = None
     return found

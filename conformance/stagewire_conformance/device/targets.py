@@ -11,7 +11,7 @@ unit or alias.
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any, Final, NamedTuple
@@ -174,6 +174,10 @@ class Target:
         if message in self.unsupported:
             return f"the PICS says that {message} is not supported: {self.unsupported[message]}"
         return f"{message} is not in the list of {self.unit.name}"
+
+    def why_none(self, messages: Iterable[str]) -> str:
+        """Return why the first unclaimed one of some messages is not claimed; empty where all are."""
+        return next(filter(None, map(self.why_not, messages)), "")
 
     def named(self, names: tuple[str, ...]) -> Target:
         """Return the place of a controller that is, or may be, one of some units and aliases.

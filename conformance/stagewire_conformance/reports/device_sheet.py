@@ -240,7 +240,7 @@ def _held_to(check: Check, known: Mapping[str, Mapping[str, Any]]) -> tuple[str,
     own = frozenset(check.messages)
     return tuple(
         sorted(
-            check.held_to, key=lambda name: own.isdisjoint(known.get(name, {}).get("messages", ()))
+            check.rules, key=lambda name: own.isdisjoint(known.get(name, {}).get("messages", ()))
         )
     )
 
@@ -370,7 +370,7 @@ def pages_text(plan: Plan, check: Check) -> str:
     found = {page for name in check.messages for page in registry.messages[name]["pages"]}
     if not found:
         rules = {rule["id"]: rule["page"] for rule in registry.data["rules"]}
-        found = {rules[name] for name in check.held_to if name in rules}
+        found = {rules[name] for name in check.rules if name in rules}
     return where(places(registry, sorted(found)))
 
 

@@ -56,7 +56,7 @@ def axis_check(
                 name="/".join(filter(None, (place.name, case.name))),
                 words={"axis": f"axis {place.name}", **case.words},
                 arguments={"place": place, **case.arguments},
-                skip=next(filter(None, map(place.why_not, used)), case.skip),
+                skip=place.why_none(used) or case.skip,
             )
 
     def declare(look: _Look) -> _Look:

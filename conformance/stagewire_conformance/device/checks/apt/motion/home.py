@@ -74,7 +74,7 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "MOT_MOVE_HOME homes {}, and the end is told once",
+    "MOT_MOVE_HOME homes {motors}, and the end is told once",
     messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED),
     does="homes all motors at once, stopping each on its way first: each runs to its switch or "
     "index mark wherever that is, counts from there as 0, and goes back to where it stood",

@@ -113,7 +113,7 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "A limit switch of {} stops a motion and is told",
+    "A limit switch of {motors} stops a motion and is told",
     messages=(
         "MOT_MOVE_VELOCITY",
         "MOT_MOVE_ABSOLUTE",
@@ -125,7 +125,7 @@ KIND = Kind(
         COMPLETED,
     ),
     does="runs all motors at once slowly into the limit switch at an end of the travel that lies within "
-    "{}, and goes back",
+    "{range}, and goes back",
     settings=True,
     seconds=8.0,
     lacks=_lacks,

@@ -41,14 +41,14 @@ SUSPEND = Kind(
 
 @motor_check(
     SUSPEND,
-    "End messages of {} can be suspended and resumed",
+    "End messages of {motors} can be suspended and resumed",
     messages=(
         "MOT_SUSPEND_ENDOFMOVEMSGS",
         "MOT_RESUME_ENDOFMOVEMSGS",
         "MOT_MOVE_ABSOLUTE",
         COMPLETED,
     ),
-    does="moves all motors at once within {} while their end messages are suspended, and back when they "
+    does="moves all motors at once within {range} while their end messages are suspended, and back when they "
     "are resumed",
 )
 def _suspend_and_resume(axes: Sequence[Axis]) -> None:
@@ -114,9 +114,9 @@ UPDATES = Kind(
 
 @motor_check(
     UPDATES,
-    "Status messages of {} that come by themselves follow their motion",
+    "Status messages of {motors} that come by themselves follow their motion",
     messages=("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors at once within {} while status messages come, and back",
+    does="moves all motors at once within {range} while status messages come, and back",
 )
 def _follow_motion(axes: Sequence[Axis]) -> None:
     trial = axes[0].trial

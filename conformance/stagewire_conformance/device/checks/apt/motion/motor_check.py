@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.check import ALLOWED, Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.moves import returning
 from stagewire_conformance.device.permissions import Need, RangeError
@@ -96,38 +96,47 @@ def motor_check(
 ) -> Callable[[Moving], Moving]:
     """Declare a function that looks at motors as a check of all motors that are declared alike.
 
-    :param title: with ``{}`` for the motors.
-    :param does: with ``{}`` for the range.
-    :param settings: whether it changes settings, too.
-    :param lacks: says what else is missing of what was allowed.
+    :param title: names them as ``{motors}``.
+    :param does: names the range that was allowed as ``{range}``.
+    :param settings: whether it also changes settings.
+    :param lacks: returns what else is missing of what was allowed.
     :param name: of the check within its kind, if the kind has several.
     :param at_least: how many motors it takes.
     :param also: messages that it uses where they are claimed; those of the status are always among them.
     :param only: a message that units with such motors have in their lists.
     """
-    needs = frozenset({Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION})
 
-    def checks(moving: Moving, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
+    def cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         for group in _alike(declared):
             place = group[0][0]
-            if len(group) < at_least or only not in place.listed:
-                continue
-            yield Check(
-                id="/".join(filter(None, (kind.name, _name(group), name))),
-                title=title.format(
-                    " and ".join(f"channel {each[1]} of {each[0].name}" for each in group)
-                ),
-                messages=(*messages, *_used(declared, place, also)),
-                run=partial(_run, group=group, moving=moving),
-                needs=needs,
-                does=does.format(allowed.motion or ALLOWED),
-                seconds=seconds,
-                skip=_skip(place, messages),
-                lacks=lacks_range(declared, allowed, group[0])
-                or lacks(declared, allowed, group[0]),
-            )
+            if len(group) >= at_least and only in place.listed:
+                yield Case(
+                    name=_name(group),
+                    arguments={"group": group},
+                    words={
+                        "motors": " and ".join(
+                            f"channel {each[1]} of {each[0].name}" for each in group
+                        )
+                    },
+                    messages=_used(declared, place, also),
+                    skip=_skip(place, messages),
+                    lacks=lacks_range(declared, allowed, group[0])
+                    or lacks(declared, allowed, group[0]),
+                )
 
-    return kind.declare(checks)
+    def declare(moving: Moving) -> Moving:
+        kind.check(
+            title,
+            messages=messages,
+            needs={Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION},
+            does=does,
+            seconds=seconds,
+            name=name,
+            each=cases,
+        )(partial(_run, moving=moving))
+        return moving
+
+    return declare
 
 
 def _used(declared: Declaration, place: Target, also: tuple[str, ...]) -> list[str]:
@@ -172,7 +181,7 @@ def _skip(place: Target, messages: tuple[str, ...]) -> str:
     Whoever moves something has to see where it is, must be able to stop it, and to bring it back.
     """
     every = (*messages, "MOT_MOVE_STOP", "MOT_MOVE_ABSOLUTE")
-    return unseen(place) or next(filter(None, map(place.why_not, every)), "")
+    return unseen(place) or place.why_none(every)
 
 
 def _run(trial: Trial, group: Sequence[Motor], moving: Moving) -> None:

@@ -50,10 +50,10 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "MOT_MOVE_STOP ends moves of {}, at once and with a profile, which is told once",
+    "MOT_MOVE_STOP ends moves of {motors}, at once and with a profile, which is told once",
     messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE"),
-    does="begins moves of all motors within {} and stops them on their way, once at once and once with a "
-    "profile",
+    does="begins moves of all motors within {range} and stops them on their way, once at once and once with "
+    "a profile",
     seconds=3.0,
 )
 def _run(axes: Sequence[Axis]) -> None:

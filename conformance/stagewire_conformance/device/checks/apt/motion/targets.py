@@ -66,9 +66,9 @@ RELATIVE = Kind(
 
 @motor_check(
     ABSOLUTE,
-    "MOT_MOVE_ABSOLUTE moves {} to a position, and the end is told once",
+    "MOT_MOVE_ABSOLUTE moves {motors} to a position, and the end is told once",
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors at once to positions within {}, and back",
+    does="moves all motors at once to positions within {range}, and back",
 )
 def _absolute(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _SECONDS)
@@ -78,9 +78,9 @@ def _absolute(axes: Sequence[Axis]) -> None:
 
 @motor_check(
     RELATIVE,
-    "MOT_MOVE_RELATIVE moves {} by a distance, and the end is told once",
+    "MOT_MOVE_RELATIVE moves {motors} by a distance, and the end is told once",
     messages=("MOT_MOVE_RELATIVE", COMPLETED),
-    does="moves all motors at once by distances within {}, and back",
+    does="moves all motors at once by distances within {range}, and back",
 )
 def _relative(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _SECONDS)
@@ -105,9 +105,9 @@ def _stored_check(message: str, parameter: str) -> Callable[[Moving], Moving]:
     setting, *telling = (f"MOT_{role}_{parameter}" for role in ("SET", "REQ", "GET"))
     return motor_check(
         STORED,
-        f"{message} without data moves {{}} by what {setting} stored",
+        f"{message} without data moves {{motors}} by what {setting} stored",
         messages=(message, setting, *telling, COMPLETED),
-        does=f"stores targets with {setting}, moves all motors at once to them within {{}}, and back",
+        does=f"stores targets with {setting}, moves all motors at once to them within {{range}}, and back",
         settings=True,
         name=message,
     )
@@ -156,7 +156,7 @@ JOG = Kind(
 
 @motor_check(
     JOG,
-    "MOT_MOVE_JOG moves {} by one step, and the end is told once",
+    "MOT_MOVE_JOG moves {motors} by one step, and the end is told once",
     messages=(
         "MOT_MOVE_JOG",
         "MOT_SET_JOGPARAMS",
@@ -165,7 +165,7 @@ JOG = Kind(
         COMPLETED,
     ),
     does="sets single steps of a small size with MOT_SET_JOGPARAMS, jogs all motors at once forward and "
-    "in reverse within {}, and puts the parameters back",
+    "in reverse within {range}, and puts the parameters back",
     settings=True,
 )
 def _jog_steps(axes: Sequence[Axis]) -> None:
@@ -197,9 +197,9 @@ ALONE = Kind(
 
 @motor_check(
     ALONE,
-    "Of {} only the motor that is told to moves, and only it says so",
+    "Of {motors} only the motor that is told to moves, and only it says so",
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves one motor after the other within {}, and back",
+    does="moves one motor after the other within {range}, and back",
     at_least=2,
 )
 def _one_alone(axes: Sequence[Axis]) -> None:

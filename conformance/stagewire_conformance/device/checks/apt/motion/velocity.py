@@ -115,7 +115,7 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "MOT_MOVE_VELOCITY runs {} in the direction that is named until they are stopped",
+    "MOT_MOVE_VELOCITY runs {motors} in the direction that is named until they are stopped",
     messages=(
         "MOT_MOVE_VELOCITY",
         "MOT_MOVE_STOP",
@@ -124,7 +124,7 @@ KIND = Kind(
         "MOT_REQ_VELPARAMS",
         "MOT_GET_VELPARAMS",
     ),
-    does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {}, runs them at once "
+    does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {range}, runs them at once "
     "forward and in reverse for less than a second, stops them, and puts the velocity back",
     settings=True,
 )

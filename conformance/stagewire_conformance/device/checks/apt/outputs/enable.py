@@ -78,7 +78,7 @@ ENABLE = Kind(
 
 @output_check(
     ENABLE,
-    "MOD_SET_CHANENABLESTATE disables and enables {}, and the channel says so",
+    "MOD_SET_CHANENABLESTATE disables and enables {output}, and the channel says so",
     messages=tuple(sorted(ENABLED_SETS)),
     does="disables each channel for a moment and enables it again: what it holds may give way, "
     "what it puts out may go to 0",

@@ -135,10 +135,10 @@ KIND = Kind(
 
 @output_check(
     KIND,
-    "A waveform of {} is put out from PZ_START_LUTOUTPUT to PZ_STOP_LUTOUTPUT",
+    "A waveform of {output} is put out from PZ_START_LUTOUTPUT to PZ_STOP_LUTOUTPUT",
     messages=_MESSAGES,
     does="loads two samples of the waveform table of each piezo, which nobody can read and put back, and "
-    "puts them out for three seconds, near to the present output and within {}",
+    "puts them out for three seconds, near to the present output and within {range}",
     settings=True,
     lacks=lacks_volts,
     seconds=5.0,

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, TypeVar
 
-from stagewire_conformance.device.check import ALLOWED, Check, Kind
+from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.permissions import COUNTS, Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.targets import Target
-    from stagewire_conformance.device.trial import Trial
 
 
-class Running(Protocol):
-    """Looks at a channel of a place."""
-
-    def __call__(self, trial: Trial, place: Target, channel: int) -> None:
-        """Look at it, and say to the trial what is found."""
+_Look = TypeVar("_Look", bound=Callable[..., None])
 
 
 def output_check(
@@ -34,37 +28,39 @@ def output_check(
     lacks: Callable[[Declaration, Permissions, Target], str] = lambda declared, allowed, place: "",
     also: Callable[[Target], tuple[str, ...]] = lambda place: (),
     skip: Callable[[Declaration, Target], str] = lambda declared, place: "",
-) -> Callable[[Running], Running]:
+) -> Callable[[_Look], _Look]:
     """Declare a function that looks at a channel as a check of each channel whose place has some messages.
 
-    :param title: with ``{}`` for the channel.
-    :param does: with ``{}`` for the range.
-    :param settings: whether it changes settings, too.
-    :param also: gives what else is used of what a place claims.
-    :param skip: says why a place cannot be looked at, beside the messages, by the PICS.
-    :param lacks: says why what was allowed does not suffice at a place.
+    :param title: names the channel as ``{output}``.
+    :param does: names the range that was allowed as ``{range}``.
+    :param settings: whether it also changes settings.
+    :param also: returns what else is used of what a place claims.
+    :param skip: returns why the PICS excludes a place, apart from the messages.
+    :param lacks: returns why what was allowed does not suffice at a place.
     """
-    needs = frozenset({Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION})
 
-    def checks(run: Running, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
+    def cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         for place in declared.places:
             if not place.listed.issuperset(messages):
                 continue
             for channel in place.channels:
-                yield Check(
-                    id=f"{kind.name}/{place.name}/{channel}",
-                    title=title.format(f"channel {channel} of {place.name}"),
-                    messages=(*messages, *also(place)),
-                    run=partial(run, place=place, channel=channel),
-                    needs=needs,
-                    does=does.format(allowed.motion or ALLOWED),
-                    seconds=seconds,
-                    skip=next(filter(None, map(place.why_not, messages)), "")
-                    or skip(declared, place),
+                yield Case(
+                    name=f"{place.name}/{channel}",
+                    arguments={"place": place, "channel": channel},
+                    words={"output": f"channel {channel} of {place.name}"},
+                    messages=also(place),
+                    skip=place.why_none(messages) or skip(declared, place),
                     lacks=lacks(declared, allowed, place),
                 )
 
-    return kind.declare(checks)
+    return kind.check(
+        title,
+        messages=messages,
+        needs={Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION},
+        does=does,
+        seconds=seconds,
+        each=cases,
+    )
 
 
 def lacks_volts(declared: Declaration, allowed: Permissions, place: Target) -> str:
@@ -77,4 +73,4 @@ def lacks_unit(allowed: Permissions, units: tuple[str, ...], what: str) -> str:
     motion = allowed.motion
     if motion is None or motion.unit in (*units, COUNTS):
         return ""
-    return f"{motion} is no range of {what}: allow one in {units[0]} or in counts"
+    return f"{motion} is not a range of {what}: allow one in {units[0]} or in counts"

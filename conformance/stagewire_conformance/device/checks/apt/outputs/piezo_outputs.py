@@ -85,9 +85,9 @@ MODE = Kind(
 
 @output_check(
     VOLTS,
-    "PZ_SET_OUTPUTVOLTS sets the output of {} in open loop, and PZ_SET_OUTPUTPOS does not",
+    "PZ_SET_OUTPUTVOLTS sets the output of {output} in open loop, and PZ_SET_OUTPUTPOS does not",
     messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
-    does="changes the output voltage of each piezo by less than 5 % within {}, and back",
+    does="changes the output voltage of each piezo by less than 5 % within {range}, and back",
     lacks=lacks_volts,
 )
 def _volts(trial: Trial, place: Target, channel: int) -> None:
@@ -191,10 +191,10 @@ def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
 
 @output_check(
     POSITION,
-    "PZ_SET_OUTPUTPOS sets the position of {} in closed loop, and PZ_SET_OUTPUTVOLTS does not",
+    "PZ_SET_OUTPUTPOS sets the position of {output} in closed loop, and PZ_SET_OUTPUTVOLTS does not",
     messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
     does="closes the loop of each piezo, changes its position by less than 5 % within "
-    "{}, and goes back",
+    "{range}, and goes back",
     lacks=_lacks_positions,
     seconds=2.0,
 )
@@ -230,7 +230,7 @@ def _position(trial: Trial, place: Target, channel: int) -> None:
 
 @output_check(
     MODE,
-    "PZ_SET_POSCONTROLMODE sets the control mode of {}, and the status says so",
+    "PZ_SET_POSCONTROLMODE sets the control mode of {output}, and the status says so",
     messages=(*_MODE, *_VOLTS, *_POSITION, *_STATUS),
     does="sets the other mode of the loop that each piezo is in (smooth or not), and puts it back",
 )
@@ -285,7 +285,7 @@ SLEW = Kind(
 
 @output_check(
     SLEW,
-    "The output of {} changes no faster than PZ_SET_TPZ_SLEWRATES says",
+    "The output of {output} changes no faster than PZ_SET_TPZ_SLEWRATES says",
     messages=(
         _SETTING,
         "PZ_REQ_TPZ_SLEWRATES",
@@ -300,7 +300,7 @@ SLEW = Kind(
         "PZ_GET_PZSTATUSUPDATE",
     ),
     does="sets the slowest slew rate, changes the output voltage of each piezo by less than 5 % within "
-    "{}, and puts both back",
+    "{range}, and puts both back",
     settings=True,
     lacks=lacks_volts,
     seconds=1.5,

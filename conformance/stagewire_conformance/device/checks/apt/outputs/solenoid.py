@@ -129,7 +129,7 @@ INTERLOCK = Kind(
 
 @output_check(
     STATE,
-    "MOT_SET_SOL_STATE switches {} on and off",
+    "MOT_SET_SOL_STATE switches {output} on and off",
     messages=_BOTH,
     does="switches the solenoid off, on for a moment in manual mode, and off again; whatever it "
     "opens is open then",
@@ -150,7 +150,7 @@ def _state(trial: Trial, place: Target, channel: int) -> None:
 
 @output_check(
     MODE,
-    "MOT_SET_SOL_OPERATINGMODE sets the mode of {}",
+    "MOT_SET_SOL_OPERATINGMODE sets the mode of {output}",
     messages=_BOTH,
     does="switches the solenoid off, sets each operating mode, and puts back what was there",
 )
@@ -166,7 +166,7 @@ def _mode(trial: Trial, place: Target, channel: int) -> None:
 
 @output_check(
     INTERLOCK,
-    "MOT_SET_SOL_INTERLOCKMODE demands the interlock of {}",
+    "MOT_SET_SOL_INTERLOCKMODE demands the interlock of {output}",
     messages=tuple(f"MOT_{role}_SOL_INTERLOCKMODE" for role in ("SET", "REQ", "GET")),
     does="sets that the interlock of the solenoid is needed, and puts back what was there",
 )

@@ -45,7 +45,7 @@ _NEAR: Final = FULL_SCALE // 50
 """Counts within which a reading is zero."""
 
 
-_TITLE: Final = "PZ_SET_ZERO makes what is read at zero volts the zero of {}"
+_TITLE: Final = "PZ_SET_ZERO makes what is read at zero volts the zero of {output}"
 _DOES: Final = (
     "zeroes each channel: it puts out 0 V, and what is read then is the zero of all positions from then on; "
     "the zero that it had is lost"

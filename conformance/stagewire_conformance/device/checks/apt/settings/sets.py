@@ -80,7 +80,7 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
             announces=tuple(each for each in entry["exchange"].get("announces", ())),
             has_channel=CHANNEL in fields,
             effect=entry["effect"],
-            skip=next(filter(None, map(place.why_not, (setting, asking, telling))), ""),
+            skip=place.why_none((setting, asking, telling)),
         )
 
 

@@ -145,7 +145,7 @@ def _pairs(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
             place=first,
             name=second.name,
             arguments={"other": second},
-            skip=next(filter(None, map(second.why_not, MOVES)), ""),
+            skip=second.why_none(MOVES),
             lacks=lacks_of(declared, allowed, second),
         )
 

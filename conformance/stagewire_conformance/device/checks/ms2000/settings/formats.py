@@ -115,7 +115,7 @@ def _cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
             messages=used,
             rules=rules,
             needs=frozenset({Need.SETTINGS} if switches else ()),
-            skip=next(filter(None, map(place.why_not, used)), ""),
+            skip=place.why_none(used),
         )
 
 
