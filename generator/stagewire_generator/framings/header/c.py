@@ -12,6 +12,7 @@ from stagewire_generator.targets.c.field_view import (
     field_view,
     initialiser,
     parameter_view,
+    size_assertion,
     written,
 )
 from stagewire_generator.targets.c.framing import File, Framing, Tests
@@ -100,7 +101,7 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
         doc=message_doc(names, protocol, message, layout, size),
         length=layout.length,
         size=HEADER_SIZE + layout.length,
-        assertion=_assertion(names, layout, type) if layout.length else "",
+        assertion=size_assertion(names, layout, type) if layout.length else "",
         fields=fields,
         written=written(fields, fields[0].offset),
         framed=call(
@@ -121,11 +122,6 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
             f"{status} {type}_decode", ["const uint8_t *frame", "size_t size", f"{type} *message"]
         ),
     )
-
-
-def _assertion(names: Names, layout: Layout, type: str) -> str:
-    facts = [f"sizeof({type}) >= {layout.length}U", f"{type}_holds_its_packet"]
-    return call(f"{names.macro_prefix}_STATIC_ASSERT", facts, ";")
 
 
 def _head(layout: Layout, id: int) -> str:
@@ -254,7 +250,7 @@ FRAMING = Framing(
         cut="header_cut.c.j2",
         trip="header_trip.c.j2",
         trip_needs="header_trip_needs.c.j2",
-        data_at=lambda protocol, of: 6,
+        data_at=lambda protocol, of: HEADER_SIZE,
         meant=_meant,
     ),
 )

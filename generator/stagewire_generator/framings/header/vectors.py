@@ -16,6 +16,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     data_frame,
     header_frame,
     id_of,
+    lengths_of,
     undocumented_cases,
     unknown_id,
 )
@@ -23,7 +24,13 @@ from stagewire_generator.framings.header.vectors_streams import layout_stream, s
 from stagewire_generator.model import Field, Format, Json, Layout, Message, Protocol
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.framing import Framing
-from stagewire_generator.targets.vectors.subject import LEFT_OUT, Expected, Subject, make_case
+from stagewire_generator.targets.vectors.subject import (
+    LEFT_OUT,
+    Expected,
+    Subject,
+    make_case,
+    no_id_case,
+)
 from stagewire_generator.targets.vectors.values import fields_to_bytes
 
 
@@ -266,7 +273,7 @@ class HeaderFraming(Framing):
                 ends.add(end)
                 yield of.decode(name, about, raw[:end], "truncated")
         yield of.decode("trailing", "", raw + b"\0", "trailing")
-        lengths = _lengths(of.message)
+        lengths = lengths_of(of.message)
         dest, source = of.asked["dest"], of.asked["source"]
         if of.layout.length == min(lengths):
             short = data_frame(id_of(of.message), raw[SIZE:-1], dest, source)
@@ -282,9 +289,7 @@ class HeaderFraming(Framing):
     def of_message(self, message: Message) -> Iterator[Case]:
         """Yield forms that are left out, wrong or undecided, and a message without a layout."""
         if message.id is None:
-            request = {"op": "encode", "message": message.name, "fields": {}}
-            about = "a message without an id"
-            yield make_case(f"{message.name}/encode/no_id", about, request, "unsupported")
+            yield no_id_case(message)
             return
         if not message.documented:
             yield from undocumented_cases(self.protocol, message)
@@ -301,7 +306,7 @@ class HeaderFraming(Framing):
             bare = header_frame(message.id, 0, 0, dest, source)
             about = "a header without the packet that it has"
             yield of.decode("header_alone", about, bare, "bad_length")
-        if not _lengths(message):
+        if not lengths_of(message):
             for length in (0, 2):
                 packet = data_frame(message.id, bytes(length), dest, source)
                 about = f"a packet of {length} bytes where none belongs"
@@ -335,7 +340,3 @@ def _fields(layout: Layout) -> tuple[Field, ...]:
         for number in (1, 2)
     )
     return tuple(field or other for field, other in zip(named, unnamed, strict=True))
-
-
-def _lengths(message: Message) -> set[int]:
-    return {layout.length for layout in message.layouts if layout.form != "header"}

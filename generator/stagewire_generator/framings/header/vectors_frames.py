@@ -113,3 +113,8 @@ def _case(
 ) -> Case:
     id = f"{message.name}/undocumented/{operation}/{name}"
     return make_case(id, about, {"op": operation, **more}, expected)
+
+
+def lengths_of(message: Message) -> set[int]:
+    """Return the lengths that packets of a message have."""
+    return {layout.length for layout in message.layouts if layout.form != "header"}

@@ -17,6 +17,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     data_frame,
     header_frame,
     id_of,
+    lengths_of,
     undocumented_frames,
     unknown_id,
 )
@@ -93,7 +94,7 @@ class HeaderReader:
             return garbage
         if not announced:
             return ("message", SIZE) if self._has_header(message, word) else garbage
-        lengths = _lengths(message)
+        lengths = lengths_of(message)
         if not lengths:
             return garbage
         fitting = [length for length in lengths if length <= word]
@@ -105,7 +106,7 @@ class HeaderReader:
         """Return what begins where frames are looked for: a message that is exactly right, or nothing."""
         message, word, announced, pair = self._header(rest)
         if message is not None and self._ours(message):
-            if announced and word in _lengths(message) and pair in self._tolerated:
+            if announced and word in lengths_of(message) and pair in self._tolerated:
                 return "message", SIZE + word
             right = pair in self._right(*self._ours(message))
             if not announced and right and self._has_header(message, word):
@@ -129,13 +130,9 @@ class HeaderReader:
     def _has_header(self, message: Message, parameters: int) -> bool:
         """Whether a header with these parameters may be the message, and no packet that lost its bit."""
         header = next((layout for layout in message.layouts if layout.form == "header"), None)
-        if header is None or parameters in _lengths(message):
+        if header is None or parameters in lengths_of(message):
             return False
         return not (header.only_zero and parameters)
-
-
-def _lengths(message: Message) -> set[int]:
-    return {layout.length for layout in message.layouts if layout.form != "header"}
 
 
 _DAMAGE = b"\xff"

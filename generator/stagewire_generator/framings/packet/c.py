@@ -8,7 +8,13 @@ from typing import Any
 
 from stagewire_generator.framings.packet.c_shape import PacketParts, packet_shape_view
 from stagewire_generator.model import Json, Layout, Message, Protocol
-from stagewire_generator.targets.c.field_view import FieldView, field_view, initialiser, written
+from stagewire_generator.targets.c.field_view import (
+    FieldView,
+    field_view,
+    initialiser,
+    size_assertion,
+    written,
+)
 from stagewire_generator.targets.c.framing import File, Framing, Tests
 from stagewire_generator.targets.c.source import (
     EntryView,
@@ -100,7 +106,7 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
         type=type,
         macro=type.upper(),
         doc=message_doc(names, protocol, message, layout, size),
-        assertion=_assertion(names, layout, type) if fields else "",
+        assertion=size_assertion(names, layout, type) if fields else "",
         length=layout.length,
         size=parts.overhead + layout.length,
         fields=fields,
@@ -143,11 +149,6 @@ def _most(protocol: Protocol, message: Message, layout: Layout) -> int:
     longer = [other.length for other in message.layouts if other.length > layout.length]
     most: int = min(longer) - 1 if longer else protocol.framing["maximum_length"]
     return most
-
-
-def _assertion(names: Names, layout: Layout, type: str) -> str:
-    facts = [f"sizeof({type}) >= {layout.length}U", f"{type}_holds_its_packet"]
-    return call(f"{names.macro_prefix}_STATIC_ASSERT", facts, ";")
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from stagewire_generator.framings.packet.vectors_streams import (
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.framing import Framing
-from stagewire_generator.targets.vectors.subject import LEFT_OUT, Subject, make_case
+from stagewire_generator.targets.vectors.subject import LEFT_OUT, Subject, make_case, no_id_case
 from stagewire_generator.targets.vectors.values import fields_to_bytes
 
 
@@ -71,26 +71,26 @@ def _damaged(packets: Packets, of: Subject, raw: bytes) -> Iterator[Case]:
         if part in packets.order:
             place = packets.place(part, of.layout.length)
             for at in range(place.start, place.stop):
-                there = _turned(raw, at)
+                there = _flipped(raw, at)
                 name = f"{part}.{at - place.start}"
                 yield of.decode(name, f"a bit of its {part} is another", there, "bad_value")
     if "check" in packets.order and of.layout.length:
         at = packets.place("payload", of.layout.length).start
         if _covered(packets, of, raw, at):
             about = "a bit of its payload is another"
-            yield of.decode("payload", about, _turned(raw, at), "bad_value")
+            yield of.decode("payload", about, _flipped(raw, at), "bad_value")
 
 
 def _covered(packets: Packets, of: Subject, raw: bytes, at: int) -> bool:
     """Whether the check of a packet is another when a bit of its payload is."""
     assert of.message.id is not None
-    payload = _turned(raw, at)[packets.place("payload", of.layout.length)]
+    payload = _flipped(raw, at)[packets.place("payload", of.layout.length)]
     there = packets.pack(of.message.id, of.asked.get("address", 0), payload)
     check = packets.place("check", of.layout.length)
     return there[check] != raw[check]
 
 
-def _turned(raw: bytes, at: int) -> bytes:
+def _flipped(raw: bytes, at: int) -> bytes:
     return raw[:at] + bytes((raw[at] ^ 1,)) + raw[at + 1 :]
 
 
@@ -167,9 +167,7 @@ class PacketFraming(Framing):
     def of_message(self, message: Message) -> Iterator[Case]:
         """Yield forms that are left out or wrong, and a message without an id."""
         if message.id is None:
-            request = {"op": "encode", "message": message.name, "fields": {}}
-            about = "a message without an id"
-            yield make_case(f"{message.name}/encode/no_id", about, request, "unsupported")
+            yield no_id_case(message)
             return
         of = self.subject(message, message.layouts[0])
         yield of.encode("form.unknown", "a form that it has not", "bad_length", form="no_such_form")

@@ -106,17 +106,17 @@ def _crc(data: bytes, check: Json) -> int:
     width: int = 8 * check["size"]
     register: int = check.get("initial", 0)
     for byte in data:
-        byte = _turned(byte, 8) if check["reflected"] else byte
+        byte = _reflected(byte, 8) if check["reflected"] else byte
         for bit in range(7, -1, -1):
             high = register >> (width - 1) ^ byte >> bit & 1
             register = (register << 1) & ((1 << width) - 1) ^ (check["polynomial"] if high else 0)
     if check["reflected"]:
-        register = _turned(register, width)
+        register = _reflected(register, width)
     final: int = check.get("final", 0)
     return register ^ final
 
 
-def _turned(number: int, width: int) -> int:
+def _reflected(number: int, width: int) -> int:
     return int(f"{number:0{width}b}"[::-1], 2)
 
 

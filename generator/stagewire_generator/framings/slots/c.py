@@ -274,7 +274,7 @@ FRAMING = Framing(
         cut="testing_cut.c.j2",
         trip="slots_trip.c.j2",
         trip_needs="slots_trip_needs.c.j2",
-        data_at=lambda protocol, of: 0 if of.layout.form == "reply" else 3,
+        data_at=lambda protocol, of: 0 if of.layout.form == "reply" else SLOTS,
         form=_form,
         envelope=_envelope,
         meant=_meant,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import Field
-from stagewire_generator.targets.c.source import Names, comment, field_doc, integer
+from stagewire_generator.model import Field, Layout
+from stagewire_generator.targets.c.source import Names, call, comment, field_doc, integer
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,3 +149,9 @@ def _refused(field: Field, value: str) -> tuple[str, ...]:
     if field.maximum < greatest:
         refused.append(f"{value} > {integer(field.maximum, bits // 8, signed)}")
     return tuple(refused)
+
+
+def size_assertion(names: Names, layout: Layout, type: str) -> str:
+    """Return the assertion that the struct of a layout has room for its bytes on the wire."""
+    facts = [f"sizeof({type}) >= {layout.length}U", f"{type}_holds_its_packet"]
+    return call(f"{names.macro_prefix}_STATIC_ASSERT", facts, ";")

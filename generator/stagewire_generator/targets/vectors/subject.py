@@ -102,3 +102,10 @@ class Subject:
             else:
                 request[key] = value
         return make_case(f"{self._prefix}/{name}", about, request, expected, self)
+
+
+def no_id_case(message: Message) -> Case:
+    """Return the case of a message that the document gives no id, so that nothing can encode it."""
+    request = {"op": "encode", "message": message.name, "fields": {}}
+    about = "a message without an id"
+    return make_case(f"{message.name}/encode/no_id", about, request, "unsupported")
