@@ -42,8 +42,10 @@ _KINDS_OF_OVERLAYS = {
 }
 _PARTS = frozenset({"stages", "units"})  # of these an overlay has what it changes
 _LINK = "is a link out of the folder of the spec"
-_OF_WIRE = frozenset({"examples", "captures"})  # their bytes are quoted as they came
-_IN_0_1 = "conformance"  # the folder of examples and captures
+OF_WIRE = ("examples", "captures")
+"""Kinds whose bytes are quoted as they came."""
+OLD_FOLDER = "conformance"
+"""Where version 0.1 had the files of these kinds, each kind in a folder of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +130,7 @@ def read(source: SourceFolder, diagnostics: Diagnostics, progress: Callable[[str
     """Load all files of a protocol, without its overlays."""
     folder = source.path
     _refuse_strays(source, folder.parent, diagnostics)
-    _warn_of_old_places(source, diagnostics)
+    _report_old_places(source, diagnostics)
     return _read(source.files, diagnostics, progress)
 
 
@@ -166,21 +168,22 @@ def _refuse_strays(
         diagnostics.add(Place(name), "SW008", "stands where nothing is read", hint)
 
 
-def _warn_of_old_places(source: SourceFolder, diagnostics: Diagnostics) -> None:
-    """Warn once of files in their places of 0.1; report those that also have a file in the new place."""
+def _report_old_places(source: SourceFolder, diagnostics: Diagnostics) -> None:
+    """Warn once of files in their places of 0.1; report each that is not read because another file is."""
+    around = source.path.parent.parent  # the old place may be beside the spec
     moves = []
-    for file in source.files:
-        new = source.path / f"{file.kind}.yaml"
-        if file.kind not in _OF_WIRE or file.path == new:
-            continue
-        around = source.path.parent.parent  # the old place may be beside the spec
-        old_name, new_name = (path.relative_to(around).as_posix() for path in (file.path, new))
-        if os.path.lexists(new):
+    for kind in OF_WIRE:
+        new = source.path / f"{kind}.yaml"
+        there = [file.path for file in source.files if file.kind == kind]
+        for old in _old_files(source.path, kind):
+            new_name, old_name = (path.relative_to(around).as_posix() for path in (new, old.path))
+            if old.path in there:
+                moves.append(f"{old_name} to {new_name}")
+                continue
+            other = there[0].relative_to(around).as_posix()
+            what = f"this file and {other} both hold the {kind}"
             hint = f"move its entries to {new_name} and delete it"
-            what = f"this file and {new_name} both hold the {file.kind}"
-            diagnostics.add(Place(file.name), "SW008", what, hint)
-        else:
-            moves.append(f"{old_name} to {new_name}")
+            diagnostics.add(Place(old.name), "SW008", what, hint)
     if moves:
         text = f"move {' and '.join(moves)}; the next release will not read the old place"
         warnings.warn(text, FutureWarning, stacklevel=2)
@@ -199,7 +202,7 @@ def _read(
         if leads_out(file.path, file.root):  # diagnostics quote text, and it could be any file
             diagnostics.add(Place(name), "SW008", _LINK)
             continue
-        document = strict_yaml.load(file.path, name, diagnostics, any_byte=kind in _OF_WIRE)
+        document = strict_yaml.load(file.path, name, diagnostics, any_byte=kind in OF_WIRE)
         if document is not None and fits_schema(document, kind, diagnostics, part=kind in parts):
             files.setdefault(kind, []).append(document)
     return files
@@ -207,21 +210,34 @@ def _read(
 
 def _find(folder: Path) -> Iterator[SourceFile]:
     """Yield each file of a protocol."""
-    root = folder.parent
     for kind, pattern in _KINDS.items():
-        for path in sorted(folder.glob(pattern)):
-            yield SourceFile(kind, path, root)
-    for kind in sorted(_OF_WIRE, reverse=True):
-        for above in (folder, root, root.parent):
-            path = above / _IN_0_1 / kind / f"{folder.name}.yaml"
-            if os.path.lexists(path):
-                yield SourceFile(kind, path, above)
-                break
+        found = _matching(folder, pattern)
+        for path in found:
+            yield SourceFile(kind, path, folder.parent)
+        if kind in OF_WIRE and not found:
+            yield from _old_files(folder, kind)[:1]
+
+
+def _old_files(folder: Path, kind: str) -> list[SourceFile]:
+    """Return the files of a protocol where version 0.1 had them, the innermost first."""
+    places = (folder, folder.parent, folder.parent.parent)
+    files = [
+        SourceFile(kind, above / OLD_FOLDER / kind / f"{folder.name}.yaml", above)
+        for above in places
+    ]
+    return [file for file in files if os.path.lexists(file.path)]
 
 
 def _find_overlay(folder: Path) -> Iterator[SourceFile]:
     """Yield each file of an overlay."""
-    root = folder.parents[2]
     for kind, pattern in _KINDS_OF_OVERLAYS.items():
-        for path in sorted(folder.glob(pattern)):
-            yield SourceFile(kind, path, root)
+        for path in _matching(folder, pattern):
+            yield SourceFile(kind, path, folder.parents[2])
+
+
+def _matching(folder: Path, pattern: str) -> list[Path]:
+    """Return the files of a kind; a link that leads nowhere is one, too, so that it is reported."""
+    if "*" in pattern:
+        return sorted(folder.glob(pattern))
+    path = folder / pattern
+    return [path] if os.path.lexists(path) else []

@@ -128,6 +128,30 @@ def test_a_file_in_both_places_is_refused(spec: Path, kind: str) -> None:
     )
 
 
+@pytest.mark.parametrize("kind", ["examples", "captures"])
+def test_a_second_file_in_a_place_of_0_1_is_refused(spec: Path, kind: str) -> None:
+    outer = to_the_place_of_0_1(spec, kind)
+    inner = spec / "tiny" / "conformance" / kind / "tiny.yaml"
+    inner.parent.mkdir(parents=True)
+    shutil.copy(outer, inner)
+    with pytest.warns(FutureWarning), pytest.raises(SpecError) as caught:
+        check(spec)
+    assert [str(found) for found in caught.value.diagnostics] == [
+        f"conformance/{kind}/tiny.yaml:1:1: SW008 this file and spec/tiny/conformance/{kind}/tiny.yaml both "
+        f"hold the {kind}\n    hint: move its entries to spec/tiny/{kind}.yaml and delete it"
+    ]
+
+
+@pytest.mark.parametrize("name", ["units.yaml", "examples.yaml", "messages/more.yaml"])
+def test_a_link_that_leads_nowhere_is_reported(spec: Path, name: str) -> None:
+    link = spec / "tiny" / name
+    link.unlink(missing_ok=True)
+    link.symlink_to("nowhere.yaml")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert str(caught.value.diagnostics[0]).startswith(f"tiny/{name}:1:1: SW006 cannot be read")
+
+
 def test_a_link_out_of_the_spec_is_not_followed_in_the_place_of_0_1(
     spec: Path, tmp_path: Path
 ) -> None:

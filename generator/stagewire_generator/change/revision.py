@@ -18,11 +18,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from stagewire_generator.diagnostics import Diagnostic, Place
-from stagewire_generator.reader import find_spec
+from stagewire_generator.reader import OF_WIRE, OLD_FOLDER, find_spec
 
 _REVISION = re.compile(r"((?:[^:{}]|\{[^{}]*\})+)(?::(.*))?", re.DOTALL)  # HEAD@{12:30}:path
 _LINKS = {"120000": "a symbolic link", "160000": "a submodule"}  # by the mode of a file in git
-_IN_0_1 = ("conformance/examples", "conformance/captures")
 _HEAD = 200  # bytes that hold the line before a file's contents: id, kind, size
 _DEPTH = ("in", "side")  # folders above the extracted ones: the reader looks beside the spec
 
@@ -106,7 +105,7 @@ def _repository() -> tuple[str, str]:
 def _extract(sha: str, rev: str, folder: PurePosixPath, root: Path) -> None:
     """Write what the pipeline reads: the files in ``folder``, and those of 0.1 beside it."""
     parents = list(folder.parents)[:2]  # of the spec, or of a single protocol
-    wanted = [folder, *(parent / old for parent in parents for old in _IN_0_1)]
+    wanted = [folder, *(parent / OLD_FOLDER / kind for parent in parents for kind in OF_WIRE)]
     files: dict[PurePosixPath, str] = {}
     exists = False
     for mode, id, name in _listed(sha):

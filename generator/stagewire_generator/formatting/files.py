@@ -19,13 +19,12 @@ from stagewire_generator.files import replace
 from stagewire_generator.formatting.layout import lay_out
 from stagewire_generator.formatting.rules import Shape, canonicalise, shape
 from stagewire_generator.formatting.tree import BLANK, Collection, comments, read
-from stagewire_generator.reader import find_spec
+from stagewire_generator.reader import OF_WIRE, OLD_FOLDER, find_spec
 from stagewire_generator.schemas import KINDS
 from stagewire_generator.strict_yaml import parse, text_of
 
 SCHEMA_LINE = re.compile(r"#\s*yaml-language-server:\s*\$schema=(\S+)\s*")
 _HEADS = ("protocol.yaml", "overlay.yaml")  # of the folder of a protocol, or of an overlay of it
-_IN_0_1 = {"examples", "captures"}  # folders of ``conformance``
 
 
 def kind_of(path: Path, text: str) -> str | None:
@@ -35,7 +34,7 @@ def kind_of(path: Path, text: str) -> str | None:
         return path.stem
     if path.stem in KINDS and _is_headed(folder):
         return path.stem
-    if folder.name in _IN_0_1 and folder.parent.name == "conformance":
+    if folder.name in OF_WIRE and folder.parent.name == OLD_FOLDER:
         return folder.name
     if folder.name in KINDS and _is_headed(folder.parent):
         return folder.name
@@ -75,7 +74,7 @@ def _is_headed(folder: Path) -> bool:
 
 def _spec(folder: Path, kind: str) -> Path:
     """Return the folder of the spec that a file in ``folder`` belongs to."""
-    if kind in _IN_0_1 and folder.parent.name == "conformance":
+    if kind in OF_WIRE and folder.parent.name == OLD_FOLDER:
         beside = folder.parent.parent
         return beside / "spec" if (beside / "spec").is_dir() else beside
     for above in (folder, *folder.parents):

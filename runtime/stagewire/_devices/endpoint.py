@@ -5,7 +5,7 @@ An endpoint is one address, and one channel of it, of one open controller.
 
 from __future__ import annotations
 
-import math
+import threading
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Generic
 
@@ -142,8 +142,8 @@ def _seconds(timeout: float | None, default: float) -> float:
     """
     if timeout is None:
         return default
-    if isinstance(timeout, bool) or not isinstance(timeout, int | float) or math.isnan(timeout):
+    if isinstance(timeout, bool) or not isinstance(timeout, int | float) or timeout != timeout:
         raise BadValueError(f"timeout takes seconds, not {timeout!r}")
     if timeout <= 0:
         raise BadValueError(f"timeout takes seconds, more than 0, not {timeout}")
-    return float(timeout)
+    return float(min(timeout, threading.TIMEOUT_MAX))  # of infinity, too: locks take no more

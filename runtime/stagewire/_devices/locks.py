@@ -17,16 +17,16 @@ class Locks:
         self._locks: dict[object, threading.Lock] = {}
 
     @contextmanager
-    def lock(self, key: object, what: str, seconds: float) -> Iterator[None]:
+    def lock(self, key: object, what: str, seconds: float | None) -> Iterator[None]:
         """Hold the lock of a key within a block.
 
         :param what: the call, for errors.
-        :param seconds: to wait for it.
+        :param seconds: to wait for it; None: as long as it takes.
 
         Raises :class:`~stagewire.errors.ReplyTimeoutError` where another thread holds it for longer.
         """
         lock = self._locks.get(key) or self._locks.setdefault(key, threading.Lock())
-        if not lock.acquire(timeout=min(seconds, threading.TIMEOUT_MAX)):
+        if not lock.acquire(timeout=-1 if seconds is None else min(seconds, threading.TIMEOUT_MAX)):
             raise _held(what, seconds)
         try:
             yield
@@ -41,7 +41,7 @@ class AsyncLocks:
         self._locks: dict[object, asyncio.Lock] = {}
 
     @asynccontextmanager
-    async def lock(self, key: object, what: str, seconds: float) -> AsyncIterator[None]:
+    async def lock(self, key: object, what: str, seconds: float | None) -> AsyncIterator[None]:
         """Hold the lock of a key within a block; see :meth:`Locks.lock`."""
         lock = self._locks.setdefault(key, asyncio.Lock())
         if not lock.locked():
@@ -58,7 +58,7 @@ class AsyncLocks:
             lock.release()
 
 
-def _held(what: str, seconds: float) -> ReplyTimeoutError:
+def _held(what: str, seconds: float | None) -> ReplyTimeoutError:
     return ReplyTimeoutError(
         f"{what} was not sent: another call of it has been under way for {seconds:.3g} s"
     )

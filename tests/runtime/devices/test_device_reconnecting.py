@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from typing import Any
 
@@ -10,6 +13,7 @@ import pytest
 from reopened_link import URL, KeptController, Side, lines_to
 
 from stagewire.errors import BadValueError, ReplyTimeoutError, TransportLostError, WrongUnitError
+from stagewire_apt import TDC001, aio
 from stagewire_virtual.clock import SECOND
 
 
@@ -114,3 +118,66 @@ def test_a_stop_is_sent_whatever_time_is_left(bench: Bench, timeout: float) -> N
         bench.side.run(lambda: tdc.stop(timeout=timeout))
     assert not bench.kept.may_move
     bench.side.run(lambda: tdc.close())
+
+
+@pytest.mark.parametrize("timeout", [float("nan"), True, "1"])
+@pytest.mark.parametrize("by_handle", [False, True])
+def test_a_stop_is_sent_before_its_timeout_is_refused(
+    bench: Bench, timeout: object, by_handle: bool
+) -> None:
+    tdc = bench.open()
+    motion = bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
+    bench.side.pass_time(bench.kept, 2)
+    with pytest.raises(BadValueError, match=r"timeout takes seconds, not .*; the stop was sent"):
+        bench.side.run(lambda: (motion if by_handle else tdc).stop(timeout=timeout))
+    bench.side.pass_time(bench.kept, 2)
+    assert not bench.side.run(lambda: tdc.is_moving())
+    bench.side.run(lambda: tdc.close())
+
+
+@pytest.mark.parametrize("timeout", [float("inf"), 10**400], ids=["inf", "huge"])
+def test_a_stop_may_wait_for_ever(bench: Bench, timeout: float) -> None:
+    tdc = bench.open()
+    bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
+    assert bench.side.run(lambda: tdc.stop(timeout=timeout)) is not None
+    assert not bench.kept.may_move
+    bench.side.run(lambda: tdc.close())
+
+
+def test_threads_that_reconnect_at_once_open_one_line() -> None:
+    tdc = TDC001.open("virtual://TDC001")
+    threads = threading.active_count()
+    sessions = set()
+
+    def again() -> None:
+        tdc.reconnect()
+        sessions.add(tdc.session)
+        tdc.get_vel_params()
+
+    for _ in range(3):
+        tdc.close()
+        before = len(sessions)
+        with ThreadPoolExecutor(4) as pool:
+            wait_for = [pool.submit(again) for _ in range(4)]
+        for done in wait_for:
+            done.result()
+        assert len(sessions) - before >= 1
+        assert sum(not session.closed for session in sessions) == 1
+    assert threading.active_count() <= threads
+    tdc.close()
+
+
+def test_tasks_that_reconnect_at_once_open_one_line() -> None:
+    async def main() -> None:
+        tdc = await aio.TDC001.open("virtual://TDC001")
+        await tdc.close()
+
+        async def again() -> object:
+            await tdc.reconnect()
+            await tdc.get_vel_params()
+            return tdc.session
+
+        assert set(await asyncio.gather(*(again() for _ in range(4)))) == {tdc.session}
+        await tdc.close()
+
+    asyncio.run(main())

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
-from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, Unpack
 
 from stagewire._devices.asynchronous.handshake import greet, leave, wait_for_timeouts
 from stagewire._devices.asynchronous.parts import Axis, Channel, Part
@@ -17,6 +17,7 @@ from stagewire._devices.asynchronous.transport import (
     open_session,
 )
 from stagewire._devices.endpoint import CONTROLLER
+from stagewire._devices.locks import AsyncLocks
 from stagewire._devices.opening import Opening
 from stagewire._devices.options import OpenOptions, check_guest
 from stagewire._devices.structure import (
@@ -34,6 +35,7 @@ from stagewire._sessions.command_exchanges import in_low_level, switching
 from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
 
 if TYPE_CHECKING:
+    from stagewire._devices.connection import Connection
     from stagewire._sessions.command_exchanges import Mode
 
 
@@ -46,6 +48,11 @@ class _Opened(DeviceBase, Part, AsyncClosing):
     """An open controller of any kind; a context manager."""
 
     _link: str | AsyncLink | Device
+
+    def __init__(self, connection: Connection[Any]) -> None:
+        super().__init__(connection)
+        self._locks = AsyncLocks()
+        self._opened = 0  # how often its line was opened again
 
     @classmethod
     def open(cls, url: str | AsyncLink, **options: Unpack[OpenOptions]) -> Opening[Self]:
@@ -90,18 +97,24 @@ class _Opened(DeviceBase, Part, AsyncClosing):
         After a loss it waits ``reconnect_pause`` seconds before it sends anything, so that the controller
         gives up a message that was cut off. Another serial number than before raises
         :class:`~stagewire.errors.WrongUnitError`. Where nobody answers, the stops of what may still be moving
-        are sent before the line is closed.
+        are sent before the line is closed. A call that finds another one under way waits for it, and uses the
+        line that it opened.
 
         Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
         opened by a URL.
         """
         if isinstance(self._link, AsyncLink):
             raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
-        session = self.session
-        await self.close()
-        self._at.connection.broken_at = session.broken_at
-        self._at.connection.forget()
-        await self._connect()
+        before = self._opened
+        async with self._locks.lock("reconnect", f"{self._at.name}: reconnect", None):
+            session = self.session
+            if self._opened != before and not (session.lost or session.closed):
+                return
+            await self.close()
+            self._at.connection.broken_at = session.broken_at
+            self._at.connection.forget()
+            await self._connect()
+            self._opened += 1
 
     async def close(self) -> None:
         """Stop what was started here and may still move, unless it is to be left, and close the line.

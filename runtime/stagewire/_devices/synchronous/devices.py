@@ -6,9 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Generic, Self, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, Unpack
 
 from stagewire._devices.endpoint import CONTROLLER
+from stagewire._devices.locks import Locks
 from stagewire._devices.options import OpenOptions, check_guest
 from stagewire._devices.structure import (
     AxesBase,
@@ -32,6 +33,7 @@ from stagewire._sessions.synchronous import CommandSession, FramedSession
 from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
 
 if TYPE_CHECKING:
+    from stagewire._devices.connection import Connection
     from stagewire._sessions.command_exchanges import Mode
 
 
@@ -44,6 +46,11 @@ class _Opened(DeviceBase, Part, Closing):
     """An open controller of any kind; a context manager."""
 
     _link: str | Link | Device
+
+    def __init__(self, connection: Connection[Any]) -> None:
+        super().__init__(connection)
+        self._locks = Locks()
+        self._opened = 0  # how often its line was opened again
 
     @classmethod
     def open(cls, url: str | Link, **options: Unpack[OpenOptions]) -> Self:
@@ -84,18 +91,24 @@ class _Opened(DeviceBase, Part, Closing):
         After a loss it waits ``reconnect_pause`` seconds before it sends anything, so that the controller
         gives up a message that was cut off. Another serial number than before raises
         :class:`~stagewire.errors.WrongUnitError`. Where nobody answers, the stops of what may still be moving
-        are sent before the line is closed.
+        are sent before the line is closed. A call that finds another one under way waits for it, and uses the
+        line that it opened.
 
         Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
         opened by a URL.
         """
         if isinstance(self._link, Link):
             raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
-        session = self.session
-        self.close()
-        self._at.connection.broken_at = session.broken_at
-        self._at.connection.forget()
-        self._connect()
+        before = self._opened
+        with self._locks.lock("reconnect", f"{self._at.name}: reconnect", None):
+            session = self.session
+            if self._opened != before and not (session.lost or session.closed):
+                return
+            self.close()
+            self._at.connection.broken_at = session.broken_at
+            self._at.connection.forget()
+            self._connect()
+            self._opened += 1
 
     def close(self) -> None:
         """Stop what was started here and may still move, unless it is to be left, and close the line.

@@ -22,6 +22,7 @@ from stagewire._devices.tables import Action, MotionEnd, Poll
 from stagewire._sessions.exchange import Exchange
 from stagewire._sessions.options import Ends
 from stagewire.errors import (
+    BadValueError,
     ControllerFaultError,
     MotionStoppedError,
     MotionTimeoutError,
@@ -253,7 +254,8 @@ def halt(
 ) -> MotionEnd | None:
     """Stop what moves, before everything else that waits.
 
-    Returns None when it is with the line, where the controller says nothing more.
+    Returns None when it is with the line, where the controller says nothing more. It is sent even with a
+    timeout that is refused.
     """
     fields = fields_of(f"{endpoint.name}: {action.name}", action.given, given, endpoint.scales())
     message = endpoint.message(action.message, fields)
@@ -263,12 +265,19 @@ def halt(
         ends = None
     if isinstance(timeout, int | float) and timeout <= 0:
         timeout = MOMENT  # a stop is sent whatever time is left
-    seconds = endpoint.seconds(timeout) if ends is None else endpoint.motion_seconds(timeout)
+    measure = endpoint.seconds if ends is None else endpoint.motion_seconds
+    refused: BadValueError | None = None
+    try:
+        seconds = measure(timeout)
+    except BadValueError as error:  # the stop does not wait for the caller to mend it
+        ends, seconds, refused = None, endpoint.seconds(None), error
     began = transport.now()
     for _ in range(connection.stops - 1):
         transport.halt(message, None, endpoint.address, seconds)
     reply = transport.halt(message, ends, endpoint.address, seconds)
     connection.motions.stopped(endpoint.place)
+    if refused is not None:
+        raise BadValueError(f"{refused}; the stop was sent") from refused
     if reply is None:
         return None
     return MotionEnd(reply, connection.values_of(reply, endpoint.place), transport.now() - began)
