@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -35,10 +36,10 @@ class Check:
     :param messages: the messages that it covers.
     :param run: looks at it, and says to the trial what it finds.
     :param needs: what has to be allowed.
-    :param does: of one with needs: what will be done, in plain words, said before the run.
+    :param does: for a check with needs, what it will do, in plain words; shown before the run.
     :param seconds: about how long it takes.
-    :param rules: the rules that it is about; left empty, :func:`.plan` takes those of its kind that are about
-        its messages or about none.
+    :param rules: the rules that it is about; if none are given, :func:`.plan` takes those of its kind that
+        concern its messages, or no message in particular.
     :param skip: why it is skipped, which only the PICS can say; empty: it is not.
     :param lacks: why what was allowed is not enough, so that it is not run; empty: it is.
     :param kind: set by :func:`.plan`.
@@ -108,6 +109,8 @@ class Kind:
     :param rules: the rules of the protocol that it holds a controller to, by their slugs.
 
     Its checks are functions that :meth:`check` decorates.
+
+    Raises :class:`TypeError` for rules that are a text.
     """
 
     name: str
@@ -116,6 +119,10 @@ class Kind:
     _makers: list[Callable[[Declaration, Permissions], Iterable[Check]]] = field(
         default_factory=list, init=False, repr=False, compare=False
     )
+
+    def __post_init__(self) -> None:
+        """Refuse what no run could use."""
+        self._refuse_text(rules=self.rules)
 
     def check(
         self,
@@ -136,18 +143,24 @@ class Kind:
         :param each: gives the cases of a controller that is declared, in the order in which they run.
         :param name: follows the name of the case in the id.
 
-        All others: see :class:`Check`.
+        All others: see :class:`Check`. Raises :class:`TypeError`, which names the kind, for what cannot be
+        a check; what its cases get wrong is raised when a run is planned.
         """
+        if callable(title):
+            raise TypeError(f"{self._what}: write a title, as in @KIND.check('It answers')")
+        self._refuse_text(messages=messages, rules=rules, needs=needs)
+        needed = self._needs(needs)
 
         def checks(run: _F, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
             for case in each(declared, allowed):
+                self._refuse_case(run, case)
                 words = {"range": allowed.motion or _ALLOWED, **case.arguments, **case.words}
                 yield Check(
                     id="/".join(filter(None, (self.name, case.name, name))),
                     title=self._filled(title, words),
                     messages=tuple(dict.fromkeys((*messages, *case.messages))),
                     run=partial(run, **case.arguments),
-                    needs=frozenset(needs) | case.needs,
+                    needs=needed | case.needs,
                     does=self._filled(does, words),
                     seconds=seconds if case.seconds is None else case.seconds,
                     rules=rules if case.rules is None else case.rules,
@@ -156,17 +169,53 @@ class Kind:
                 )
 
         def declare(run: _F) -> _F:
+            if inspect.iscoroutinefunction(run) or inspect.isgeneratorfunction(run):
+                raise TypeError(
+                    f"{self._what}: {run.__qualname__} is a plain function, without async and yield"
+                )
             self._makers.append(partial(checks, run))
             return run
 
         return declare
+
+    @property
+    def _what(self) -> str:
+        return f"a check of the kind {self.name}"
+
+    def _refuse_text(self, **given: object) -> None:
+        for name, value in given.items():
+            if isinstance(value, str):
+                raise TypeError(
+                    f"{self._what}: {name} is a tuple, such as ({value!r},), not a text"
+                )
+
+    def _needs(self, needs: Iterable[Need]) -> frozenset[Need]:
+        known = frozenset(needs)
+        if unknown := [need for need in known if not isinstance(need, Need)]:
+            names = ", ".join(f"Need.{need.name}" for need in Need)
+            raise TypeError(f"{self._what}: needs has {unknown[0]!r}, and takes {names}")
+        return known
+
+    def _refuse_case(self, run: Callable[..., None], case: object) -> None:
+        """Refuse what ``each`` gives and a run could not use."""
+        if not isinstance(case, Case):
+            raise TypeError(f"{self._what}: each gives {case!r}, which is not a Case")
+        self._refuse_text(messages=case.messages, rules=case.rules, needs=case.needs)
+        self._needs(case.needs)
+        try:
+            inspect.signature(run).bind(None, **case.arguments)
+        except TypeError as error:
+            raise TypeError(
+                f"{self._what}: {run.__qualname__} is called with the trial and the arguments of its case "
+                f"({', '.join(case.arguments) or 'none'}): {error}"
+            ) from None
 
     def _filled(self, text: str, words: Mapping[str, object]) -> str:
         try:
             return text.format(**words)
         except (LookupError, AttributeError, ValueError) as error:
             raise ValueError(
-                f"a check of the kind {self.name}: {text!r} cannot be filled in from its case, which has "
+                f"{self._what}: {text!r} cannot be filled in from its case, which has "
                 f"{', '.join(words)}: {error}"
             ) from None
 

@@ -20,7 +20,7 @@ from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.errors import DeclarationError, NothingToRunError
 from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.pics_file import read_pics
-from stagewire_conformance.device.rules import about
+from stagewire_conformance.device.rules import about, known_rules
 from stagewire_conformance.device.targets import RACK
 from stagewire_conformance.notation import as_typed
 
@@ -32,7 +32,7 @@ def plan(
     declared: Declaration,
     allowed: Permissions,
     *,
-    only: Sequence[str] = (),
+    only: str | Sequence[str] = (),
     kinds: Sequence[Kind] | None = None,
 ) -> list[Check]:
     """Return the checks of a run, in order; what is not allowed is among them, and not run.
@@ -40,8 +40,11 @@ def plan(
     :param only: names of kinds, names of messages, or patterns of ids with ``*`` and ``?``; empty: all.
     :param kinds: the kinds of checks, such as some of your own; None: those of the suite.
 
-    Raises :class:`.NothingToRunError` for one of them that chooses nothing.
+    Raises :class:`.NothingToRunError` for one of ``only`` that chooses nothing; :class:`ValueError` and
+    :class:`TypeError` for kinds that cannot be run: an id that two checks have, or a message or a rule that
+    the registry does not have.
     """
+    only = [only] if isinstance(only, str) else only
     bays = any(place.bay for place in declared.places)
     checks = [
         replace(
@@ -52,14 +55,28 @@ def plan(
         for kind in (kinds_of(declared.protocol) if kinds is None else kinds)
         for check in kind.make(declared, allowed)
     ]
-    ids = [check.id for check in checks]
-    assert len(set(ids)) == len(ids)  # an id names one check
+    _refuse_unknown(checks, declared)
     if not only:
         return checks
     for pattern in only:
         if not any(_chooses(pattern, check) for check in checks):
             raise NothingToRunError(_nothing(pattern, checks, declared))
     return [check for check in checks if any(_chooses(pattern, check) for pattern in only)]
+
+
+def _refuse_unknown(checks: Sequence[Check], declared: Declaration) -> None:
+    """Raise ValueError for what a kind declares and no run could use."""
+    registry, seen = declared.registry, set[str]()
+    rules = known_rules(registry)
+    for check in checks:
+        messages = [name for name in check.messages if name not in registry.messages]
+        unknown = messages or [rule for rule in check.rules if rule not in rules]
+        if unknown:
+            what = "message" if messages else "rule"
+            raise ValueError(f"the check {check.id}: the registry has no {what} {unknown[0]!r}")
+        if check.id in seen:
+            raise ValueError(f"two checks have the id {check.id}; give their cases different names")
+        seen.add(check.id)
 
 
 def _chooses(pattern: str, check: Check) -> bool:
@@ -110,12 +127,15 @@ class Plan:
         allowed: Permissions,
         *,
         pics: Path | None = None,
-        only: Sequence[str] = (),
+        only: str | Sequence[str] = (),
         seed: int = 1,
+        kinds: Sequence[Kind] | None = None,
     ) -> Plan:
         """Plan a run against a unit, or against the controller that a PICS declares.
 
         :param unit: its name; None where there is a PICS.
+        :param only: see :func:`plan`.
+        :param kinds: see :func:`plan`.
 
         Raises :class:`.DeclarationError` where neither declares the controller or both contradict each
         other, :class:`.PicsError` for a file that cannot be used, :class:`.NothingToRunError` where one of
@@ -132,7 +152,7 @@ class Plan:
                 f"--unit {RACK} --out pics.toml writes one, and --pics pics.toml uses it"
             )
         declared = declare(read_pics(pics) if pics is not None else str(unit))
-        checks = plan(declared, allowed, only=only)
+        checks = plan(declared, allowed, only=only, kinds=kinds)
         if pics is not None and unit is not None and unit.upper() != declared.unit.name:
             raise DeclarationError(
                 f"--unit {unit} contradicts {pics}, which is one of {declared.unit.name}; leave --unit away"
@@ -141,7 +161,7 @@ class Plan:
             declared=declared,
             allowed=allowed,
             checks=tuple(checks),
-            only=tuple(only),
+            only=(only,) if isinstance(only, str) else tuple(only),
             seed=seed,
             pics=pics,
         )
