@@ -6,16 +6,14 @@ from collections.abc import Iterator, Sequence
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.python.brackets import Nested, Source, call, mapping
 from stagewire_generator.targets.python.class_view import (
     ClassView,
     SharedView,
-    assignment,
-    constructor,
     layout_call,
-    names_line,
     packer_name,
+    parameters,
 )
-from stagewire_generator.targets.python.devices.arguments import Nested, Source
 from stagewire_generator.targets.python.devices.framing import DEVICE, DeviceFraming, Shape
 from stagewire_generator.targets.python.devices.plan import Call
 from stagewire_generator.targets.python.field_view import (
@@ -29,17 +27,11 @@ from stagewire_generator.targets.python.field_view import (
 )
 from stagewire_generator.targets.python.framing import Framing, named, nameless
 from stagewire_generator.targets.python.source import (
-    SUPPORT,
-    WIDTH,
-    bracketed,
-    call,
     docstring,
-    imported,
     literal,
     message_doc,
     paragraph,
     where,
-    width,
 )
 
 
@@ -66,21 +58,18 @@ def _slots(layout: Layout) -> list[Slot]:
 
 def _plain(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
     slots = _slots(layout)
-    fields = tuple(field_view(slot) for slot in slots)
     header = layout.form == "header"
     codes = "".join(code(slot) for slot in slots)
-    payload = f"<2x{codes}2x" if header else f"<6x{codes}"
-    frame = f"<H{codes}BB" if header else f"<LBB{codes}"
-    packer = packer_name(name)
-    values = [packed(slot) for slot in slots]
+    values: list[Source] = [packed(slot) for slot in slots]
     if header:
         values = [_id(message), *values, "dest", "source"]
     else:
         values = [f"{layout.length} << 16 | {_id(message)}", "dest | 0x80", "source", *values]
-    more = []
+    more: list[Source] = []
     if layout.when:
-        pairs = [f"{literal(k)}: {literal(v)}" for k, v in layout.when.items()]
-        more.append(bracketed("when={", pairs, "}", 8, WIDTH - 1))
+        more.append(
+            mapping("when=", [f"{literal(k)}: {literal(v)}" for k, v in layout.when.items()])
+        )
     if layout.only_zero:
         more.append("only_zero=True")
     more += _unsolicited(message)
@@ -89,14 +78,13 @@ def _plain(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         kind="plain",
         base="FramedMessage",
         doc=_doc(protocol, message, layout),
-        slots=names_line("__slots__ = ", sorted(field.name for field in fields)),
         layout=layout_call(message.name, _id(message), message.direction, layout.form, slots, more),
-        signature=constructor(slots, fields),
-        fields=fields,
-        packer=call(f"{packer} = Struct", [f'"{frame}"'], "", 0),
-        unpacker=call("_unpack = Struct", [f'"{payload}"'], ".unpack_from", 4),
-        unpack=assignment(fields),
-        pack=call(f"return {packer}.pack", values, "", 8),
+        parameters=parameters(slots),
+        fields=tuple(field_view(slot) for slot in slots),
+        packer=packer_name(name),
+        sent_format=f"<H{codes}BB" if header else f"<LBB{codes}",
+        read_format=f"<2x{codes}2x" if header else f"<6x{codes}",
+        packed=tuple(values),
     )
 
 
@@ -125,8 +113,7 @@ def _undocumented(protocol: Protocol, message: Message) -> ClassView:
         kind="empty",
         base="UndocumentedMessage",
         doc=_doc(protocol, message, None),
-        slots="__slots__ = ()",
-        layout=call("layout = Layout", arguments, "", 4, 0),
+        layout=call("Layout", arguments, broken=True),
     )
 
 
@@ -169,7 +156,7 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
             wire_type=wire_type(field),
             format=f"<{code(field)}",
             offset=field.offset,
-            returned=value_of(field, "value", "", 0),
+            returned=value_of(field, "value"),
         )
         for field in shared
     )
@@ -178,10 +165,8 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
         kind="undecided",
         base="UndecidedMessage",
         doc=docstring(text),
-        slots="__slots__ = ()",
-        layout=call("layout = Layout", arguments, "", 4, 0),
+        layout=call("Layout", arguments, broken=True),
         shared=views,
-        shared_names=names_line("shared = ", [view.name for view in views]),
     )
 
 
@@ -192,21 +177,21 @@ def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
     return message_doc(protocol, message, layout, f"``{message.name}`` ({_id(message)})", size)
 
 
-def _framed_protocol(protocol: Protocol) -> str:
+def _framed_protocol(protocol: Protocol) -> Nested:
     framing = protocol.framing
-    devices = [f"0x{d:02X}" for d in framing["devices"]]
-    lines = [
+    devices = mapping("", [f"0x{d:02X}" for d in framing["devices"]])
+    lines: list[Source] = [
         *named(protocol),
         f"host=0x{framing['host']:02X}",
-        _frozenset("devices", devices),
+        call("devices=frozenset", [devices]),
         nameless(protocol),
     ]
     if "channel" in framing:
         lines.append(f"channel={literal(framing['channel'])}")
     faults = _faults(protocol)
     if faults:
-        lines.append(bracketed("faults={", faults, "}", 4, WIDTH - 1))
-    return call("PROTOCOL = FramedProtocol", lines, "", 0, 0)
+        lines.append(mapping("faults=", faults))
+    return call("FramedProtocol", lines, broken=True)
 
 
 def _faults(protocol: Protocol) -> list[str]:
@@ -221,14 +206,7 @@ def _faults(protocol: Protocol) -> list[str]:
 
 def _framed_imports(protocol: Protocol) -> tuple[str, ...]:
     faults = ["FaultPlaces"] if _faults(protocol) else []
-    return (imported(SUPPORT, [*faults, "FramedMessage", "FramedProtocol", "require as _require"]),)
-
-
-def _frozenset(name: str, items: list[str]) -> str:
-    line = f"{name}=frozenset({{{', '.join(items)}}})"
-    if 4 + width(line) + 1 <= WIDTH:
-        return line
-    return call(f"{name}=frozenset", [bracketed("{", items, "}", 8, 0)], "", 4, 0)
+    return (*faults, "FramedMessage", "FramedProtocol")
 
 
 FRAMING = Framing(

@@ -5,17 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stagewire_generator.model import Json, Protocol
+from stagewire_generator.targets.python.brackets import Nested, Source, call, strings
 from stagewire_generator.targets.python.class_view import payload_views
 from stagewire_generator.targets.python.framing import Framing, named, nameless
-from stagewire_generator.targets.python.source import (
-    SUPPORT,
-    WIDTH,
-    bracketed,
-    call,
-    imported,
-    literal,
-    tuple_of,
-)
+from stagewire_generator.targets.python.source import literal
 
 _CHECKS = {"sum": "Sum", "xor": "Xor", "crc": "Crc"}  # method -> class
 
@@ -25,9 +18,9 @@ def check_class(framing: Json) -> list[str]:
     return [_CHECKS[framing["check"]["method"]]] if "check" in framing else []
 
 
-def shape(framing: Json) -> str:
+def shape(framing: Json) -> Nested:
     """Return the argument ``shape=`` of a protocol."""
-    arguments = [
+    arguments: list[Source] = [
         _parts("order", framing["order"]),
         f"start={_bytes(framing['start'])}",
         f"length={framing['length']['size']}",
@@ -41,10 +34,10 @@ def shape(framing: Json) -> str:
         arguments += [_check(framing["check"]), _parts("covers", framing["check"]["covers"])]
     if "end" in framing:
         arguments.append(f"end={_bytes(framing['end'])}")
-    return bracketed("shape=Shape(", arguments, ")", 4, 0)
+    return call("shape=Shape", arguments, broken=True)
 
 
-def _check(check: Json) -> str:
+def _check(check: Json) -> Nested:
     digits = 2 * check["size"]
     arguments = {
         "sum": [f"size={check['size']}", f"complement={literal(check.get('complement', ''))}"],
@@ -57,11 +50,11 @@ def _check(check: Json) -> str:
         ],
     }
     method = check["method"]
-    return bracketed(f"check={_CHECKS[method]}(", arguments[method], ")", 8, WIDTH - 1)
+    return call(f"check={_CHECKS[method]}", arguments[method])
 
 
-def _parts(name: str, parts: Iterable[str]) -> str:
-    return f"{name}={tuple_of([literal(part) for part in parts])}"
+def _parts(name: str, parts: Iterable[str]) -> Nested:
+    return strings(f"{name}=", parts)
 
 
 def _bytes(values: Iterable[int]) -> str:
@@ -69,14 +62,13 @@ def _bytes(values: Iterable[int]) -> str:
     return 'b"' + "".join(f"\\x{value:02x}" for value in values) + '"'
 
 
-def _packet_protocol(protocol: Protocol) -> str:
+def _packet_protocol(protocol: Protocol) -> Nested:
     lines = [*named(protocol), shape(protocol.framing), nameless(protocol)]
-    return call("PROTOCOL = PacketProtocol", lines, "", 0, 0)
+    return call("PacketProtocol", lines, broken=True)
 
 
 def _packet_imports(protocol: Protocol) -> tuple[str, ...]:
-    names = ["PacketMessage", "PacketProtocol", "Shape", *check_class(protocol.framing)]
-    return (imported(SUPPORT, [*names, "require as _require"]),)
+    return ("PacketMessage", "PacketProtocol", "Shape", *check_class(protocol.framing))
 
 
 FRAMING = Framing(

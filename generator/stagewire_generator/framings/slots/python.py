@@ -7,28 +7,18 @@ from dataclasses import replace
 from stagewire_generator.model import Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.documentation import errata_of, sentence
+from stagewire_generator.targets.python.brackets import Nested, call, mapping
 from stagewire_generator.targets.python.class_view import (
     ClassView,
-    assignment,
-    constructor,
     layout_call,
-    names_line,
     packer_name,
+    parameters,
     payload_view,
 )
 from stagewire_generator.targets.python.devices.framing import DEVICE, DeviceFraming, Shape
 from stagewire_generator.targets.python.field_view import code, field_view, packed
 from stagewire_generator.targets.python.framing import Framing, named
-from stagewire_generator.targets.python.source import (
-    SUPPORT,
-    WIDTH,
-    bracketed,
-    call,
-    class_doc,
-    command_doc,
-    imported,
-    literal,
-)
+from stagewire_generator.targets.python.source import class_doc, command_doc, literal
 
 
 def command_views(protocol: Protocol, message: Message) -> list[ClassView]:
@@ -57,7 +47,6 @@ def _setup(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         kind="empty",
         base="SetupCommand",
         doc=command_doc(protocol, message, layout, first),
-        slots="__slots__ = ()",
         layout=_layout(message, layout, more),
     )
 
@@ -78,7 +67,6 @@ def _command(
         kind="bare",
         base="Command",
         doc=command_doc(protocol, message, layout, first),
-        slots=names_line("__slots__ = ", sorted(field.name for field in layout.fields)),
         layout=_layout(message, layout, more),
         reply=reply,
     )
@@ -87,21 +75,18 @@ def _command(
 
 def _with_data(protocol: Protocol, message: Message, bare: ClassView, layout: Layout) -> ClassView:
     """Return the view of a command that carries data, which follows its size."""
-    fields = tuple(field_view(field) for field in layout.fields)
     codes = "".join(code(field) for field in layout.fields)
     end = f"0x{protocol.framing['terminator']:02X}"
-    head = ["axis", _byte(message), str(message.size)]
-    packer = packer_name(bare.name)
-    values = [*head, *(packed(field) for field in layout.fields), end]
+    head = ("axis", _byte(message), str(message.size))
     return replace(
         bare,
         kind="command",
-        signature=constructor(layout.fields, fields),
-        fields=fields,
-        packer=call(f"{packer} = Struct", [f'"<BBB{codes}B"'], "", 0),
-        unpacker=call("_unpack = Struct", [f'"<3x{codes}"'], ".unpack_from", 4),
-        unpack=assignment(fields),
-        pack=call(f"return {packer}.pack", values, "", 8),
+        parameters=parameters(layout.fields),
+        fields=tuple(field_view(field) for field in layout.fields),
+        packer=packer_name(bare.name),
+        sent_format=f"<BBB{codes}B",
+        read_format=f"<3x{codes}",
+        packed=(*head, *(packed(field) for field in layout.fields), end),
     )
 
 
@@ -116,7 +101,7 @@ def _reply(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
     return payload_view(name, "Reply", doc, made, layout, words)
 
 
-def _layout(message: Message, layout: Layout, more: list[str]) -> str:
+def _layout(message: Message, layout: Layout, more: list[str]) -> Nested:
     direction = "to_host" if layout.form == "reply" else message.direction
     return layout_call(message.name, _byte(message), direction, layout.form, layout.fields, more)
 
@@ -130,7 +115,7 @@ def _bytes(number: int) -> str:
     return f"{number} byte{'s' if number > 1 else ''}"
 
 
-def _command_protocol(protocol: Protocol) -> str:
+def _command_protocol(protocol: Protocol) -> Nested:
     framing = protocol.framing
     axes = next(e for e in protocol.enumerations if e.name == framing["axes"])
     pairs = [f"{literal(axis.name)}: 0x{axis.value:02X}" for axis in axes.values]
@@ -138,15 +123,15 @@ def _command_protocol(protocol: Protocol) -> str:
         *named(protocol),
         f"prefix=0x{framing['prefix']:02X}",
         f"terminator=0x{framing['terminator']:02X}",
-        bracketed("axes={", pairs, "}", 4, WIDTH - 1),
+        mapping("axes=", pairs),
     ]
-    return call("PROTOCOL = CommandProtocol", lines, "", 0, 0)
+    return call("CommandProtocol", lines, broken=True)
 
 
 FRAMING = Framing(
     class_views=command_views,
     message_base="Message",
-    imports=lambda _: (imported(SUPPORT, ["CommandProtocol", "Message", "require as _require"]),),
+    imports=lambda _: ("CommandProtocol", "Message"),
     protocol=_command_protocol,
 )
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.python.brackets import Nested, Source, call, mapping, strings
 from stagewire_generator.targets.python.field_view import (
     FieldView,
     Slot,
@@ -17,15 +18,9 @@ from stagewire_generator.targets.python.field_view import (
     is_optional,
     name_of,
     packed,
+    type_of,
 )
-from stagewire_generator.targets.python.source import (
-    WIDTH,
-    bracketed,
-    call,
-    literal,
-    message_doc,
-    tuple_of,
-)
+from stagewire_generator.targets.python.source import literal, message_doc
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +32,7 @@ class SharedView:
     wire_type: str  # type of the unpacked value
     format: str  # struct format of the field alone
     offset: int
-    returned: str  # expression that turns the unpacked value into the property's
+    returned: Source  # expression that turns the unpacked value into the property's
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,24 +43,22 @@ class ClassView:
     kind: str  # names the template
     base: str  # the class that it is made from
     doc: str
-    slots: str
-    layout: str
+    layout: Nested  # the call that makes its Layout
     # Classes with named fields only
-    signature: str = ""
+    parameters: tuple[str, ...] = ()  # of the constructor; what may be left out follows a star
     fields: tuple[FieldView, ...] = ()
-    packer: str = ""  # the statement that makes the Struct of what is sent
-    unpacker: str = ""  # the statement that makes the method that reads the fields from it
-    unpack: str = ""  # the assignment
-    pack: str = ""  # the return statement
+    packer: str = ""  # the name of the Struct of what is sent
+    sent_format: str = ""  # its format
+    read_format: str = ""  # the format of the Struct that reads the fields from what came
+    packed: tuple[Source, ...] = ()  # what is packed into what is sent
     # Undecided classes only
     shared: tuple[SharedView, ...] = ()
-    shared_names: str = ""
     # Commands only
     reply: str = ""  # class of the reply, or None
     # Classes whose bytes are their fields and nothing else: what the docstrings of their methods say
     noun: str = ""
-    unpacked: str = ""
-    packed: str = ""
+    unpacked_from: str = ""
+    packed_into: str = ""
 
 
 def packer_name(class_name: str) -> str:
@@ -73,100 +66,77 @@ def packer_name(class_name: str) -> str:
     return "_" + re.sub("(?<=.)(?=[A-Z])", "_", class_name).upper()
 
 
-def names_line(head: str, names: list[str]) -> str:
-    """Return the assignment of a tuple of names in the body of a class."""
-    quoted = [literal(name) for name in names]
-    return call(head, quoted, "", 4) if len(quoted) > 1 else head + tuple_of(quoted)
-
-
-def constructor(slots: Sequence[Slot], fields: Sequence[FieldView]) -> str:
-    """Return the signature of ``__new__``; what may be left out is a keyword."""
-    pairs = list(zip(fields, slots, strict=True))
-    arguments = ["cls", *(f"{f.name}: {f.type}" for f, s in pairs if not is_optional(s))]
-    optional = [f"{f.name}: {f.type} = {default(s)}" for f, s in pairs if is_optional(s)]
-    if optional:
-        arguments += ["*", *optional]
-    return call("def __new__", arguments, " -> Self:", 4)
-
-
-def assignment(fields: Sequence[FieldView]) -> str:
-    """Return the assignment that unpacks all fields."""
-    targets = [f.name if f.unpacked else f"draft.{f.name}" for f in fields]
-    right = "cls._unpack(raw)"
-    if len(targets) == 1:
-        return f"({targets[0]},) = {right}"
-    line = f"{', '.join(targets)} = {right}"
-    return line if len(line) + 8 <= WIDTH else bracketed("(", targets, f") = {right}", 8, 0)
+def parameters(slots: Sequence[Slot]) -> tuple[str, ...]:
+    """Return the parameters of ``__new__``; what may be left out is a keyword."""
+    required = [f"{name_of(s)}: {type_of(s)}" for s in slots if not is_optional(s)]
+    optional = [f"{name_of(s)}: {type_of(s)} = {default(s)}" for s in slots if is_optional(s)]
+    return ("cls", *required, *(["*", *optional] if optional else []))
 
 
 def layout_call(
-    message: str, id: str, direction: str, form: str, slots: Sequence[Slot], more: Sequence[str]
-) -> str:
-    """Return the statement that makes the Layout of a class.
+    message: str,
+    id: str,
+    direction: str,
+    form: str,
+    slots: Sequence[Slot],
+    more: Sequence[Source] = (),
+) -> Nested:
+    """Return the call that makes the Layout of a class.
 
     :param more: arguments beyond those that follow from the slots.
     """
     names = [name_of(slot) for slot in slots]
-    arguments = [
+    arguments: list[Source] = [
         literal(message),
         f"id={id}",
         f"direction=Direction.{direction.upper()}",
         f"form={literal(form)}",
-        _names("fields=", [literal(n) for n in names]),
+        strings("fields=", names),
     ]
     taken = sum(slot.format.size for slot in slots if isinstance(slot, Field))
     if form != "header" and taken:
         arguments.append(f"length={taken}")
-    optional = [literal(name_of(slot)) for slot in slots if is_optional(slot)]
-    if optional:
-        arguments.append(_names("optional=", optional))
-    unnamed = [literal(n) for n in names if n in ("param1", "param2")]
-    if unnamed:
-        arguments.append(f"unnamed={tuple_of(unnamed)}")
+    formats = {s.name: s.format for s in slots if isinstance(s, Field)}
+    lists = {
+        "optional": [name_of(slot) for slot in slots if is_optional(slot)],
+        "unnamed": [name for name in names if name in ("param1", "param2")],
+    }
+    arguments += [strings(f"{key}=", listed) for key, listed in lists.items() if listed]
     constants = {s.name: s.constant for s in slots if isinstance(s, Field) and s.constant}
     if constants:
         pairs = [f"{literal(k)}: {v}" for k, v in constants.items()]
-        arguments.append(bracketed("constants={", pairs, "}", 8, WIDTH - 1))
-    formats = {s.name: s.format for s in slots if isinstance(s, Field)}
-    signed = [literal(name) for name, f in formats.items() if f.is_odd and f.signed]
+        arguments.append(mapping("constants=", pairs))
+    signed = [name for name, f in formats.items() if f.is_odd and f.signed]
     if signed:
-        arguments.append(_names("signed=", signed))
-    return call("layout = Layout", [*arguments, *more], "", 4, 0)
-
-
-def _names(head: str, quoted: list[str]) -> str:
-    """Return a keyword argument of the Layout that is a tuple of names."""
-    return call(head, quoted, "", 8, WIDTH - 1) if len(quoted) > 1 else head + tuple_of(quoted)
+        arguments.append(strings("signed=", signed))
+    return call("Layout", [*arguments, *more], broken=True)
 
 
 def payload_view(
-    name: str, base: str, doc: str, made: str, layout: Layout, words: tuple[str, str, str]
+    name: str, base: str, doc: str, made: Nested, layout: Layout, words: tuple[str, str, str]
 ) -> ClassView:
     """Return the view of a class that is its fields and nothing around them.
 
-    :param made: the statement that makes its Layout.
+    :param made: the call that makes its Layout.
     :param words: what it is called, and what it is read from and packed into.
     """
-    fields = tuple(field_view(field) for field in layout.fields)
-    format = f'"<{"".join(code(field) for field in layout.fields)}"'
-    packer = packer_name(name)
+    format = f"<{''.join(code(field) for field in layout.fields)}"
     noun, read_from, packed_into = words
     return ClassView(
         name=name,
         kind="payload",
         base=base,
         doc=doc,
-        slots=names_line("__slots__ = ", sorted(field.name for field in fields)),
         layout=made,
-        signature=constructor(layout.fields, fields),
-        fields=fields,
-        packer=call(f"{packer} = Struct", [format], "", 0),
-        unpacker=call("_unpack = Struct", [format], ".unpack_from", 4),
-        unpack=assignment(fields),
-        pack=call(f"return {packer}.pack", [packed(field) for field in layout.fields], "", 8),
+        parameters=parameters(layout.fields),
+        fields=tuple(field_view(field) for field in layout.fields),
+        packer=packer_name(name),
+        sent_format=format,
+        read_format=format,
+        packed=tuple(packed(field) for field in layout.fields),
         noun=noun,
-        unpacked=read_from,
-        packed=packed_into,
+        unpacked_from=read_from,
+        packed_into=packed_into,
     )
 
 
@@ -187,7 +157,6 @@ def _empty(protocol: Protocol, message: Message, layout: Layout, name: str, base
         kind="empty",
         base=base,
         doc=_doc(protocol, message, layout),
-        slots="__slots__ = ()",
         layout=_layout(protocol, message, layout),
     )
 
@@ -200,9 +169,9 @@ def _with_fields(
     return payload_view(name, base, doc, made, layout, words)
 
 
-def _layout(protocol: Protocol, message: Message, layout: Layout) -> str:
+def _layout(protocol: Protocol, message: Message, layout: Layout) -> Nested:
     id = _id(protocol, message)
-    return layout_call(message.name, id, message.direction, layout.form, layout.fields, [])
+    return layout_call(message.name, id, message.direction, layout.form, layout.fields)
 
 
 def _id(protocol: Protocol, message: Message) -> str:

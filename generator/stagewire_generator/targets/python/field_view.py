@@ -7,7 +7,8 @@ from typing import TypeAlias
 
 from stagewire_generator.model import Field
 from stagewire_generator.naming import camel
-from stagewire_generator.targets.python.source import WIDTH, assigned, call, integer, literal
+from stagewire_generator.targets.python.brackets import Source, call
+from stagewire_generator.targets.python.source import integer
 
 Slot: TypeAlias = Field | str
 """A field of a class; a header parameter without a meaning is a bare name."""
@@ -18,33 +19,31 @@ _TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
 
 @dataclass(frozen=True, slots=True)
 class FieldView:
-    """One field as a slot, an argument, and a check."""
+    """One field as a slot, and as an argument of the constructor."""
 
     name: str
+    kind: str  # integer, text or bytes
     type: str
-    check: str  # statement(s) that check and normalise the argument
-    flags: str  # class of its flags, or ""
-    filled: str  # statement that puts the argument into the slot
-    unpacked: str  # statement that turns the unpacked value into the slot's, or ""
+    size: int = 1
+    minimum: str = ""  # of an integer
+    maximum: str = ""
+    flags: str = ""  # class of its flags
+    value: Source = (
+        ""  # expression that makes the value of what was unpacked; empty where they are the same
+    )
 
 
 def field_view(slot: Slot) -> FieldView:
     """Make the view of a field."""
     if isinstance(slot, str):
-        return FieldView(slot, "int", _integer_check(slot, 0, 0xFF), "", _filled(slot), "")
+        return FieldView(slot, "integer", "int", 1, integer(0), integer(0xFF))
     name, kind = slot.name, slot.format.kind
-    unpacked = value_of(slot, name, f"draft.{name} = ", 8) if is_converted(slot) else ""
+    value = value_of(slot, name) if is_converted(slot) else ""
     if kind != "integer":
-        arguments = ["cls.layout", literal(name), name, str(slot.format.size)]
-        check = call(f"{name} = check_{kind}", arguments, "", 8)
-        return FieldView(name, _TYPES[kind], check, "", _filled(name), unpacked)
+        return FieldView(name, kind, _TYPES[kind], slot.format.size, value=value)
     flags = camel(slot.flags.name) if slot.flags else ""
-    check = _integer_check(name, slot.minimum, slot.maximum)
-    return FieldView(name, "int", check, flags, _filled(name), unpacked)
-
-
-def _filled(name: str) -> str:
-    return assigned(f"draft.{name}", name, 8)
+    low, high = integer(slot.minimum), integer(slot.maximum)
+    return FieldView(name, kind, "int", slot.format.size, low, high, flags, value)
 
 
 def name_of(slot: Slot) -> str:
@@ -52,9 +51,9 @@ def name_of(slot: Slot) -> str:
     return slot if isinstance(slot, str) else slot.name
 
 
-def type_of(field: Field) -> str:
+def type_of(slot: Slot) -> str:
     """Return the type of a field's value."""
-    return _TYPES[field.format.kind]
+    return "int" if isinstance(slot, str) else _TYPES[slot.format.kind]
 
 
 def code(slot: Slot) -> str:
@@ -88,14 +87,13 @@ def default(slot: Slot) -> str:
     return integer(slot.constant or 0)
 
 
-def packed(slot: Slot) -> str:
-    """Return the expression that a Struct packs, as an argument of a call in a method."""
+def packed(slot: Slot) -> Source:
+    """Return the expression that a Struct packs."""
     name = name_of(slot)
     if isinstance(slot, Field) and slot.format.kind == "text":
-        return call(f"self.{name}.encode", ['"latin-1"'], "", 12, WIDTH - 1)
+        return call(f"self.{name}.encode", ['"latin-1"'])
     if isinstance(slot, Field) and slot.format.is_odd:
-        arguments = [str(slot.format.size), '"little"', *_sign(slot)]
-        return call(f"self.{name}.to_bytes", arguments, "", 12, WIDTH - 1)
+        return call(f"self.{name}.to_bytes", [str(slot.format.size), '"little"', *_sign(slot)])
     return f"self.{name}"
 
 
@@ -104,31 +102,14 @@ def is_converted(field: Field) -> bool:
     return field.format.kind == "text" or field.format.is_odd
 
 
-def value_of(field: Field, unpacked: str, head: str, indent: int) -> str:
-    """Return ``head`` and the expression that turns what was unpacked into the value of the field."""
+def value_of(field: Field, unpacked: str) -> Source:
+    """Return the expression that turns what was unpacked into the value of the field."""
     if field.format.kind == "text":
-        bare = f'{unpacked}.rstrip(b"\\0")'
-        line = f'{head}{bare}.decode("latin-1")'
-        if indent + len(line) <= WIDTH:
-            return line
-        return call(f"{head}str", [bare, '"latin-1"'], "", indent)  # breaks at a bracket of its own
+        return call("str", [f'{unpacked}.rstrip(b"\\0")', '"latin-1"'])
     if field.format.is_odd:
-        return call(f"{head}int.from_bytes", [unpacked, '"little"', *_sign(field)], "", indent)
-    return head + unpacked
+        return call("int.from_bytes", [unpacked, '"little"', *_sign(field)])
+    return unpacked
 
 
 def _sign(field: Field) -> list[str]:
     return ["signed=True"] if field.format.signed else []
-
-
-def _integer_check(name: str, minimum: int, maximum: int) -> str:
-    low, high = integer(minimum), integer(maximum)
-    test = f"if {name}.__class__ is not int or not {low} <= {name} <= {high}:"
-    if len(test) > WIDTH - 8:
-        pad = " " * 8
-        test = (
-            f"if (\n{pad}    {name}.__class__ is not int\n"
-            f"{pad}    or not {low} <= {name} <= {high}\n{pad}):"
-        )
-    body = call(f"{name} = check_integer", ["cls.layout", f'"{name}"', name, low, high], "", 12)
-    return f"{test}\n            {body}"

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from stagewire_generator.framing import part
 from stagewire_generator.model import Message, Protocol
+from stagewire_generator.targets.python.brackets import Nested, Source, mapping
 from stagewire_generator.targets.python.class_view import ClassView
-from stagewire_generator.targets.python.source import WIDTH, bracketed, literal
+from stagewire_generator.targets.python.source import literal
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,14 +18,14 @@ class Framing:
 
     :param class_views: makes the views of the classes that a message becomes.
     :param message_base: the class that all of them have in common.
-    :param imports: makes the statements that the module of the protocol object needs.
-    :param protocol: makes the statement that makes the protocol object.
+    :param imports: returns what the module of the protocol object imports from the runtime.
+    :param protocol: makes the call that makes the protocol object.
     """
 
     class_views: Callable[[Protocol, Message], list[ClassView]]
     message_base: str
     imports: Callable[[Protocol], tuple[str, ...]]
-    protocol: Callable[[Protocol], str]
+    protocol: Callable[[Protocol], Nested]
 
 
 def framing_of(protocol: Protocol) -> Framing:
@@ -33,14 +34,14 @@ def framing_of(protocol: Protocol) -> Framing:
     return framing
 
 
-def named(protocol: Protocol) -> list[str]:
+def named(protocol: Protocol) -> list[Source]:
     """Return the first arguments of a protocol object: name, title, package, messages."""
     names = (protocol.name, protocol.title, protocol.package)
     return [*(literal(name) for name in names), "MESSAGES"]
 
 
-def nameless(protocol: Protocol) -> str:
+def nameless(protocol: Protocol) -> Nested:
     """Return the argument that says why messages have no id."""
     why = literal("the document gives it no id")
     reasons = [f"{literal(m.name)}: {why}" for m in protocol.messages if m.id is None]
-    return bracketed("nameless={", reasons, "}", 4, WIDTH - 1)
+    return mapping("nameless=", reasons)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from stagewire_generator.model import Factor, Limit, Overlay, Protocol
 from stagewire_generator.targets.documentation import sentence
+from stagewire_generator.targets.python.brackets import FUNCTIONS, Import, Nested
 from stagewire_generator.targets.python.class_view import ClassView
 from stagewire_generator.targets.python.devices import DevicesView, devices_view
 from stagewire_generator.targets.python.framing import framing_of
@@ -21,15 +23,9 @@ from stagewire_generator.targets.python.named_view import (
 )
 from stagewire_generator.targets.python.source import (
     SUPPORT,
-    WIDTH,
-    bracketed,
     docstring,
-    exported,
-    imported,
     paragraph,
-    tuple_of,
     where,
-    width,
 )
 from stagewire_generator.targets.registry import registry_text
 from stagewire_generator.targets.templates import Templates, TemplatesError
@@ -37,41 +33,22 @@ from stagewire_generator.targets.vectors import vectors_text
 
 # base of a class -> what else its template names
 _BESIDE = {"FramedMessage": ("check_addresses",)}
-_CALLED = ("check_bytes", "check_integer", "check_text")
-"""Functions that a check may call."""
 # kinds of classes
 _WITH_STRUCT = {"plain", "undecided", "command", "payload"}
 _WITH_SELF = {"plain", "command", "payload"}
 
 
-def class_imports(package: str, views: Sequence[ClassView]) -> list[str]:
-    """Return the statements by which a module imports what its classes stand on."""
+def class_imports(package: str, views: Sequence[ClassView]) -> list[Import]:
+    """Return what a module of messages imports for its classes."""
     names = {"Direction", "Layout"}
     for view in views:
         names.update((view.base, *_BESIDE.get(view.base, ())))
-    checks = [field.check for view in views for field in view.fields]
-    names.update(name for name in _CALLED if any(f"{name}(" in check for check in checks))
+    names.update(f"check_{field.kind}" for view in views for field in view.fields)
     flags = {field.flags for view in views for field in view.fields if field.flags}
-    return [imported(SUPPORT, list(names))] + (
-        [imported(f"{package}.flags", list(flags))] if flags else []
+    return [Import(SUPPORT, tuple(names))] + (
+        [Import(f"{package}.flags", tuple(flags))] if flags else []
     )
 
-
-def uses_struct(views: Sequence[ClassView]) -> bool:
-    """Whether a class of the module packs or reads named fields."""
-    return any(view.kind in _WITH_STRUCT for view in views)
-
-
-def uses_self(views: Sequence[ClassView]) -> bool:
-    """Whether a class of the module is made from named fields."""
-    return any(view.kind in _WITH_SELF for view in views)
-
-
-_SELF = (
-    "TYPE_CHECKING = False  # type checkers know the name; typing takes long to import",
-    "if TYPE_CHECKING:",
-    "    from typing import Self",
-)
 
 _EXPORTED = ("PROTOCOL", "decode", "enumerations", "flags", "messages", "quantities", "stages")
 
@@ -83,11 +60,10 @@ class ChapterView:
     name: str
     doc: str
     classes: tuple[ClassView, ...]
-    standard: tuple[str, ...]  # statements that import from the standard library
-    imports: tuple[str, ...]
-    typing: tuple[str, ...]  # lines that only type checkers read
-    all: str
-    exported: str  # the statement by which the package imports the classes
+    uses_struct: bool  # whether a class packs or reads named fields
+    uses_self: bool  # whether a class is made from named fields
+    imports: tuple[Import, ...]
+    names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,20 +75,16 @@ class PackageView:
     doc: str
     chapters: tuple[ChapterView, ...]
     enumerations: tuple[NamedView, ...]
-    enumerations_all: str
     flags: tuple[NamedView, ...]
-    flags_all: str
     stages: tuple[StageView, ...]
-    stages_all: str
-    stage_imports: str
+    stage_imports: tuple[str, ...]
     quantities: tuple[QuantityView, ...]
-    quantities_all: str
-    messages_all: str
-    messages: str  # the statement that lists the classes
+    messages: tuple[str, ...]  # the names of all classes of messages
+    message_base: str  # the class that they have in common
     devices: DevicesView | None  # of a protocol with units
-    package_all: str
+    exports: tuple[str, ...]
     protocol_imports: tuple[str, ...]
-    protocol: str
+    protocol: Nested  # the call that makes the protocol object
 
 
 def package_view(protocol: Protocol) -> PackageView:
@@ -134,7 +106,6 @@ def package_view(protocol: Protocol) -> PackageView:
     )
     stages = tuple(stage_view(protocol, s) for s in sorted(protocol.stages, key=lambda s: s.name))
     devices = devices_view(protocol)
-    names = [view.name for chapter in chapters for view in chapter.classes]
     factors = [f for s in protocol.stages for scales in s.scales.values() for f in scales.values()]
     kinds = ["Stage"] if stages else []
     kinds += ["Scale"] if any(isinstance(f, Factor) for f in factors) else []
@@ -152,32 +123,17 @@ def package_view(protocol: Protocol) -> PackageView:
         ),
         chapters=chapters,
         enumerations=enumerations,
-        enumerations_all=exported([e.name for e in enumerations]),
         flags=flags,
-        flags_all=exported([t.name for t in flags]),
         stages=stages,
-        stages_all=exported([s.name for s in stages]),
-        stage_imports=imported(SUPPORT, sorted(kinds)) if kinds else "",
+        stage_imports=tuple(kinds),
         quantities=quantities,
-        quantities_all=exported([q.name for q in quantities]),
-        messages_all=exported([*names, "MESSAGES", "PROTOCOL", "decode"]),
+        messages=tuple(view.name for chapter in chapters for view in chapter.classes),
+        message_base=framing.message_base,
         devices=devices,
-        package_all=exported(
-            [*_EXPORTED, *(("aio", "devices", *devices.names) if devices else ())]
-        ),
-        messages=_messages(framing.message_base, names),
+        exports=(*_EXPORTED, *(("aio", "devices", *devices.names) if devices else ())),
         protocol_imports=framing.imports(protocol),
         protocol=framing.protocol(protocol),
     )
-
-
-def _messages(base: str, names: list[str]) -> str:
-    """Return the tuple of all classes, one a line; a formatter keeps a single one beside the brackets."""
-    head = f"MESSAGES: tuple[type[{base}], ...] = "
-    line = head + tuple_of(names)
-    if len(names) < 2 and width(line) <= WIDTH:
-        return line
-    return bracketed(f"{head}(", names, ")", 0, 0)
 
 
 def _plain(text: str) -> str:
@@ -205,7 +161,6 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
     for message in protocol.messages:
         if message.chapter == name and message.id is not None:
             classes += framing.class_views(protocol, message)
-    names = sorted(view.name for view in classes)
     return ChapterView(
         name=name,
         doc=_head(
@@ -213,11 +168,10 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
             chapter.summary,
         ),
         classes=tuple(classes),
-        standard=("from struct import Struct",) if uses_struct(classes) else (),
+        uses_struct=any(view.kind in _WITH_STRUCT for view in classes),
+        uses_self=any(view.kind in _WITH_SELF for view in classes),
         imports=tuple(class_imports(protocol.package, classes)),
-        typing=_SELF if uses_self(classes) else (),
-        all=exported(names),
-        exported=imported(f"{protocol.package}.messages.{name}", names),
+        names=tuple(sorted(view.name for view in classes)),
     )
 
 
@@ -238,14 +192,16 @@ def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
     """
     view = package_view(protocol)
     folder = f"python/{protocol.package}"
-    files = {
-        f"{folder}/{path}": templates.render(name, package=view) for path, name in _MODULES.items()
-    }
+
+    def rendered(name: str, **values: object) -> str:
+        return templates.render(name, package=view, **FUNCTIONS, **values)
+
+    files = {f"{folder}/{path}": rendered(name) for path, name in _MODULES.items()}
     for chapter in view.chapters:
-        text = templates.render("chapter.py.j2", package=view, chapter=chapter)
+        text = rendered("chapter.py.j2", chapter=chapter)
         files[f"{folder}/messages/{chapter.name}.py"] = text
     if view.devices:
-        files |= _devices(templates, view, view.devices, folder)
+        files |= _devices(partial(rendered, devices=view.devices), view.devices, folder)
     if templates.of_a_user:
         _check_syntax(files)
     files[f"{folder}/registry.json"] = registry_text(protocol)
@@ -254,14 +210,8 @@ def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
     return files
 
 
-def _devices(
-    templates: Templates, package: PackageView, devices: DevicesView, folder: str
-) -> dict[str, str]:
+def _devices(rendered: Callable[..., str], devices: DevicesView, folder: str) -> dict[str, str]:
     """Return path -> text of the device classes, those for threads and those for asyncio."""
-
-    def rendered(name: str, **values: object) -> str:
-        return templates.render(name, package=package, devices=devices, **values)
-
     files = {
         f"{folder}/devices/{name}.py": rendered(f"device_{name}.py.j2")
         for name in ("facts", "tables")

@@ -14,12 +14,15 @@ from stagewire_generator.model import (
     Json,
     Protocol,
 )
-from stagewire_generator.targets.python.devices.arguments import (
+from stagewire_generator.targets.python.brackets import (
     Nested,
     Source,
-    laid_out,
-    table_class,
+    Text,
+    call,
+    keyed,
+    mapping,
 )
+from stagewire_generator.targets.python.devices.arguments import table_class
 from stagewire_generator.targets.python.devices.framing import device_framing_of
 from stagewire_generator.targets.python.devices.hindrances_view import (
     hindrance_entries,
@@ -28,7 +31,8 @@ from stagewire_generator.targets.python.devices.hindrances_view import (
 )
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
-from stagewire_generator.targets.python.source import literal, long_text, where
+from stagewire_generator.targets.python.named_view import scale_of
+from stagewire_generator.targets.python.source import literal, where
 
 
 def setting_entries(protocol: Protocol) -> tuple[Source, ...]:
@@ -39,7 +43,7 @@ def setting_entries(protocol: Protocol) -> tuple[Source, ...]:
 def quantity_entries(protocol: Protocol) -> tuple[Source, ...]:
     """Return an entry for each quantity: the rule of its scale."""
     quantities = sorted(protocol.quantities, key=lambda quantity: quantity.name)
-    return tuple(_keyed(literal(q.name), _rule(q.factor or q.rule, q.unit)) for q in quantities)
+    return tuple(keyed(literal(q.name), _rule(q.factor or q.rule, q.unit)) for q in quantities)
 
 
 def alias_entries(protocol: Protocol) -> tuple[Source, ...]:
@@ -109,26 +113,19 @@ def _number(value: int | str) -> str:
 def _rule(rule: Factor | Json, unit: str) -> Source:
     """Return the rule of a scale."""
     if isinstance(rule, Factor):
-        method = "unit_per" if rule.key.endswith("_per_count") else "counts_per"
-        items = [literal(unit), str(rule.value.numerator), str(rule.value.denominator)]
-        items += [
-            f"{key}={literal(text)}"
-            for key, text in (("printed", rule.printed), ("source", rule.source))
-            if text
-        ]
-        return Nested(f"Scale.{method}(", tuple(items), ")")
+        return scale_of(rule, unit)
     if "unknown" in rule:
         return Nested("UnknownScale(", (literal(unit), literal(rule["unknown"])), ")")
     if rule["by"] == "stage":
         return f"ByStage({literal(unit)})"
     if rule["by"] == "unit":
         units = [
-            _keyed(literal(name), _rule(factor, unit)) for name, factor in rule["units"].items()
+            keyed(literal(name), _rule(factor, unit)) for name, factor in rule["units"].items()
         ]
         return Nested("ByUnit(", (Nested("{", tuple(units), "}"), literal(unit)), ")")
     if "cases" in rule:
         cases = [
-            _keyed(literal(name), _rule(case["scale"], case["unit"]))
+            keyed(literal(name), _rule(case["scale"], case["unit"]))
             for name, case in rule["cases"].items()
         ]
         return Nested("ByCase(", (literal(rule["setting"]), Nested("{", tuple(cases), "}")), ")")
@@ -137,26 +134,18 @@ def _rule(rule: Factor | Json, unit: str) -> Source:
     )
 
 
-def _keyed(key: str, value: Source) -> Source:
-    if isinstance(value, str):
-        return f"{key}: {value}"
-    return Nested(f"{key}: {value.opening}", value.items, value.closing)
-
-
 def _alias(protocol: Protocol, name: str, entry: Json) -> Iterator[Source]:
     yield literal(name)
-    yield long_text("", entry.get("title", ""), 8)
+    yield Text("", entry.get("title", ""))
     if "like" in entry:
         yield f"like={literal(entry['like'])}"
     if "source" in entry:
-        yield long_text("source=", entry["source"], 8)
+        yield Text("source=", entry["source"])
     yield from prefixes_of(protocol, name, entry)
     yield from reported_as(entry)
     groups = {c.name: c.aliases[name] for c in protocol.controllers if name in c.aliases}
     if groups:
-        scales = tuple(
-            long_text(f"{literal(group)}: ", source, 12) for group, source in groups.items()
-        )
+        scales = tuple(Text(f"{literal(group)}: ", source) for group, source in groups.items())
         yield Nested("scales={", scales, "}")
 
 
@@ -171,18 +160,19 @@ class FactsView:
     :param units: the statement of the units; the others likewise.
     """
 
-    lists: tuple[str, ...]
-    units: str
-    settings: str
-    quantities: str
-    aliases: str
-    facts: str
+    lists: tuple[Nested, ...]
+    units: Nested
+    settings: Nested
+    quantities: Nested
+    aliases: Nested
+    facts: Nested
 
     @property
-    def text(self) -> str:
-        """Everything in the module behind its imports."""
-        parts = (*self.lists, self.units, self.settings, self.quantities, self.aliases, self.facts)
-        return "\n".join(parts)
+    def statements(self) -> tuple[Nested, ...]:
+        """All of them."""
+        return (
+            *self.lists, self.units, self.settings, self.quantities, self.aliases, self.facts
+        )  # fmt: skip
 
 
 def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWriter) -> FactsView:
@@ -197,28 +187,24 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
         "quantities=QUANTITIES",
         "aliases=ALIASES",
     ]
-    for call in tables.calls:
-        if call.message.tells:
-            facts.append(f"{_TOLD[call.message.tells]}=t.{call.constant}")
+    for made in tables.calls:
+        if made.message.tells:
+            facts.append(f"{_TOLD[made.message.tells]}=t.{made.constant}")
     if channels := _channels(protocol):
         facts.append(f"channels={channels}")
     return FactsView(
         lists=(
             *(
-                laid_out(_frozenset(f"{name} = ", sorted(names)), 0)
+                _frozenset(f"{name} = ", sorted(names))
                 for names, name in sorted(lists.items(), key=lambda x: x[1])
             ),
             *hindrance_lists(protocol),
         ),
-        units=laid_out(Nested("UNITS: dict[str, Unit] = {", tuple(entries), "}"), 0),
-        settings=laid_out(
-            Nested("SETTINGS: dict[str, Setting] = {", setting_entries(protocol), "}"), 0
-        ),
-        quantities=laid_out(
-            Nested("QUANTITIES: dict[str, Rule] = {", quantity_entries(protocol), "}"), 0
-        ),
-        aliases=laid_out(Nested("ALIASES: dict[str, Alias] = {", alias_entries(protocol), "}"), 0),
-        facts=laid_out(Nested("FACTS = Facts(", tuple(facts), ")"), 0),
+        units=mapping("UNITS: dict[str, Unit] = ", entries),
+        settings=mapping("SETTINGS: dict[str, Setting] = ", setting_entries(protocol)),
+        quantities=mapping("QUANTITIES: dict[str, Rule] = ", quantity_entries(protocol)),
+        aliases=mapping("ALIASES: dict[str, Alias] = ", alias_entries(protocol)),
+        facts=call("FACTS = Facts", facts),
     )
 
 
@@ -258,7 +244,7 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
         f"name={literal(unit.name)}",
         f"title={literal(entry['title'])}",
         f"page={entry['page']}",
-        long_text("messages_from=", messages_from(protocol, entry), 8),
+        Text("messages_from=", messages_from(protocol, entry)),
         *device_framing_of(protocol).addresses(protocol, entry),
         f"messages={messages}",
         f"family={literal(entry['family'])}",
@@ -280,7 +266,7 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
     if "pause" in family:
         items += [
             f"pause_ms={family['pause']['ms']}",
-            long_text("pause_source=", family["pause"]["source"], 8),
+            Text("pause_source=", family["pause"]["source"]),
         ]
     if "also_at" in family:
         also = tuple(f"0x{address:02X}" for address in family["also_at"]["addresses"])

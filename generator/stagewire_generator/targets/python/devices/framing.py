@@ -8,7 +8,7 @@ from typing import Final, TypeAlias
 
 from stagewire_generator.framing import part
 from stagewire_generator.model import Json, Protocol
-from stagewire_generator.targets.python.devices.arguments import Source
+from stagewire_generator.targets.python.brackets import Source
 from stagewire_generator.targets.python.devices.plan import Call
 
 Shape: TypeAlias = Mapping[str, tuple[str, str]]

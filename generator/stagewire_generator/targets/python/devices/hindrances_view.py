@@ -14,7 +14,7 @@ from stagewire_generator.model import (
     Message,
     Protocol,
 )
-from stagewire_generator.targets.python.devices.arguments import Nested, Source, laid_out
+from stagewire_generator.targets.python.brackets import Nested, Source
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.plan import Call
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
@@ -32,12 +32,12 @@ def said_by(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[Message, Layou
                     yield message, layout
 
 
-def hindrance_lists(protocol: Protocol) -> tuple[str, ...]:
+def hindrance_lists(protocol: Protocol) -> tuple[Nested, ...]:
     """Return a statement for each table that has states which hinder a motion."""
     every: tuple[FlagTable | Enumeration, ...] = (*protocol.flags, *protocol.enumerations)
     tables = [table for table in every if _states(table)]
     return tuple(
-        laid_out(Nested(f"{_name(table)} = (", tuple(map(_hindrance, _states(table))), ")"), 0)
+        Nested(f"{_name(table)} = (", tuple(map(_hindrance, _states(table))), ")")
         for table in sorted(tables, key=_name)
     )
 

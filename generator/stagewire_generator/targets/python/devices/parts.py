@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from stagewire_generator.model import Field, Json, Protocol
+from stagewire_generator.targets.python.brackets import Nested, Source
 from stagewire_generator.targets.python.devices.arguments import (
     METHODS,
     Argument,
-    Nested,
-    Source,
     apart,
-    laid_out,
     table_class,
 )
 from stagewire_generator.targets.python.devices.documentation import method_doc
@@ -37,9 +35,9 @@ class MethodView:
     """One method."""
 
     name: str
-    signature: str
+    signature: Nested
     doc: str
-    body: str
+    body: Nested
     returns: str
 
 
@@ -74,7 +72,7 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool)
         keywords.append("timeout: float | None = None")
     if keywords:
         items += ["*", *keywords]
-    signature = laid_out(Nested(head, tuple(items), f") -> {returns}:"), 4)
+    signature = Nested(head, tuple(items), f") -> {returns}:")
     given: list[Source] = [f"t.{call.constant}"]
     if timeout:
         given.append("timeout")
@@ -82,9 +80,7 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool)
         f"{k}={k}" for a in (*asked, *arguments) for k in (a.keyword, *(w.keyword for w in a.ways))
     ]
     result = "" if returns == "None" else "return "
-    body = laid_out(
-        Nested(f"{result}{'await ' if aio else ''}self.{primitive}(", tuple(given), ")"), 8
-    )
+    body = Nested(f"{result}{'await ' if aio else ''}self.{primitive}(", tuple(given), ")")
     doc = method_doc(protocol, call, verb, (*asked, *arguments), timeout)
     return MethodView(name, signature, doc, body, returns)
 

@@ -11,13 +11,8 @@ from dataclasses import dataclass
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.targets.documentation import sentence
-from stagewire_generator.targets.python.devices.arguments import (
-    Argument,
-    Nested,
-    Source,
-    laid_out,
-    table_class,
-)
+from stagewire_generator.targets.python.brackets import Nested, Source
+from stagewire_generator.targets.python.devices.arguments import Argument, table_class
 from stagewire_generator.targets.python.devices.documentation import raw_text, unit_text
 from stagewire_generator.targets.python.devices.plan import Call, Plan, ValuesPlan
 from stagewire_generator.targets.python.source import docstring, literal, paragraph, where
@@ -57,9 +52,9 @@ class TableWriter:
             for message in call.members.values():
                 self._of.setdefault(message.name, call)
 
-    def tables(self) -> tuple[str, ...]:
+    def tables(self) -> tuple[Nested, ...]:
         """Return the statements that make the tables, in an order in which none refers to a later one."""
-        return tuple(laid_out(self._table(call), 0) for call in self.calls)
+        return tuple(self._table(call) for call in self.calls)
 
     def poll(self, ends_when: dict[str, str]) -> Nested:
         """Return what is asked for the end of an action."""
@@ -190,29 +185,36 @@ _KINDS = {"integer": "Raw", "text": "RawText", "bytes": "RawBytes"}
 
 
 @dataclass(frozen=True, slots=True)
+class ValueView:
+    """One value: the statement that makes it, and what is said of it."""
+
+    made: Nested
+    doc: str
+
+
+@dataclass(frozen=True, slots=True)
 class ValuesView:
     """One class.
 
-    :param members: statements that make its values, each followed by what is said of it.
     :param kinds: the classes of the runtime that they need.
     """
 
     name: str
     message: str
-    head: str
+    head: Nested
     doc: str
-    members: tuple[str, ...]
+    members: tuple[ValueView, ...]
     kinds: tuple[str, ...]
 
 
 def values_view(protocol: Protocol, plan: ValuesPlan) -> ValuesView:
     """Make the view of a class of values."""
-    members: list[str] = []
+    members: list[ValueView] = []
     kinds: set[str] = set()
     for argument in plan.arguments:
-        for kind, source, text in _members(argument):
+        for kind, made, text in _members(argument):
             kinds.add(kind)
-            members += [source, f'"""{docstring(paragraph(sentence(text), 4))}"""']
+            members.append(ValueView(made, docstring(paragraph(sentence(text), 4))))
     message = plan.message
     found = where(protocol, message.pages, message.overlay)
     first = f"What ``{message.name}`` says."
@@ -220,26 +222,24 @@ def values_view(protocol: Protocol, plan: ValuesPlan) -> ValuesView:
     return ValuesView(
         name=plan.name,
         message=f"m.{plan.message_class}",
-        head=laid_out(
-            Nested(f"class {plan.name}(", (f"Values[m.{plan.message_class}]",), ")"), 0, ":"
-        ),
+        head=Nested(f"class {plan.name}(", (f"Values[m.{plan.message_class}]",), "):"),
         doc=docstring(doc),
         members=tuple(members),
         kinds=tuple(kinds),
     )
 
 
-def _members(argument: Argument) -> Iterator[tuple[str, str, str]]:
+def _members(argument: Argument) -> Iterator[tuple[str, Nested, str]]:
     """Yield class, statement and text of each value that a field has."""
     field = argument.field
     kind, items = _kind(field)
     head = f"{argument.keyword} = {kind}("
-    yield kind, laid_out(Nested(head, (literal(field.name), *items), ")"), 4), raw_text(field)
+    yield kind, Nested(head, (literal(field.name), *items), ")"), raw_text(field)
     for way in argument.ways:
         assert field.quantity
         parts = (literal(field.name), literal(field.quantity.name), literal(way.unit))
-        source = laid_out(Nested(f"{way.keyword} = InUnits(", parts, ")"), 4)
-        yield "InUnits", source, unit_text(argument, way)
+        made = Nested(f"{way.keyword} = InUnits(", parts, ")")
+        yield "InUnits", made, unit_text(argument, way)
 
 
 def _kind(field: Field) -> tuple[str, tuple[str | Nested, ...]]:

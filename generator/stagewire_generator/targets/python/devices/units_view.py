@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.targets.documentation import sentence
-from stagewire_generator.targets.python.devices.arguments import Nested, laid_out
+from stagewire_generator.targets.python.brackets import Nested
 from stagewire_generator.targets.python.devices.facts_view import messages_from
 from stagewire_generator.targets.python.devices.parts import ClassPlan, UnitPlan
 from stagewire_generator.targets.python.source import docstring, literal, paragraph, where
@@ -31,7 +31,7 @@ class UnitClassView:
     """One class of a unit."""
 
     name: str
-    head: str
+    head: Nested
     doc: str
     members: tuple[str, ...]
 
@@ -47,7 +47,7 @@ def unit_class_views(protocol: Protocol, unit: UnitPlan, kind: str) -> list[Unit
 def _view(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> UnitClassView:
     base = f"{plan.base}[{plan.element}]" if plan.element else plan.base
     parts = [f"{part.calls[0].message.chapter}.{part.name}" for part in plan.parts]
-    head = laid_out(Nested(f"class {plan.name}(", (base, *parts), ")"), 0, ":")
+    head = Nested(f"class {plan.name}(", (base, *parts), "):")
     members = []
     if plan.level == "device":
         members += ["facts = FACTS", f"unit = UNITS[{literal(unit.name)}]"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stagewire_generator.framing import FRAMINGS
 from stagewire_generator.model import Protocol
-from stagewire_generator.targets.python.devices.arguments import Nested, laid_out
+from stagewire_generator.targets.python.brackets import Import, Nested
 from stagewire_generator.targets.python.devices.documentation import part_doc
 from stagewire_generator.targets.python.devices.facts_view import FactsView, facts_view
 from stagewire_generator.targets.python.devices.imports import (
@@ -30,7 +30,6 @@ from stagewire_generator.targets.python.devices.tables_view import (
     values_view,
 )
 from stagewire_generator.targets.python.devices.units_view import UnitClassView, unit_class_views
-from stagewire_generator.targets.python.source import exported, imported
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +46,8 @@ class ModuleView:
     """One module: what it imports, and its classes."""
 
     name: str
-    imports: tuple[str, ...]
-    all: str
+    imports: tuple[Import, ...]
+    names: tuple[str, ...]
     classes: tuple[ValuesView, ...] | tuple[PartView, ...] | tuple[UnitClassView, ...]
 
 
@@ -64,27 +63,24 @@ class SideView:
     kind: str
     parts: tuple[ModuleView, ...]
     units: ModuleView
-    exported: str
 
 
 @dataclass(frozen=True, slots=True)
 class DevicesView:
     """Everything about devices.
 
-    :param units: the statement by which the package imports the classes of the units, for type checkers.
+    :param names: the classes of the units.
+    :param values_table: pairs of the classes of messages and of their values.
     """
 
     names: tuple[str, ...]
-    units: str
     values: tuple[ModuleView, ...]
-    values_imports: tuple[str, ...]
-    values_all: str
-    values_table: str
-    tables: tuple[str, ...]
-    tables_imports: tuple[str, ...]
-    tables_all: str
+    values_table: tuple[str, ...]
+    tables: tuple[Nested, ...]
+    tables_imports: tuple[Import, ...]
+    tables_names: tuple[str, ...]
     facts: FactsView
-    facts_imports: tuple[str, ...]
+    facts_imports: tuple[Import, ...]
     sides: tuple[SideView, ...]
 
 
@@ -95,30 +91,18 @@ def devices_view(protocol: Protocol) -> DevicesView | None:
     plan = plan_of(protocol)
     parts, tables, package = parts_of(plan), TableWriter(plan), protocol.package
     values = _values(plan)
-    every = [(m.name, view) for m in values for view in m.classes if isinstance(view, ValuesView)]
+    every = [view for m in values for view in m.classes if isinstance(view, ValuesView)]
     statements = tables.tables()
     facts = facts_view(protocol, parts.units, tables)
-    pairs = tuple(f"{view.message}: {view.name}" for _, view in every)
-    names = tuple(unit.name for unit in parts.units)
     return DevicesView(
-        names=names,
-        units=imported(f"{package}.devices.units", names, 4),
+        names=tuple(unit.name for unit in parts.units),
         values=values,
-        values_imports=tuple(
-            imported(
-                f"{package}.devices.values.{m.name}", [v.name for n, v in every if n == m.name]
-            )
-            for m in sorted(values, key=lambda module: module.name)
-        ),
-        values_all=exported(["VALUES", *(view.name for _, view in every)]),
-        values_table=laid_out(
-            Nested("VALUES: dict[type[Message], type[Values[Any]]] = {", pairs, "}"), 0
-        ),
+        values_table=tuple(f"{view.message}: {view.name}" for view in every),
         tables=statements,
         tables_imports=tables_imports(package, statements),
-        tables_all=exported([call.constant for call in plan.calls]),
+        tables_names=tuple(call.constant for call in plan.calls),
         facts=facts,
-        facts_imports=facts_imports(package, facts.text),
+        facts_imports=facts_imports(package, facts.statements),
         sides=(
             _side(protocol, parts, "devices", "", aio=False),
             _side(protocol, parts, "aio", " for asyncio", aio=True),
@@ -135,7 +119,7 @@ def _values(plan: Plan) -> tuple[ModuleView, ...]:
         ]
         if views:
             imports = values_imports(plan.protocol.package, views)
-            names = exported([view.name for view in views])
+            names = tuple(view.name for view in views)
             modules.append(ModuleView(chapter.name, imports, names, tuple(views)))
     return tuple(modules)
 
@@ -153,10 +137,10 @@ def _side(protocol: Protocol, parts: Parts, package: str, kind: str, aio: bool) 
             imports = parts_imports(
                 protocol.package, [m for view in views for m in view.methods], aio
             )
-            names = exported([view.name for view in views])
+            names = tuple(view.name for view in views)
             modules.append(ModuleView(chapter.name, imports, names, tuple(views)))
     classes = tuple(view for unit in parts.units for view in unit_class_views(protocol, unit, kind))
-    every = [view.name for view in classes]
+    every = tuple(view.name for view in classes)
     bases = {plan.base for unit in parts.units for plan in unit.classes}
     chapters = [m.name for m in modules]
     imports = units_imports(protocol.package, package, bases, chapters, aio)
@@ -164,8 +148,7 @@ def _side(protocol: Protocol, parts: Parts, package: str, kind: str, aio: bool) 
         package=package,
         kind=kind,
         parts=tuple(modules),
-        units=ModuleView("units", imports, exported(every), classes),
-        exported=imported(f"{protocol.package}.{package}.units", every, 4),
+        units=ModuleView("units", imports, every, classes),
     )
 
 

@@ -1,0 +1,204 @@
+"""Python as trees of brackets, and the lines that a formatter makes of them.
+
+Views hold data and trees. Templates lay them out: they call the functions of :data:`FUNCTIONS` by name, with
+the indentation of the place where the source goes. The first line carries no indentation, since the template
+has it; the others carry theirs.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, TypeAlias
+
+from stagewire_generator.targets.python.source import WIDTH, literal, width
+
+
+@dataclass(frozen=True, slots=True)
+class Nested:
+    """Something in brackets: ``opening``, then items, then ``closing``.
+
+    :param broken: whether each item has a line of its own, even if all would fit on one.
+    """
+
+    opening: str
+    items: tuple[Source, ...]
+    closing: str
+    broken: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A string literal after ``head``; a long one is broken into pieces in brackets."""
+
+    head: str
+    text: str
+
+
+Source: TypeAlias = "str | Text | Nested"
+
+
+@dataclass(frozen=True, slots=True)
+class Import:
+    """Names that a module imports from another; ``name as other`` gives one another name."""
+
+    module: str
+    names: tuple[str, ...]
+
+
+def call(head: str, items: Iterable[Source], tail: str = "", *, broken: bool = False) -> Nested:
+    """Return ``head(items)tail``."""
+    return Nested(f"{head}(", tuple(items), f"){tail}", broken)
+
+
+def strings(head: str, texts: Iterable[str]) -> Nested:
+    """Return ``head`` and a tuple of string literals."""
+    return Nested(f"{head}(", tuple(map(literal, texts)), ")")
+
+
+def mapping(head: str, items: Iterable[Source], *, broken: bool = False) -> Nested:
+    """Return ``head`` and a dictionary, or a set, with these items."""
+    return Nested(f"{head}{{", tuple(items), "}", broken)
+
+
+def keyed(key: str, value: Source) -> Source:
+    """Return an item of a dictionary."""
+    return _after(f"{key}: ", value)
+
+
+def _after(head: str, source: Source) -> Source:
+    if isinstance(source, str):
+        return head + source
+    if isinstance(source, Text):
+        return replace(source, head=head + source.head)
+    return replace(source, opening=head + source.opening)
+
+
+def listed(head: str, names: Sequence[str]) -> Nested:
+    """Return ``head`` and a tuple of names, one a line unless it is the only one."""
+    return Nested(f"{head}(", tuple(names), ")", broken=len(names) > 1)
+
+
+def flat(source: Source) -> str:
+    """Return the source on one line."""
+    if isinstance(source, str):
+        return source
+    if isinstance(source, Text):
+        return source.head + literal(source.text)
+    inside = ", ".join(map(flat, source.items))
+    alone = len(source.items) == 1 and _is_tuple(source)
+    return f"{source.opening}{inside}{',' if alone else ''}{source.closing}"
+
+
+def laid_out(source: Source, indent: int, tail: str = "", head: str = "") -> str:
+    """Return the source on one line if it fits, else one item a line, as a formatter has it.
+
+    :param tail: what follows on the same line.
+    :param head: what comes before it on the same line.
+    """
+    if head:
+        source = _after(head, source)
+    line = flat(source) + tail
+    if isinstance(source, str) or (not _is_broken(source) and indent + width(line) <= WIDTH):
+        return line
+    if isinstance(source, Text):
+        return _in_pieces(source, indent) + tail
+    if not source.items:
+        return line
+    pad = " " * (indent + 4)
+    body = "".join(f"{pad}{laid_out(item, indent + 4, ',')}\n" for item in source.items)
+    return f"{source.opening}\n{body}{' ' * indent}{source.closing}{tail}"
+
+
+def _is_broken(source: Source) -> bool:
+    return isinstance(source, Nested) and (source.broken or any(map(_is_broken, source.items)))
+
+
+def _is_tuple(source: Nested) -> bool:
+    """Whether the brackets are those of a tuple, and not of a call."""
+    before = source.opening[:-1]
+    return source.opening.endswith("(") and (not before or before.endswith(("=", " ", ":")))
+
+
+def _in_pieces(source: Text, indent: int) -> str:
+    pad = " " * indent
+    pieces = [source.text]
+    if indent + 4 + width(literal(source.text)) > WIDTH:
+        pieces = textwrap.wrap(source.text, WIDTH - indent - 8, drop_whitespace=False)
+    body = "".join(f"{pad}    {literal(piece)}\n" for piece in pieces)
+    return f"{source.head}(\n{body}{pad})"
+
+
+def assigned(target: str, value: str, indent: int) -> str:
+    """Return the assignment of a value that no bracket breaks: in brackets if it is long."""
+    line = f"{target} = {value}"
+    if indent + width(line) <= WIDTH:
+        return line
+    pad = " " * indent
+    return f"{target} = (\n{pad}    {value}\n{pad})"
+
+
+def unpacked(targets: Sequence[str], value: str, indent: int) -> str:
+    """Return the assignment of a tuple to its targets, which are in brackets if they are long."""
+    if len(targets) == 1:
+        return f"({targets[0]},) = {value}"
+    line = f"{', '.join(targets)} = {value}"
+    if indent + width(line) <= WIDTH:
+        return line
+    return laid_out(call("", targets, f" = {value}", broken=True), indent)
+
+
+def either(conditions: Sequence[str], indent: int) -> str:
+    """Return the head of an ``if`` that holds when one of the conditions does."""
+    line = f"if {' or '.join(conditions)}:"
+    if indent + width(line) <= WIDTH:
+        return line
+    pad = " " * indent
+    return f"if (\n{pad}    " + f"\n{pad}    or ".join(conditions) + f"\n{pad}):"
+
+
+def natural(name: str) -> list[str | int]:
+    """Return a key that sorts ``Bay2`` before ``Bay10``."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"([0-9]+)", name)]
+
+
+def exported(names: Iterable[str]) -> str:
+    """Return the assignment of ``__all__``, sorted as a linter has it: constants, classes, functions."""
+
+    def rank(name: str) -> tuple[int, list[str | int], str]:
+        kind = 0 if name.isupper() else 1 if name[:1].isupper() else 2
+        return kind, natural(name), name
+
+    quoted = tuple(literal(name) for name in sorted(names, key=rank))
+    return laid_out(Nested("__all__ = [", quoted, "]"), 0)
+
+
+def imported(module: str, names: Iterable[str], indent: int = 0) -> str:
+    """Return an import statement, in brackets if it is long; the names as a linter sorts them."""
+
+    def rank(name: str) -> tuple[int, list[str | int], str]:
+        kind = 0 if name.isupper() and len(name) > 1 else 1 if name[:1].isupper() else 2
+        return kind, natural(name.lower()), name
+
+    names = sorted(names, key=rank)
+    renamed = [name for name in names if " as " in name]  # a linter gives each its own statement
+    if renamed and len(names) > 1:
+        plain = [name for name in names if name not in renamed]
+        groups = [*([name] for name in renamed), *([plain] if plain else [])]
+        groups.sort(key=lambda group: rank(group[0]))
+        return "\n".join(imported(module, group, indent) for group in groups)
+    line = f"from {module} import {', '.join(names)}"
+    if indent + len(line) <= WIDTH:
+        return line
+    return laid_out(call(f"from {module} import ", names, broken=True), indent)
+
+
+FUNCTIONS: Final[Mapping[str, Callable[..., object]]] = {
+    function.__name__: function
+    for function in (
+        assigned, call, either, exported, imported, laid_out, listed, literal, mapping, strings, unpacked
+    )
+}  # fmt: skip
+"""What templates of Python call."""
