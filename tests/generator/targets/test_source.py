@@ -7,21 +7,21 @@ import ast
 import pytest
 
 from stagewire_generator.targets.documentation import sentence
-from stagewire_generator.targets.python.source import (
+from stagewire_generator.targets.python.brackets import (
+    Text,
     assigned,
-    bracketed,
     call,
-    docstring,
+    either,
+    exported,
     imported,
-    integer,
-    list_of,
-    literal,
-    long_text,
+    laid_out,
+    listed,
+    mapping,
     natural,
-    paragraph,
-    tuple_of,
-    width,
+    strings,
+    unpacked,
 )
+from stagewire_generator.targets.python.source import docstring, integer, literal, paragraph, width
 
 TEXTS = [
     "",
@@ -95,24 +95,46 @@ def test_limits_of_a_width_are_hexadecimal(value: int, source: str) -> None:
     assert integer(value) == source
 
 
-def test_tuples_and_lists() -> None:
-    assert [tuple_of(items) for items in ([], ["1"], ["1", "2"])] == ["()", "(1,)", "(1, 2)"]
-    assert list_of([]) == "[]"
-    assert list_of(["1", "2"]) == "[1, 2]"
-    longest = "x" * 88  # `__all__ = [` stands before it, and `]` behind it
-    assert list_of([longest]) == f"[{longest}]"
-    assert list_of([longest + "x"]) == f"[\n    {longest}x,\n]"
+def test_tuples() -> None:
+    assert [laid_out(strings("", names), 0) for names in ([], ["a"], ["a", "b"])] == [
+        "()",
+        '("a",)',
+        '("a", "b")',
+    ]
+    assert laid_out(listed("T = ", ["A"]), 0) == "T = (A,)"
+    assert laid_out(listed("T = ", ["A", "B"]), 0) == "T = (\n    A,\n    B,\n)"
+
+
+def test_exported_names_break_beyond_the_limit() -> None:
+    assert exported([]) == "__all__ = []"
+    assert exported(["b", "Aa", "C10", "C2x", "XY"]) == '__all__ = ["C10", "XY", "Aa", "C2x", "b"]'
+    longest = "x" * 86
+    assert exported([longest]) == f'__all__ = ["{longest}"]'
+    assert exported([longest + "x"]) == f'__all__ = [\n    "{longest}x",\n]'
 
 
 def test_brackets_break_beyond_the_limit() -> None:
-    assert bracketed("f(", ["a", "b"], ")", 4, 12) == "f(a, b)"
-    assert bracketed("f(", ["a", "b"], ")", 5, 12) == "f(a, b)"
-    assert bracketed("f(", ["a", "b"], ")", 6, 12) == "f(\n          a,\n          b,\n      )"
-    assert bracketed("f(", [], ")", 90, 0) == "f()"
-    assert call("f", ["a"], ".x", 0) == "f(a).x"
     fits = "x" * 97
-    assert call("f", [fits], "", 0) == f"f({fits})"
-    assert call("f", [fits], "", 1) == f"f(\n     {fits},\n )"
+    assert laid_out(call("f", ["a"], ".x"), 0) == "f(a).x"
+    assert laid_out(call("f", [fits]), 0) == f"f({fits})"
+    assert laid_out(call("f", [fits]), 1) == f"f(\n     {fits},\n )"
+    assert laid_out(call("f", []), 99) == "f()"
+    assert laid_out(call("f", ["a"], broken=True), 0) == "f(\n    a,\n)"
+    assert laid_out(call("f", [mapping("a=", ["b"], broken=True)]), 0) == (
+        "f(\n    a={\n        b,\n    },\n)"
+    )
+    assert laid_out(call("f", [fits]), 0, head="return ") == f"return f(\n    {fits},\n)"
+    assert laid_out(call("f", [fits]), 0, tail=",") == f"f(\n    {fits},\n),"
+
+
+def test_conditions_and_targets_break_beyond_the_limit() -> None:
+    assert either(["a", "b"], 4) == "if a or b:"
+    assert either(["a" * 50, "b" * 50], 4) == (
+        f"if (\n        {'a' * 50}\n        or {'b' * 50}\n    ):"
+    )
+    assert unpacked(["a"], "x", 8) == "(a,) = x"
+    assert unpacked(["a", "b"], "x", 8) == "a, b = x"
+    assert unpacked(["a" * 50, "b" * 50], "x", 0) == f"(\n    {'a' * 50},\n    {'b' * 50},\n) = x"
 
 
 def test_assignments_break_beyond_the_limit() -> None:
@@ -142,10 +164,10 @@ def test_sentences() -> None:
 
 @pytest.mark.parametrize("text", ["x" * 85, "x" * 86, "x" * 300, "word " * 60, "字" * 100])
 def test_long_texts_are_the_same_in_pieces(text: str) -> None:
-    source = long_text("", text, 10)
+    source = laid_out(Text("", text), 10, ",").removesuffix(",")
     assert ast.literal_eval(f"({source})") == text
     assert source.startswith("(\n") is (10 + width(literal(text)) + 1 > 100)
-    assert long_text("source=", "short", 10) == 'source="short"'
+    assert laid_out(Text("source=", "short"), 10) == 'source="short"'
 
 
 def test_names_in_the_order_of_a_linter() -> None:
