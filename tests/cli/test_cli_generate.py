@@ -114,6 +114,21 @@ def test_our_templates_are_listed_to_be_copied(stagewire: Stagewire, here: Path)
     assert stagewire("generate", "--check").code == 0
 
 
+def test_a_template_of_a_user_lays_out_what_ours_prints_in_another_way(
+    stagewire: Stagewire, here: Path
+) -> None:
+    (here / "mine").mkdir()
+    (here / "mine" / "empty.py.j2").write_text(
+        "class {{ view.name }}({{ view.base }}):\n"
+        "    layout = {{ view.layout.opening }}{{ view.layout['items']|join(' , ') }})\n",
+        encoding="utf-8",
+    )
+    assert stagewire("generate", "--templates", "mine").code == 0
+    made = (here / "generated/python/stagewire_tiny/messages/extra.py").read_text("utf-8")
+    assert ' , form="' in made
+    compile(made, "extra.py", "exec")
+
+
 def test_the_folder_of_the_cmake_module(stagewire: Stagewire) -> None:
     listed = stagewire("generate", "--cmake-dir")
     assert (listed.code, listed.err) == (0, "")
