@@ -21,7 +21,7 @@ What a check can rely on:
   (:mod:`.run`, :class:`.Restoration`): at its end, on an error in it, on Ctrl-C and SIGTERM.
 - **Time is that of the line.** Nothing sleeps; waiting is listening. So a run in memory takes no time, and is
   the same every time.
-- **It begins in quiet.** What came behind the check before it was read away, and is noted there.
+- **It begins in quiet.** Bytes that came after the check before it were read, and are noted there.
 - **Chance is seeded** by the run and the id of the check, so that ``--only`` repeats it byte for byte.
 
 ==============================  =========================================================================
@@ -29,7 +29,7 @@ what                            where
 ==============================  =========================================================================
 declared of a controller        :mod:`.pics` (a file of it, and a first one by asking),
                                 :mod:`.declaration`, :mod:`.targets`
-may be done to it               :mod:`.permissions`, :mod:`.ranges`
+may be done to it               :mod:`.permissions`
 the line to it                  :mod:`.lines`
 checks, and their run           :mod:`.checks`, :mod:`.plans`, :mod:`.execution`, :mod:`.run`,
                                 :mod:`.trial`

@@ -1,4 +1,4 @@
-"""The checks of the suite, by protocol; each kind is a module of its own."""
+"""The checks of the suite, by protocol, in the order in which they run."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, MoveDirection, StopMode
 from stagewire_conformance.device.checks.apt.enable_state import switch
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, parameter_sets
+from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
 from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
@@ -350,7 +350,7 @@ class Axis:
 
 def present(axis: Axis, setting: str) -> Values:
     """Return the values of a parameter set, by the name of its SET."""
-    return _spot(axis, setting).read(axis.trial)
+    return _placed_set(axis, setting).read(axis.trial)
 
 
 def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> None:
@@ -360,24 +360,24 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
 
     :param at_most: the value that may come back smaller, such as a velocity that the controller rounds.
     """
-    spot = _spot(axis, setting)
-    before = spot.read(axis.trial)
+    placed = _placed_set(axis, setting)
+    before = placed.read(axis.trial)
     wanted = {**before, **values}
-    axis.trial.undo(f"{setting} at {axis.text}", lambda: spot.put_back(axis.trial, before))
-    spot.write(axis.trial, wanted)
-    came = spot.ask(axis.trial)
-    told = spot.values(came)
+    axis.trial.undo(f"{setting} at {axis.text}", lambda: placed.put_back(axis.trial, before))
+    placed.write(axis.trial, wanted)
+    came = placed.ask(axis.trial)
+    told = placed.values(came)
     lower = at_most and 0 < told[at_most] <= wanted[at_most]
     wrote = ", ".join(f"{name} = {value}" for name, value in values.items())
     says = ", ".join(f"{name} = {told[name]}" for name in values)
     axis.trial.need(
         told == ({**wanted, at_most: told[at_most]} if lower else wanted),
-        f"{axis.text}: {setting} wrote {wrote}, and {spot.set.get} then said {says}; so nothing was moved",
-        wanted=spot.expected(axis.trial, wanted, came),
+        f"{axis.text}: {setting} wrote {wrote}, and {placed.set.get} then said {says}; so nothing was moved",
+        wanted=placed.expected(axis.trial, wanted, came),
         came=came.raw,
     )
 
 
-def _spot(axis: Axis, setting: str) -> Spot:
+def _placed_set(axis: Axis, setting: str) -> PlacedSet:
     sets = parameter_sets(axis.trial.declared, axis.place)
-    return Spot(axis.place, axis.channel, next(each for each in sets if each.set == setting))
+    return PlacedSet(axis.place, axis.channel, next(each for each in sets if each.set == setting))

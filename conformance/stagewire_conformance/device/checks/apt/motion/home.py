@@ -40,7 +40,7 @@ _LATE: Final = 0.1
 """Seconds after the first look in which the bit may still be missing."""
 _LOOKS: Final = 3
 """Looks at a motor on its way home before it is stopped."""
-_TOLD: Final = "MOT_MOVE_HOME"
+_HOME: Final = "MOT_MOVE_HOME"
 
 
 def _lacks(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
@@ -74,7 +74,7 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "MOT_MOVE_HOME homes {motors}, and the end is told once",
+    "MOT_MOVE_HOME homes {motors}, and the end is reported once",
     messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED),
     does="homes all motors at once, stopping each on its way first: each runs to its switch or "
     "index mark wherever that is, counts from there as 0, and goes back to where it stood",
@@ -125,9 +125,9 @@ def _stop_homing(axes: Sequence[Axis]) -> None:
 
 
 def _judge(axis: Axis, before: Status, seen: Watched) -> None:
-    end = judge_end(axis, _TOLD, seen, _HOMED)
+    end = judge_end(axis, _HOME, seen, _HOMED)
     _judge_way(axis, seen.statuses)
-    status = judge_rest(axis, _TOLD)
+    status = judge_rest(axis, _HOME)
     axis.start = _way_back(axis, before, seen.statuses, status)
     if end is None or end.name != _HOMED:
         return

@@ -36,7 +36,7 @@ _AFTER: Final = 0.15
 
 KIND = Kind(
     name="move-stop",
-    title="A stop ends a move where it is, and is told once",
+    title="A stop ends a move where it is, and is reported once",
     rules=(
         "stop-any-move",
         "stop-mode-values",
@@ -50,7 +50,7 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "MOT_MOVE_STOP ends moves of {motors}, at once and with a profile, which is told once",
+    "MOT_MOVE_STOP ends moves of {motors}, at once and with a profile, which is reported once",
     messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE"),
     does="begins moves of all motors within {range} and stops them on their way, once at once and once with "
     "a profile",

@@ -66,7 +66,7 @@ RELATIVE = Kind(
 
 @motor_check(
     ABSOLUTE,
-    "MOT_MOVE_ABSOLUTE moves {motors} to a position, and the end is told once",
+    "MOT_MOVE_ABSOLUTE moves {motors} to a position, and the end is reported once",
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
     does="moves all motors at once to positions within {range}, and back",
 )
@@ -78,7 +78,7 @@ def _absolute(axes: Sequence[Axis]) -> None:
 
 @motor_check(
     RELATIVE,
-    "MOT_MOVE_RELATIVE moves {motors} by a distance, and the end is told once",
+    "MOT_MOVE_RELATIVE moves {motors} by a distance, and the end is reported once",
     messages=("MOT_MOVE_RELATIVE", COMPLETED),
     does="moves all motors at once by distances within {range}, and back",
 )
@@ -142,7 +142,7 @@ _LESS: Final = 0.75
 
 JOG = Kind(
     name="move-jog",
-    title="A jog is one step in the direction that is named, and its end is told once",
+    title="A jog is one step in the direction that is named, and its end is reported once",
     rules=(
         "jog-move",
         "jog-direction-values",
@@ -156,7 +156,7 @@ JOG = Kind(
 
 @motor_check(
     JOG,
-    "MOT_MOVE_JOG moves {motors} by one step, and the end is told once",
+    "MOT_MOVE_JOG moves {motors} by one step, and the end is reported once",
     messages=(
         "MOT_MOVE_JOG",
         "MOT_SET_JOGPARAMS",

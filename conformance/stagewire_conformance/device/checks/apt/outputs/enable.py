@@ -1,8 +1,8 @@
 """``enable``: a channel is disabled and enabled, says so when asked, and in its status (pages 17 and 80).
 
-Also here: gains and current limits of a motor's loop are read back while its channel is disabled. The loop of
-an enabled channel would feel a change, so ``readback`` only writes there what is there. This needs motion: a
-stage that nothing holds may give way.
+Gains and current limits of a motor's loop are read back while its channel is disabled. A change would affect
+the loop of an enabled channel, where ``readback`` therefore writes only the values that it read. This check
+needs motion: a stage that no loop holds may give way.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_ar
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, When
 from stagewire_conformance.device.checks.apt.settings.readback import write_and_read
-from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, Spot, spots
+from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, PlacedSet, placed_sets
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
@@ -167,32 +167,32 @@ LOOPS = Kind(
 
 
 def _loops(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    for spot in spots(declared):
-        care = CARE.get(spot.set.name)
+    for placed in placed_sets(declared):
+        care = CARE.get(placed.set.name)
         if care is None or care.when is not When.DISABLED:
             continue
-        if spot.place.messages >= ENABLED_SETS:
+        if placed.place.messages >= ENABLED_SETS:
             yield replace(
-                spot.case(),
+                placed.case(),
                 words={"fields": ", ".join(care.fields)},
-                skip=spot.set.skip or unseen(spot.place),
-                lacks=lacks_range(declared, allowed, (spot.place, spot.channel or 1)),
+                skip=placed.set.skip or unseen(placed.place),
+                lacks=lacks_range(declared, allowed, (placed.place, placed.channel or 1)),
             )
 
 
 @LOOPS.check(
-    "{spot.set.set} is read back while the channel is disabled, at {spot.text}",
+    "{placed.set.set} is read back while the channel is disabled, at {placed.text}",
     needs={Need.SETTINGS, Need.MOTION},
-    does="disables each channel, makes {fields} of {spot.set.set} a little smaller, puts them back, and "
+    does="disables each channel, makes {fields} of {placed.set.set} a little smaller, puts them back, and "
     "enables it again",
     each=_loops,
 )
-def _look_at_loops(trial: Trial, spot: Spot) -> None:
-    care = CARE[spot.set.name]
-    assert spot.channel is not None  # loops are those of channels
-    Axis(trial, spot.place, spot.channel).inside()
-    switch(trial, spot.place, spot.channel, EnableState.DISABLE)
-    before = spot.read(trial)
-    neighbours = Neighbours.of(trial, spot)
-    trial.undo(f"{spot.set.set} at {spot.text}", lambda: spot.put_back(trial, before))
-    write_and_read(trial, spot, care, before, neighbours)
+def _look_at_loops(trial: Trial, placed: PlacedSet) -> None:
+    care = CARE[placed.set.name]
+    assert placed.channel is not None  # loops are those of channels
+    Axis(trial, placed.place, placed.channel).inside()
+    switch(trial, placed.place, placed.channel, EnableState.DISABLE)
+    before = placed.read(trial)
+    neighbours = Neighbours.of(trial, placed)
+    trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
+    write_and_read(trial, placed, care, before, neighbours)

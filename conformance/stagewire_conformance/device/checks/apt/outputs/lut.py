@@ -18,7 +18,7 @@ from stagewire_apt.flags import LutOutputMode
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
 from stagewire_conformance.device.checks.apt.outputs.piezo import OPEN, Piezo
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
+from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, parameter_sets
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
@@ -228,9 +228,9 @@ def _load(wave: _Waveform) -> None:
     piezo, trial = wave.piezo, wave.piezo.trial
     sets = {one.set: one for one in parameter_sets(trial.declared, piezo.place)}
     for name in ("PZ_SET_OUTPUTLUTPARAMS", "PZ_SET_OUTPUTLUT"):
-        spot = Spot(piezo.place, piezo.channel, sets[name])
-        before = spot.read(trial)
-        trial.undo(f"{name} at {spot.text}", partial(spot.put_back, trial, before))
+        placed = PlacedSet(piezo.place, piezo.channel, sets[name])
+        before = placed.read(trial)
+        trial.undo(f"{name} at {placed.text}", partial(placed.put_back, trial, before))
     if "PZ_SET_LUTVALUETYPE" in piezo.place.messages:
         piezo.send(m.PzSetLutValueType(LutValueType.VOLTAGE))
     for index, sample in enumerate(wave.samples):

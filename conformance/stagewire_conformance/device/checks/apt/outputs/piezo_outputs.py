@@ -4,7 +4,7 @@ A voltage is that of an open loop, and ignored in a closed one; a position the o
 closed where the status says that there is a feedback, and where the range is one of positions: what happens
 to a piezo in a loop without feedback nobody knows.
 
-Also here: the output voltage changes no faster than the slew rate that is set (page 123).
+The last check: the output voltage changes no faster than the slew rate that is set (page 123).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import (
     Piezo,
     bits_are_printed,
 )
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
+from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, parameter_sets
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -311,18 +311,18 @@ def _run(trial: Trial, place: Target, channel: int) -> None:
         piezo.give_up(f"{piezo.text} is in closed loop, which has a slew rate of its own")
     before = piezo.volts
     target = before + piezo.step(before, piezo.span("output_volts"))
-    spot = Spot(
+    placed = PlacedSet(
         place, channel, next(s for s in parameter_sets(trial.declared, place) if s.set == _SETTING)
     )
-    rates = spot.read(trial)
+    rates = placed.read(trial)
     piezo.begin()
     trial.undo(
         f"output voltage of {piezo.text}",
         lambda: piezo.send(m.PzSetOutputVolts(channel, before)),
         moves=True,
     )
-    trial.undo(f"{_SETTING} at {piezo.text}", partial(spot.put_back, trial, rates))
-    spot.write(trial, {**rates, "slew_open": _SLOWEST})
+    trial.undo(f"{_SETTING} at {piezo.text}", partial(placed.put_back, trial, rates))
+    placed.write(trial, {**rates, "slew_open": _SLOWEST})
     piezo.status()
     told = trial.line.now
     piezo.send(m.PzSetOutputVolts(channel, target))

@@ -3,7 +3,7 @@
 A solenoid is switched on in manual mode only. That the interlock is not needed is never set, except to put
 back what was there.
 
-Also here: each of the four digital outputs of a rack is switched and read back (page 26).
+Each of the four digital outputs of a rack is switched and read back as well (page 26).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stagewire_apt.enumerations import (
 from stagewire_apt.flags import RackDigitalOutputs
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.outputs.output_check import output_check
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, parameter_sets
+from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, parameter_sets
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
@@ -43,30 +43,30 @@ def _outputs(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for one in parameter_sets(declared, place):
             if one.name == _SET:
-                yield replace(Spot(place, None, one).case(), name=place.name)
+                yield replace(PlacedSet(place, None, one).case(), name=place.name)
 
 
 @DIGITAL.check(
-    "{spot.set.set} switches the digital outputs of {spot.place.name}",
+    "{placed.set.set} switches the digital outputs of {placed.place.name}",
     needs={Need.MOTION},
     does="switches each of the four digital outputs for a moment, whatever is connected to them",
     each=_outputs,
 )
-def _run(trial: Trial, spot: Spot) -> None:
-    (field,) = spot.set.fields
-    before: int = spot.read(trial)[field]
+def _run(trial: Trial, placed: PlacedSet) -> None:
+    (field,) = placed.set.fields
+    before: int = placed.read(trial)[field]
     trial.undo(
-        f"digital outputs of {spot.place.name}", lambda: spot.put_back(trial, {field: before})
+        f"digital outputs of {placed.place.name}", lambda: placed.put_back(trial, {field: before})
     )
     for name, mask in RackDigitalOutputs.bits.items():
         value = before ^ mask
-        came = spot.write_and_ask(trial, {field: value})
-        told = spot.values(came)[field]
+        came = placed.write_and_ask(trial, {field: value})
+        told = placed.values(came)[field]
         trial.must(
             told == value,
-            f"{spot.text}: {spot.set.set} switched {name.replace('_', ' ')} with {value:#04x}, and "
-            f"{spot.set.get} then said {told:#04x}",
-            wanted=spot.expected(trial, {field: value}, came),
+            f"{placed.text}: {placed.set.set} switched {name.replace('_', ' ')} with {value:#04x}, and "
+            f"{placed.set.get} then said {told:#04x}",
+            wanted=placed.expected(trial, {field: value}, came),
             came=came.raw,
         )
 
@@ -77,29 +77,31 @@ class _Switch:
     def __init__(self, trial: Trial, place: Target, channel: int, name: str) -> None:
         sets = parameter_sets(trial.declared, place)
         self._trial = trial
-        self._spot = Spot(place, channel, next(each for each in sets if each.name == name))
-        (self._field,) = self._spot.set.fields
-        self.before: int = self._spot.read(trial)[self._field]
+        self._placed_set = PlacedSet(
+            place, channel, next(each for each in sets if each.name == name)
+        )
+        (self._field,) = self._placed_set.set.fields
+        self.before: int = self._placed_set.read(trial)[self._field]
 
     def keep(self, *, moves: bool = False) -> None:
         """See to it that it is put back at the end of the check."""
-        spot, values = self._spot, {self._field: self.before}
+        placed, values = self._placed_set, {self._field: self.before}
         self._trial.undo(
-            f"{spot.set.set} at {spot.text}",
-            lambda: spot.put_back(self._trial, values),
+            f"{placed.set.set} at {placed.text}",
+            lambda: placed.put_back(self._trial, values),
             moves=moves,
         )
 
     def write(self, value: int, hint: str = "") -> bool:
         """Write a value, and say whether it is read back."""
-        spot = self._spot
-        came = spot.write_and_ask(self._trial, {self._field: value})
-        told = spot.values(came)[self._field]
+        placed = self._placed_set
+        came = placed.write_and_ask(self._trial, {self._field: value})
+        told = placed.values(came)[self._field]
         return self._trial.must(
             told == value,
-            f"{spot.text}: {spot.set.set} wrote {self._field} = {value}, and {spot.set.get} then said "
+            f"{placed.text}: {placed.set.set} wrote {self._field} = {value}, and {placed.set.get} then said "
             f"{told}{hint}",
-            wanted=spot.expected(self._trial, {self._field: value}, came),
+            wanted=placed.expected(self._trial, {self._field: value}, came),
             came=came.raw,
         )
 

@@ -4,7 +4,7 @@ Things are read one after the other, so that what lives, such as a loop that hol
 count or two, may differ for a moment. So each look is repeated before a difference counts, and what changes
 while it is looked at is left out.
 
-Also here: a status shows no motion where nothing was asked to move (pages 69, 77 and 79).
+A status also shows no motion where nothing was asked to move (pages 69, 77 and 79).
 """
 
 from __future__ import annotations

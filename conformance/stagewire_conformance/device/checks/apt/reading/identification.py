@@ -1,6 +1,6 @@
 """Whether a controller says what it is (pages 7, 21 and 22).
 
-Also here: a command that nothing answers is carried out in silence (pages 11 and 16).
+A command without a reply is carried out in silence (pages 11 and 16).
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from stagewire_conformance.device.checks.apt.reading.damage import harmless_byte
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.requests import Request
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, spots
+from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, placed_sets
 from stagewire_conformance.device.checks.apt.settings.variants import first_variant
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.permissions import Need
@@ -205,7 +205,9 @@ def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     """Give a case for each place where a parameter set can be changed without a further thought."""
     for place in declared.places:
         of_place = [
-            spot for spot in spots(declared) if spot.place is place and _is_fit(declared, spot)
+            placed
+            for placed in placed_sets(declared)
+            if placed.place is place and _is_fit(declared, placed)
         ]
         if of_place:
             yield Case(
@@ -216,10 +218,10 @@ def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
             )
 
 
-def _is_fit(declared: Declaration, spot: Spot) -> bool:
-    care = CARE.get(spot.set.name, Care())
-    layout = declared.registry.messages[spot.set.set]["layouts"][0]
-    plain = spot.set.effect == "settings" and not spot.set.skip and care.when is When.ALWAYS
+def _is_fit(declared: Declaration, placed: PlacedSet) -> bool:
+    care = CARE.get(placed.set.name, Care())
+    layout = declared.registry.messages[placed.set.set]["layouts"][0]
+    plain = placed.set.effect == "settings" and not placed.set.skip and care.when is When.ALWAYS
     return bool(plain and care.fields and layout["length"] > 1)
 
 
@@ -230,15 +232,15 @@ def _is_fit(declared: Declaration, spot: Spot) -> bool:
     seconds=0.5,
     each=_settings,
 )
-def _run_short(trial: Trial, of_place: Sequence[Spot]) -> None:
-    for spot in trial.random.sample(of_place, len(of_place)):
-        before = spot.read(trial)
-        variant = first_variant(spot.set, CARE[spot.set.name], before, trial.random)
+def _short_settings_are_ignored(trial: Trial, of_place: Sequence[PlacedSet]) -> None:
+    for placed in trial.random.sample(of_place, len(of_place)):
+        before = placed.read(trial)
+        variant = first_variant(placed.set, CARE[placed.set.name], before, trial.random)
         if variant is None:
             continue
         changed = {**before, variant[0]: variant[1]}
         try:
-            raw, length = _shortened(trial, spot, changed)
+            raw, length = _shortened(trial, placed, changed)
         except CodecError:
             continue  # what was told cannot be set, which other checks say
         if not trial.line.refusal(raw):  # which looks for messages among the values, too
@@ -246,11 +248,11 @@ def _run_short(trial: Trial, of_place: Sequence[Spot]) -> None:
     else:
         trial.inconclusive("none of the settings has a value that could be changed a little")
         return
-    trial.undo(f"{spot.set.set} at {spot.text}", lambda: spot.put_back(trial, before))
-    about = f"{spot.set.set} with a packet of {length} bytes, where it has {length + 1}"
+    trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
+    about = f"{placed.set.set} with a packet of {length} bytes, where it has {length + 1}"
     unheeded(trial, raw, about)
-    if clean(trial, f"after {about}", spot.place):
-        now = spot.read(trial)
+    if clean(trial, f"after {about}", placed.place):
+        now = placed.read(trial)
         trial.should(
             now == before,
             f"{about}, changed {', '.join(name for name in now if now[name] != before[name])}; a message "
@@ -259,9 +261,9 @@ def _run_short(trial: Trial, of_place: Sequence[Spot]) -> None:
         )
 
 
-def _shortened(trial: Trial, spot: Spot, values: Values) -> tuple[bytes, int]:
+def _shortened(trial: Trial, placed: PlacedSet, values: Values) -> tuple[bytes, int]:
     """Return the frame that would write values, with a byte too few, and the length that it declares."""
-    message = trial.declared.make(spot.set.set, spot.channel, **values)
-    whole: bytes = message.pack(spot.place.address, trial.declared.framed.host)
+    message = trial.declared.make(placed.set.set, placed.channel, **values)
+    whole: bytes = message.pack(placed.place.address, trial.declared.framed.host)
     length = len(whole) - HEADER_SIZE - 1
     return whole[:2] + length.to_bytes(2, "little") + whole[4:-1], length

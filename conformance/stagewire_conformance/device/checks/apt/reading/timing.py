@@ -2,7 +2,7 @@
 
 The document has no bound; a vendor may promise one in the PICS.
 
-Also here: requests without a pause. Each is answered, and each place answers in order (page 11).
+Requests without a pause between them are all answered, and each place answers in order (page 11).
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
 from stagewire_conformance.device.checks.apt.settings.readback import ELSEWHERE, NEEDS
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, parameter_sets
+from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
 from stagewire_conformance.device.checks.apt.settings.variants import first_variant, why_not_now
 
 if TYPE_CHECKING:
@@ -45,23 +45,23 @@ def _channels(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for place in declared.places:
         for one in parameter_sets(declared, place):
             if one.has_channel and len(place.channels) > 1:
-                apart = [Spot(place, channel, one) for channel in place.channels]
+                apart = [PlacedSet(place, channel, one) for channel in place.channels]
                 yield from _apart(f"{place.name}/{one.set}", apart)
 
 
 def _bays(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    by_name: dict[str, list[Spot]] = {}
+    by_name: dict[str, list[PlacedSet]] = {}
     for place in declared.places:
         if place.bay is not None:
             for one in parameter_sets(declared, place):
                 channel = place.channels[0] if one.has_channel else None
-                by_name.setdefault(one.name, []).append(Spot(place, channel, one))
+                by_name.setdefault(one.name, []).append(PlacedSet(place, channel, one))
     for apart in by_name.values():
         if len(apart) > 1:
             yield from _apart(apart[0].set.set, apart)
 
 
-def _apart(name: str, apart: Sequence[Spot]) -> Iterator[Case]:
+def _apart(name: str, apart: Sequence[PlacedSet]) -> Iterator[Case]:
     one = apart[0].set
     care = CARE.get(one.name, Care())
     loops = care.when is When.DISABLED  # which an enabled channel would feel
@@ -69,42 +69,42 @@ def _apart(name: str, apart: Sequence[Spot]) -> Iterator[Case]:
         return
     yield Case(
         name=name,
-        words={"set": one.set, "spots": " and ".join(spot.text for spot in apart)},
+        words={"set": one.set, "placed_sets": " and ".join(placed.text for placed in apart)},
         arguments={"apart": apart},
         messages=one.messages,
         needs=frozenset({NEEDS[one.effect]}),
-        skip=next((spot.set.skip for spot in apart if spot.set.skip), ""),
+        skip=next((placed.set.skip for placed in apart if placed.set.skip), ""),
     )
 
 
-_TITLE: Final = "{set} sets each of {spots} for itself"
+_TITLE: Final = "{set} sets each of {placed_sets} for itself"
 _DOES: Final = "changes a value with {set} in one place after the other, and puts them back"
 
 
 @CHANNELS.check(_TITLE, does=_DOES, each=_channels)
 @BAYS_APART.check(_TITLE, does=_DOES, each=_bays)
-def _run(trial: Trial, apart: Sequence[Spot]) -> None:
+def _run(trial: Trial, apart: Sequence[PlacedSet]) -> None:
     care = CARE[apart[0].set.name]
-    now: list[tuple[Spot, Values]] = []
-    for spot in apart:
-        before = spot.read(trial)
-        now.append((spot, before))
-        trial.undo(f"{spot.set.set} at {spot.text}", partial(spot.put_back, trial, before))
+    now: list[tuple[PlacedSet, Values]] = []
+    for placed in apart:
+        before = placed.read(trial)
+        now.append((placed, before))
+        trial.undo(f"{placed.set.set} at {placed.text}", partial(placed.put_back, trial, before))
     changed = False
-    for index, (spot, values) in enumerate(now):
-        if why := why_not_now(trial, spot, care):
-            trial.info(f"{spot.set.set} was not changed at {spot.text}: {why}")
+    for index, (placed, values) in enumerate(now):
+        if why := why_not_now(trial, placed, care):
+            trial.info(f"{placed.set.set} was not changed at {placed.text}: {why}")
             continue
-        elsewhere = [each for other, each in now if other is not spot]
-        variant = first_variant(spot.set, care, values, trial.random, elsewhere)
+        elsewhere = [each for other, each in now if other is not placed]
+        variant = first_variant(placed.set, care, values, trial.random, elsewhere)
         if variant is None:
             continue
         changed = True
         field, value = variant
-        spot.write(trial, {**values, field: value})
-        now[index] = spot, spot.read(trial)
+        placed.write(trial, {**values, field: value})
+        now[index] = placed, placed.read(trial)
         for other, theirs in now[:index] + now[index + 1 :]:
-            after = f"{field} = {value} was written with {spot.set.set} to {spot.text}"
+            after = f"{field} = {value} was written with {placed.set.set} to {placed.text}"
             _judge(trial, other, theirs, after)
     if not changed:
         trial.inconclusive("there was nothing that could be changed without risk")
@@ -116,7 +116,7 @@ def _common(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
             care = CARE.get(one.name, Care())
             names = [name for name, varied in care.fields.items() if varied.common]
             if names and len(place.channels) > 1:
-                first, last = (Spot(place, place.channels[at], one) for at in (0, -1))
+                first, last = (PlacedSet(place, place.channels[at], one) for at in (0, -1))
                 yield Case(
                     name=f"{place.name}/{one.set}",
                     arguments={"first": first, "last": last, "field": names[0]},
@@ -131,7 +131,7 @@ def _common(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     does="changes {field} with {first.set.set} in open loop, and puts it back",
     each=_common,
 )
-def _run_common(trial: Trial, first: Spot, last: Spot, field: str) -> None:
+def _run_common(trial: Trial, first: PlacedSet, last: PlacedSet, field: str) -> None:
     """See on one channel what was written to another; that one may not be told by itself (page 119)."""
     care = CARE[first.set.name]
     why = why_not_now(trial, first, care) or why_not_now(trial, last, care)
@@ -156,7 +156,7 @@ def _run_common(trial: Trial, first: Spot, last: Spot, field: str) -> None:
     )
 
 
-def _judge(trial: Trial, other: Spot, theirs: Values, after: str) -> None:
+def _judge(trial: Trial, other: PlacedSet, theirs: Values, after: str) -> None:
     came = other.ask(trial)
     says = other.values(came)
     changed = ", ".join(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.apt.settings.sets import Spot, Values, spots
+from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, placed_sets
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
@@ -50,60 +50,62 @@ KIND = Kind(
 
 
 def _counters(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    for spot in spots(declared):
-        if field := _COUNTERS.get(spot.set.name):
-            yield replace(spot.case(field=field), words={"counter": field.replace("_", " ")})
+    for placed in placed_sets(declared):
+        if field := _COUNTERS.get(placed.set.name):
+            yield replace(placed.case(field=field), words={"counter": field.replace("_", " ")})
 
 
 @KIND.check(
-    "{spot.set.set} sets the counter at {spot.text}, and {spot.set.req} tells it",
+    "{placed.set.set} sets the counter at {placed.text}, and {placed.set.req} tells it",
     needs={Need.SETTINGS},
     does="lets the {counter} count from elsewhere for a moment, and puts it back; nothing moves",
     each=_counters,
 )
-def _run(trial: Trial, spot: Spot, field: str) -> None:
-    before: int = spot.read(trial)[field]
-    trial.undo(f"{spot.set.set} at {spot.text}", lambda: _put_back(trial, spot, field, before))
+def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
+    before: int = placed.read(trial)[field]
+    trial.undo(
+        f"{placed.set.set} at {placed.text}", lambda: _put_back(trial, placed, field, before)
+    )
     shift, wide = trial.random.randint(*_SHIFT), trial.random.randint(*_WIDE)
     for value in (before + shift, before - wide, before + wide):
         if not -(2**31) <= value < 2**31:
             continue
-        came = spot.write_and_ask(trial, {field: value})
-        told = spot.values(came)[field]
+        came = placed.write_and_ask(trial, {field: value})
+        told = placed.values(came)[field]
         if not trial.must(
             abs(told - value) <= _NOISE,
-            f"{spot.text}: {spot.set.set} wrote {field} = {value}, and {spot.set.get} then said {told} "
+            f"{placed.text}: {placed.set.set} wrote {field} = {value}, and {placed.set.get} then said {told} "
             f"(before it was {before})",
-            wanted=spot.expected(trial, {field: value}, came),
+            wanted=placed.expected(trial, {field: value}, came),
             came=came.raw,
         ):
             return  # whatever the controller makes of it, no more of that
         if field == "position":
-            _see_in_status(trial, spot, value)
+            _see_in_status(trial, placed, value)
 
 
-def _see_in_status(trial: Trial, spot: Spot, value: int) -> None:
+def _see_in_status(trial: Trial, placed: PlacedSet, value: int) -> None:
     """See that the status message counts as the counter does."""
-    query = spot.place.unit.status_query
-    if query is None or query.req is None or query.req.layout.message not in spot.place.messages:
+    query = placed.place.unit.status_query
+    if query is None or query.req is None or query.req.layout.message not in placed.place.messages:
         return
-    request = trial.declared.make(query.req.layout.message, spot.channel)
-    came = trial.reply(request, spot.place.address)
+    request = trial.declared.make(query.req.layout.message, placed.channel)
+    came = trial.reply(request, placed.place.address)
     position: int = came.message.position
     trial.must(
         abs(position - value) <= _NOISE,
-        f"{spot.text}: {spot.set.set} wrote position = {value}, and {came.name} then said {position}",
+        f"{placed.text}: {placed.set.set} wrote position = {value}, and {came.name} then said {position}",
         came=came.raw,
     )
 
 
-def _put_back(trial: Trial, spot: Spot, field: str, before: int) -> None:
+def _put_back(trial: Trial, placed: PlacedSet, field: str, before: int) -> None:
     values: Values = {field: before}
-    line, declared, address = trial.line, trial.declared, spot.place.address
-    line.send(declared.make(spot.set.set, spot.channel, **values), address)
-    came = line.ask(declared.make(spot.set.req, spot.channel), address)
-    if came is None or abs(spot.values(came)[field] - before) > _NOISE:
+    line, declared, address = trial.line, trial.declared, placed.place.address
+    line.send(declared.make(placed.set.set, placed.channel, **values), address)
+    came = line.ask(declared.make(placed.set.req, placed.channel), address)
+    if came is None or abs(placed.values(came)[field] - before) > _NOISE:
         says = "nothing" if came is None else came.text
         raise StagewireError(
-            f"{spot.text}: write {spot.set.set} {field}={before} (it says: {says})"
+            f"{placed.text}: write {placed.set.set} {field}={before} (it says: {says})"
         )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
-from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, Spot, spots
+from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, PlacedSet, placed_sets
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
@@ -34,8 +34,8 @@ def _saving(declared: Declaration, place: Target) -> list[str]:
     return [name for name in sorted(place.listed) if entries[name]["effect"] == "eeprom"]
 
 
-def _rank(spot: Spot) -> int:
-    return _FIRST.index(spot.set.name) if spot.set.name in _FIRST else len(_FIRST)
+def _rank(placed: PlacedSet) -> int:
+    return _FIRST.index(placed.set.name) if placed.set.name in _FIRST else len(_FIRST)
 
 
 KIND = Kind(
@@ -46,44 +46,48 @@ KIND = Kind(
 
 
 def _savings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    chosen: dict[tuple[str, int], Spot] = {}
-    for spot in sorted(spots(declared), key=_rank):
-        if _saving(declared, spot.place) and spot.set.effect == "settings" and not spot.set.skip:
-            channel = spot.channel or spot.place.channels[0]
-            chosen.setdefault((spot.place.name, channel), spot)
-    for (name, channel), spot in sorted(chosen.items()):
-        saving = _saving(declared, spot.place)[0]
+    chosen: dict[tuple[str, int], PlacedSet] = {}
+    for placed in sorted(placed_sets(declared), key=_rank):
+        if (
+            _saving(declared, placed.place)
+            and placed.set.effect == "settings"
+            and not placed.set.skip
+        ):
+            channel = placed.channel or placed.place.channels[0]
+            chosen.setdefault((placed.place.name, channel), placed)
+    for (name, channel), placed in sorted(chosen.items()):
+        saving = _saving(declared, placed.place)[0]
         yield Case(
             name=f"{name}/{saving}/{channel}",
-            arguments={"spot": spot, "saving": saving, "channel": channel},
-            messages=(saving, *spot.set.messages),
-            skip=spot.place.why_not(saving),
+            arguments={"placed": placed, "saving": saving, "channel": channel},
+            messages=(saving, *placed.set.messages),
+            skip=placed.place.why_not(saving),
         )
 
 
 @KIND.check(
-    "{saving} saves {spot.set.set} at {spot.text} without an answer",
+    "{saving} saves {placed.set.set} at {placed.text} without an answer",
     needs={Need.EEPROM},
-    does="writes the present values of {spot.set.set} into the EEPROM of each channel, over what was saved "
+    does="writes the present values of {placed.set.set} into the EEPROM of each channel, over what was saved "
     "there",
     seconds=0.5,
     each=_savings,
 )
-def _run(trial: Trial, spot: Spot, saving: str, channel: int) -> None:
-    before = spot.read(trial)
-    others = Neighbours.of(trial, spot)
-    id = trial.declared.registry.messages[spot.set.set]["id"]
+def _run(trial: Trial, placed: PlacedSet, saving: str, channel: int) -> None:
+    before = placed.read(trial)
+    others = Neighbours.of(trial, placed)
+    id = trial.declared.registry.messages[placed.set.set]["id"]
     message = trial.declared.make(saving, channel, msg_id=id)
-    trial.line.send(message, spot.place.address)
+    trial.line.send(message, placed.place.address)
     for heard in trial.line.listen(_QUIET):
-        judge_unasked(trial, heard, f"after {saving} to {spot.text}")
-    if not clean(trial, f"after {saving}", spot.place):
+        judge_unasked(trial, heard, f"after {saving} to {placed.text}")
+    if not clean(trial, f"after {saving}", placed.place):
         return
-    came = spot.ask(trial)
+    came = placed.ask(trial)
     trial.must(
-        spot.values(came) == before,
-        f"{spot.text}: {saving} saved {spot.set.set}, and its values changed; they should be the same",
-        wanted=spot.expected(trial, before, came),
+        placed.values(came) == before,
+        f"{placed.text}: {saving} saved {placed.set.set}, and its values changed; they should be the same",
+        wanted=placed.expected(trial, before, came),
         came=came.raw,
     )
     others.judge(trial, f"{saving} was sent")

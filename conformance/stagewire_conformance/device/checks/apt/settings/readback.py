@@ -14,7 +14,12 @@ from typing import TYPE_CHECKING
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.replies import judge_message
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, How, When
-from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, Spot, Values, spots
+from stagewire_conformance.device.checks.apt.settings.sets import (
+    Neighbours,
+    PlacedSet,
+    Values,
+    placed_sets,
+)
 from stagewire_conformance.device.checks.apt.settings.variants import variants, why_not_now
 from stagewire_conformance.device.permissions import Need
 
@@ -45,12 +50,12 @@ class _Written:
     taken: bool
 
 
-def _does(spot: Spot, care: Care) -> str:
-    names = [name for name in care.fields if name in spot.set.fields]
+def _does(placed: PlacedSet, care: Care) -> str:
+    names = [name for name in care.fields if name in placed.set.fields]
     if not names:
-        return f"writes {spot.set.set} with the values that are there"
+        return f"writes {placed.set.set} with the values that are there"
     how = f", {care.when.value}" if care.when is not When.ALWAYS else ""
-    return f"changes {', '.join(names)} with {spot.set.set}{how}, and puts them back"
+    return f"changes {', '.join(names)} with {placed.set.set}{how}, and puts them back"
 
 
 KIND = Kind(
@@ -134,80 +139,82 @@ KIND = Kind(
 
 
 def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    for spot in spots(declared):
-        if spot.set.name not in ELSEWHERE:
-            care = CARE.get(spot.set.name, Care())
+    for placed in placed_sets(declared):
+        if placed.set.name not in ELSEWHERE:
+            care = CARE.get(placed.set.name, Care())
             yield replace(
-                spot.case(care=care),
-                words={"effect": _does(spot, care)},
-                needs=frozenset({NEEDS[spot.set.effect]}),
+                placed.case(care=care),
+                words={"effect": _does(placed, care)},
+                needs=frozenset({NEEDS[placed.set.effect]}),
             )
 
 
 @KIND.check(
-    "{spot.set.set} is read back by {spot.set.req} at {spot.text}", does="{effect}", each=_settings
+    "{placed.set.set} is read back by {placed.set.req} at {placed.text}",
+    does="{effect}",
+    each=_settings,
 )
-def _run(trial: Trial, spot: Spot, care: Care) -> None:
-    first = spot.ask(trial)
-    judge_message(trial, spot.place, spot.channel, first)
-    before = spot.values(first)
+def _run(trial: Trial, placed: PlacedSet, care: Care) -> None:
+    first = placed.ask(trial)
+    judge_message(trial, placed.place, placed.channel, first)
+    before = placed.values(first)
     for name in care.zero:
         trial.must(
             before[name] == 0,
-            f"{spot.text}: {spot.set.get} said {name} = {before[name]}; it is always zero",
+            f"{placed.text}: {placed.set.get} said {name} = {before[name]}; it is always zero",
         )
-    neighbours = Neighbours.of(trial, spot)
-    trial.undo(f"{spot.set.set} at {spot.text}", lambda: spot.put_back(trial, before))
-    _write_same(trial, spot, care, before)
-    why = why_not_now(trial, spot, care) if care.fields else "nothing in it is changed for a check"
+    neighbours = Neighbours.of(trial, placed)
+    trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
+    _write_same(trial, placed, care, before)
+    why = (
+        why_not_now(trial, placed, care) if care.fields else "nothing in it is changed for a check"
+    )
     if why:
-        trial.info(f"{spot.set.set} was only written back as it is: {why}")
+        trial.info(f"{placed.set.set} was only written back as it is: {why}")
     else:
-        write_and_read(trial, spot, care, before, neighbours)
+        write_and_read(trial, placed, care, before, neighbours)
 
 
 def write_and_read(
-    trial: Trial, spot: Spot, care: Care, before: Values, neighbours: Neighbours
+    trial: Trial, placed: PlacedSet, care: Care, before: Values, neighbours: Neighbours
 ) -> None:
     """Write one value after the other, and say what came of each."""
     looked = False
-    for field, values in variants(spot.set, care, before, trial.random):
+    for field, values in variants(placed.set, care, before, trial.random):
         written = []
         for value in values:
-            written.append(_write(trial, spot, care, before, field, value))
+            written.append(_write(trial, placed, care, before, field, value))
             if written[-1].taken and not looked:
                 looked = True
-                neighbours.judge(trial, f"{spot.set.set} with {field} = {value} was sent")
-        _judge_refusals(trial, spot, care, field, before[field], written)
+                neighbours.judge(trial, f"{placed.set.set} with {field} = {value} was sent")
+        _judge_refusals(trial, placed, care, field, before[field], written)
 
 
-def _write_same(trial: Trial, spot: Spot, care: Care, before: Values) -> None:
+def _write_same(trial: Trial, placed: PlacedSet, care: Care, before: Values) -> None:
     """Write what is there: nothing changes."""
-    came = spot.write_and_ask(trial, {**before, **dict.fromkeys(care.ignored, 0)})
+    came = placed.write_and_ask(trial, {**before, **dict.fromkeys(care.ignored, 0)})
     (trial.should if care.doubtful else trial.must)(
-        spot.values(came) == before,
-        f"{spot.text}: {spot.set.set} wrote what was there, and {spot.set.get} then said "
-        f"{_differences(spot.values(came), before)}",
-        wanted=spot.expected(trial, before, came),
+        placed.values(came) == before,
+        f"{placed.text}: {placed.set.set} wrote what was there, and {placed.set.get} then said "
+        f"{_differences(placed.values(came), before)}",
+        wanted=placed.expected(trial, before, came),
         came=came.raw,
     )
 
 
 def _write(
-    trial: Trial, spot: Spot, care: Care, before: Values, field: str, value: int
+    trial: Trial, placed: PlacedSet, care: Care, before: Values, field: str, value: int
 ) -> _Written:
     written = {**before, field: value}
-    came = spot.write_and_ask(trial, written)
-    says = spot.values(came)
+    came = placed.write_and_ask(trial, written)
+    says = placed.values(came)
     told, was = says[field], before[field]
     strict = trial.should if care.doubtful else trial.must
-    text = (
-        f"{spot.text}: {spot.set.set} wrote {field} = {value}, and {spot.set.get} then said {told}"
-    )
+    text = f"{placed.text}: {placed.set.set} wrote {field} = {value}, and {placed.set.get} then said {told}"
     text += f" (before it was {was})"
     if care.doubtful:
         text += f"; {care.doubtful}"
-    wanted = spot.expected(trial, written, came)
+    wanted = placed.expected(trial, written, came)
     is_number = care.fields[field].how in (How.NEAR, How.LOWER, How.HIGHER, How.WIDE)
     if told != value and is_number and 2 * abs(told - value) <= abs(value - was):
         trial.should(False, f"{text}: the value was rounded", wanted=wanted, came=came.raw)
@@ -216,7 +223,7 @@ def _write(
     rest = {name: each for name, each in says.items() if name != field}
     strict(
         all(each == before[name] for name, each in rest.items()),
-        f"{spot.text}: {spot.set.set} changed {field} alone, and {spot.set.get} then said "
+        f"{placed.text}: {placed.set.set} changed {field} alone, and {placed.set.get} then said "
         f"{_differences(rest, before)}",
         wanted=wanted,
         came=came.raw,
@@ -225,7 +232,7 @@ def _write(
 
 
 def _judge_refusals(
-    trial: Trial, spot: Spot, care: Care, field: str, was: object, written: list[_Written]
+    trial: Trial, placed: PlacedSet, care: Care, field: str, was: object, written: list[_Written]
 ) -> None:
     """Say which values were not taken.
 
@@ -239,8 +246,8 @@ def _judge_refusals(
     gently = care.doubtful or varied.advised or some
     (trial.should if gently else trial.must)(
         False,
-        f"{spot.text}: {spot.set.set} did not set {field}: {', '.join(refused)} was written, and "
-        f"{spot.set.get} went on to say {was}" + (f"; {care.doubtful}" if care.doubtful else ""),
+        f"{placed.text}: {placed.set.set} did not set {field}: {', '.join(refused)} was written, and "
+        f"{placed.set.get} went on to say {was}" + (f"; {care.doubtful}" if care.doubtful else ""),
     )
 
 

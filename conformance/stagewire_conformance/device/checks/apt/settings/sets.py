@@ -85,7 +85,7 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
 
 
 @dataclass(frozen=True)
-class Spot:
+class PlacedSet:
     """A parameter set of one channel of one place.
 
     :param channel: None where the set names none.
@@ -108,13 +108,13 @@ class Spot:
         return f"{self.place.name}/{self.set.set}{channel}"
 
     def case(self, **arguments: object) -> Case:
-        """Return the case of a check that looks at it; it is the argument ``spot``.
+        """Return the case of a check that looks at it; it is the argument ``placed``.
 
         :param arguments: of the function besides.
         """
         return Case(
             name=self.name,
-            arguments={"spot": self, **arguments},
+            arguments={"placed": self, **arguments},
             messages=self.set.messages,
             skip=self.set.skip,
         )
@@ -197,7 +197,7 @@ class Spot:
         raise StagewireError(f"{self.text}: write {self.set.set} {words} (it says: {says})")
 
 
-def spots(declared: Declaration) -> Iterator[Spot]:
+def placed_sets(declared: Declaration) -> Iterator[PlacedSet]:
     """Give each parameter set of each channel of each place, of those channels that the document names."""
     for place in declared.places:
         for one in parameter_sets(declared, place):
@@ -205,7 +205,7 @@ def spots(declared: Declaration) -> Iterator[Spot]:
             if CARE.get(one.name, Care()).first_channel:
                 channels = channels[:1]
             for channel in channels:
-                yield Spot(place, channel, one)
+                yield PlacedSet(place, channel, one)
 
 
 @dataclass(frozen=True)
@@ -215,17 +215,17 @@ class Neighbours:
     Left out is what lives by itself, such as counters and outputs, which two requests may see differently.
     """
 
-    before: tuple[tuple[Spot, Values], ...]
+    before: tuple[tuple[PlacedSet, Values], ...]
 
     @classmethod
-    def of(cls, trial: Trial, spot: Spot) -> Self:
+    def of(cls, trial: Trial, placed: PlacedSet) -> Self:
         """Read the sets beside one; those that are not answered are left to the checks of answers."""
         before = []
-        channel = spot.channel or next(iter(spot.place.channels), None)
-        for one in parameter_sets(trial.declared, spot.place):
+        channel = placed.channel or next(iter(placed.place.channels), None)
+        for one in parameter_sets(trial.declared, placed.place):
             is_still = one.effect == "settings" and not one.name.endswith("COUNTER")
-            if is_still and one.name != spot.set.name and not one.skip:
-                other = Spot(spot.place, channel if one.has_channel else None, one)
+            if is_still and one.name != placed.set.name and not one.skip:
+                other = PlacedSet(placed.place, channel if one.has_channel else None, one)
                 values = _present(trial, other)
                 if values is not None:
                     before.append((other, values))
@@ -236,13 +236,13 @@ class Neighbours:
 
         :param after: for the sentence: ``MOT_SET_VELPARAMS was sent``.
         """
-        for spot, was in self.before:
-            now = _present(trial, spot)
+        for placed, was in self.before:
+            now = _present(trial, placed)
             if now is not None and now != was:
                 changed = {name: value for name, value in now.items() if value != was[name]}
                 trial.must(
                     False,
-                    f"{spot.text}: after {after}, {spot.set.get} said "
+                    f"{placed.text}: after {after}, {placed.set.get} said "
                     + ", ".join(
                         f"{name} = {value!r}, not {was[name]!r}" for name, value in changed.items()
                     )
@@ -250,7 +250,7 @@ class Neighbours:
                 )
 
 
-def _present(trial: Trial, spot: Spot) -> Values | None:
-    request = trial.declared.make(spot.set.req, spot.channel)
-    came = trial.line.ask(request, spot.place.address)
-    return None if came is None else spot.values(came)
+def _present(trial: Trial, placed: PlacedSet) -> Values | None:
+    request = trial.declared.make(placed.set.req, placed.channel)
+    came = trial.line.ask(request, placed.place.address)
+    return None if came is None else placed.values(came)

@@ -1,6 +1,6 @@
 """Moves by the increment, up and down (sections 19 to 21).
 
-Also here: the position counter is given another number, and nothing moves (section 17). A controller that
+The position counter is given another number, and nothing moves (section 17). A controller that
 also keeps the number of its target would go there, so this needs the range of motion.
 """
 

@@ -1,6 +1,6 @@
 """The top speed: no move is faster (sections 12 and 24).
 
-Also here: an axis reaches its top speed within the ramp time, evenly (sections 10, 22 and 25).
+An axis reaches its top speed within the ramp time, evenly (sections 10, 22 and 25).
 """
 
 from __future__ import annotations

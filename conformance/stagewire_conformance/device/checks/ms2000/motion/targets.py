@@ -1,6 +1,6 @@
 """Moves to a target, from rest and on the way (section 18).
 
-Also here: two axes at once. Each goes to its own target, and is busy as long as it moves itself.
+Two axes move at once: each goes to its own target, and is busy only while it moves itself.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Every command that reads: exactly its bytes come back, and the same again while nothing changes.
 
-Also here: the identification of an axis (section 7).
+The identification of an axis is read as well (section 7).
 """
 
 from __future__ import annotations

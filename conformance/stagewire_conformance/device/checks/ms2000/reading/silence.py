@@ -1,6 +1,6 @@
-"""What has an error is ignored: nothing answers, and a clean request behind it is answered (section 2).
+"""A command with an error is ignored: nothing answers it, and the next good request is answered (section 2).
 
-Also here: nothing comes while nothing is asked. The document has no message that a controller sends by
+A controller also sends nothing while nothing is asked: the document has no message that it sends by
 itself.
 """
 

@@ -1,10 +1,10 @@
 """The size slot of commands that read: there, left out, zero (section 2, group 3).
 
-Three commands are without it, and the examples of two more leave it out. Whether any other may, the document
-leaves open, and clients of both kinds exist: which form a controller understands is told, not judged. But
-what it answers has to be the reply.
+Three commands have no size, and the examples of two more leave it out. The document does not say whether
+other commands may leave it out, and clients of both kinds exist. So the report says which form a controller
+understands, and does not judge it; but any answer has to be the reply.
 
-Also here: requests with another size than their own (section 2, group 3).
+Requests with a wrong size are sent as well (section 2, group 3).
 """
 
 from __future__ import annotations

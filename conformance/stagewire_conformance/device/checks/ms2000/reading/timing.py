@@ -1,6 +1,6 @@
 """How fast replies come; the document promises nothing, a vendor may.
 
-Also here: requests without a pause between them.
+Requests without a pause between them are sent as well.
 """
 
 from __future__ import annotations

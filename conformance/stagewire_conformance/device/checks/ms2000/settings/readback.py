@@ -1,6 +1,6 @@
 """What was written to an axis is read back, and nothing else changes (sections 21, 22 and 24).
 
-Also here: commands that write, cut short or with another size than their own, change nothing (section 2).
+Commands that write change nothing when they are cut short or have a wrong size (section 2).
 """
 
 from __future__ import annotations
