@@ -16,7 +16,7 @@ from stagewire_cli.output import check_output, output
 from stagewire_cli.reports import Report, ReportFormat, summary, written
 
 if TYPE_CHECKING:
-    from stagewire_generator.checks import Checked
+    from stagewire_generator.pipeline import Checked
 
 
 EXAMPLE = """\b

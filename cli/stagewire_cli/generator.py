@@ -21,10 +21,9 @@ from stagewire_cli.output import printable, progress
 
 if TYPE_CHECKING:
     from stagewire_generator.change import Revision, Spec
-    from stagewire_generator.checks import Checked
     from stagewire_generator.diagnostics import Diagnostic, SpecError
     from stagewire_generator.model import Protocol
-    from stagewire_generator.pipeline import CheckedSpec
+    from stagewire_generator.pipeline import Checked, CheckedSpec
     from stagewire_generator.reader import SpecFolder
 
 

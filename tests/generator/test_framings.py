@@ -14,7 +14,7 @@ from checkout import ROOT
 from stagewire_generator.framing import FOLDER, FRAMINGS, Parts, Rules, part
 from stagewire_generator.lint.witness.witness import Witness
 from stagewire_generator.targets.c.framing import Framing as CFraming
-from stagewire_generator.targets.python.devices.framing import DeviceFraming
+from stagewire_generator.targets.python.devices.plan import DeviceFraming
 from stagewire_generator.targets.python.framing import Framing as PythonFraming
 from stagewire_generator.targets.vectors.framing import Framing as VectorFraming
 

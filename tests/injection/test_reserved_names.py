@@ -20,7 +20,8 @@ from outputs import faults, ruff, run_packages, write_tree
 from payloads import NAMES, part_or_all
 from text_places import Files, write
 
-from stagewire_generator import TARGETS, check, checks, render
+from stagewire_generator import TARGETS, check, render
+from stagewire_generator import pipeline as checks
 from stagewire_generator.diagnostics import Diagnostic, SpecError
 from stagewire_generator.lint.errata import check_errata
 from stagewire_generator.model import Protocol

@@ -14,7 +14,7 @@ from checkout import ROOT
 
 LONGEST = 500
 SHORT = 100
-SHORT_SHARE = 0.262
+SHORT_SHARE = 0.25
 MEDIANS = (150, 250)
 
 MEANINGS = {"Line": 1, "Place": 1, "Axis": 4}

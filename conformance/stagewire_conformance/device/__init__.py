@@ -33,7 +33,7 @@ may be done to it               :mod:`.permissions`
 the line to it                  :mod:`.lines`
 checks, and their run           :mod:`.checks`, :mod:`.plans`, :mod:`.execution`, :mod:`.run`,
                                 :mod:`.trial`
-rules, and what sees them       :mod:`.rules`, :mod:`.rules_page`
+rules, and what sees them       :mod:`stagewire_conformance.registry`, :mod:`.rules_page`
 was found                       :mod:`.report`, :mod:`.results`
 ==============================  =========================================================================
 """

@@ -20,9 +20,9 @@ from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.errors import DeclarationError, NothingToRunError
 from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.pics_file import read_pics
-from stagewire_conformance.device.rules import about, known_rules
 from stagewire_conformance.device.targets import RACK
 from stagewire_conformance.notation import as_typed
+from stagewire_conformance.registry import about, known_rules
 
 _GRAVITY: Final = (Need.EEPROM, Need.MOTION, Need.SETTINGS)
 """A check with several needs counts under the first of them: a check that moves is listed as moving."""

@@ -17,8 +17,7 @@ from stagewire_conformance.device.checks import kinds_of
 from stagewire_conformance.device.declaration import declare, known_units
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.rules import known_rules
-from stagewire_conformance.registry import registry_of
+from stagewire_conformance.registry import known_rules, registry_of
 
 _PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 _MOST_SAID = 110  # characters of a quotation

@@ -21,8 +21,8 @@ from stagewire_generator.change.messages import (
 )
 from stagewire_generator.change.quantities import compare_scales, compare_tables
 from stagewire_generator.change.subjects import find_place
-from stagewire_generator.checks import Checked
 from stagewire_generator.model import Erratum, Json, Protocol, Rule
+from stagewire_generator.pipeline import Checked
 from stagewire_generator.reader import Files
 
 

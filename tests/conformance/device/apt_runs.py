@@ -12,7 +12,7 @@ import stagewire_virtual
 from stagewire.links import Link
 from stagewire.quantities import Limit
 from stagewire_apt import PROTOCOL, stages
-from stagewire_conformance.device.checks.apt.requests import requests_of
+from stagewire_conformance.device.checks.apt.replies import requests_of
 from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.permissions import Permissions, Range

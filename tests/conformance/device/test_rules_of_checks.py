@@ -16,9 +16,8 @@ from stagewire_conformance.device.checks import kinds_of
 from stagewire_conformance.device.declaration import declare, known_units
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.plans import plan
-from stagewire_conformance.device.rules import about
 from stagewire_conformance.device.rules_page import Coverage, coverage, page, unknown_rules
-from stagewire_conformance.registry import registry_of
+from stagewire_conformance.registry import about, registry_of
 
 PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 PROMISED = {"timing"}

@@ -24,7 +24,8 @@ from stagewire import support
 from stagewire._devices.tables import Action, Command, ParameterSet, Query
 from stagewire.devices import InUnits, Values
 from stagewire_apt.devices import tables, values
-from stagewire_generator import check, checks, render
+from stagewire_generator import check, render
+from stagewire_generator import pipeline as checks
 from stagewire_generator.model import Protocol
 from stagewire_generator.output import write
 from stagewire_generator.targets.python.devices.arguments import (

@@ -15,7 +15,8 @@ import pytest
 import plain_yaml
 from checkout import ROOT
 from files import write_files
-from stagewire_generator import check, checks, render
+from stagewire_generator import check, render
+from stagewire_generator import pipeline as checks
 
 
 def load(path: Path) -> Any:

@@ -14,8 +14,7 @@ from stagewire_generator.targets.python.class_view import (
     packer_name,
     parameters,
 )
-from stagewire_generator.targets.python.devices.framing import DEVICE, DeviceFraming, Shape
-from stagewire_generator.targets.python.devices.plan import Call
+from stagewire_generator.targets.python.devices.plan import DEVICE, Call, DeviceFraming, Shape
 from stagewire_generator.targets.python.field_view import (
     Slot,
     code,

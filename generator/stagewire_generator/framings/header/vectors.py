@@ -22,10 +22,10 @@ from stagewire_generator.framings.header.vectors_frames import (
 )
 from stagewire_generator.framings.header.vectors_streams import layout_stream, stream_cases
 from stagewire_generator.model import Field, Format, Json, Layout, Message, Protocol
-from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.framing import Framing
 from stagewire_generator.targets.vectors.subject import (
     LEFT_OUT,
+    Case,
     Expected,
     Subject,
     make_case,

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from stagewire_generator.model import Json, Message, Protocol
-from stagewire_generator.targets.vectors.case import Case
-from stagewire_generator.targets.vectors.subject import Expected, make_case
+from stagewire_generator.targets.vectors.subject import Case, Expected, make_case
 from stagewire_generator.targets.vectors.values import greatest_but
 
 SIZE: Final = 6  # bytes of the header

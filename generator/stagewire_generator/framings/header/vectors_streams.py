@@ -22,9 +22,8 @@ from stagewire_generator.framings.header.vectors_frames import (
     unknown_id,
 )
 from stagewire_generator.model import Json, Message, Protocol
-from stagewire_generator.targets.vectors.case import Case
-from stagewire_generator.targets.vectors.framing import Framing
-from stagewire_generator.targets.vectors.streams import (
+from stagewire_generator.targets.vectors.framing import (
+    Framing,
     Piece,
     Scenario,
     in_bytes,
@@ -32,7 +31,7 @@ from stagewire_generator.targets.vectors.streams import (
     stream_answer,
     stream_case,
 )
-from stagewire_generator.targets.vectors.subject import Subject
+from stagewire_generator.targets.vectors.subject import Case, Subject
 from stagewire_generator.targets.vectors.values import fields_from_bytes, shown
 
 ENDS: Final = {

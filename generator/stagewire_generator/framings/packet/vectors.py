@@ -14,9 +14,14 @@ from stagewire_generator.framings.packet.vectors_streams import (
     unknown_id,
 )
 from stagewire_generator.model import Json, Layout, Message, Protocol
-from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.framing import Framing
-from stagewire_generator.targets.vectors.subject import LEFT_OUT, Subject, make_case, no_id_case
+from stagewire_generator.targets.vectors.subject import (
+    LEFT_OUT,
+    Case,
+    Subject,
+    make_case,
+    no_id_case,
+)
 from stagewire_generator.targets.vectors.values import fields_to_bytes
 
 

@@ -11,8 +11,7 @@ from functools import reduce
 from operator import xor
 
 from stagewire_generator.model import Json, Protocol
-from stagewire_generator.targets.vectors.case import Case
-from stagewire_generator.targets.vectors.streams import (
+from stagewire_generator.targets.vectors.framing import (
     Piece,
     Scenario,
     cut,
@@ -20,7 +19,7 @@ from stagewire_generator.targets.vectors.streams import (
     stream_answer,
     stream_case,
 )
-from stagewire_generator.targets.vectors.subject import Subject
+from stagewire_generator.targets.vectors.subject import Case, Subject
 from stagewire_generator.targets.vectors.values import fields_from_bytes, greatest_but, shown
 
 

@@ -15,7 +15,7 @@ from stagewire_generator.targets.python.class_view import (
     parameters,
     payload_view,
 )
-from stagewire_generator.targets.python.devices.framing import DEVICE, DeviceFraming, Shape
+from stagewire_generator.targets.python.devices.plan import DEVICE, DeviceFraming, Shape
 from stagewire_generator.targets.python.field_view import code, field_view, packed
 from stagewire_generator.targets.python.framing import Framing, named
 from stagewire_generator.targets.python.source import class_doc, command_doc, literal

@@ -18,9 +18,8 @@ from stagewire_generator.framings.slots.vectors_streams import (
     stream_cases,
 )
 from stagewire_generator.model import Json, Layout, Message, Protocol
-from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.framing import Framing
-from stagewire_generator.targets.vectors.subject import LEFT_OUT, Expected, Subject, make_case
+from stagewire_generator.targets.vectors.subject import LEFT_OUT, Case, Expected, Subject, make_case
 from stagewire_generator.targets.vectors.values import (
     fields_from_bytes,
     fields_to_bytes,

@@ -10,8 +10,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from stagewire_generator.model import Json, Protocol
-from stagewire_generator.targets.vectors.case import Case
-from stagewire_generator.targets.vectors.streams import (
+from stagewire_generator.targets.vectors.framing import (
     Piece,
     Scenario,
     cut,
@@ -19,7 +18,7 @@ from stagewire_generator.targets.vectors.streams import (
     stream_answer,
     stream_case,
 )
-from stagewire_generator.targets.vectors.subject import Subject
+from stagewire_generator.targets.vectors.subject import Case, Subject
 from stagewire_generator.targets.vectors.values import (
     fields_from_bytes,
     fields_to_bytes,

@@ -6,8 +6,8 @@ from functools import lru_cache
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.targets.templates import canonical
-from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.cases import captures_of, cases_of, examples_of
+from stagewire_generator.targets.vectors.subject import Case
 
 __all__ = ["Case", "cases_of", "render", "vectors_text"]
 

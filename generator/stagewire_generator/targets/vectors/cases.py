@@ -8,9 +8,8 @@ from typing import Any
 
 from stagewire_generator.framing import part
 from stagewire_generator.model import Json, Protocol
-from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.framing import Framing
-from stagewire_generator.targets.vectors.subject import Subject, make_case
+from stagewire_generator.targets.vectors.subject import Case, Subject, make_case
 from stagewire_generator.targets.vectors.values import (
     UNNAMED,
     bad_values,

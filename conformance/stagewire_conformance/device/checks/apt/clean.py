@@ -10,8 +10,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case
-from stagewire_conformance.device.checks.apt.replies import judge_unasked
-from stagewire_conformance.device.checks.apt.requests import Request, a_request
+from stagewire_conformance.device.checks.apt.replies import Request, a_request, judge_unasked
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 
 if TYPE_CHECKING:

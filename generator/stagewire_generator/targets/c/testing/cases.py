@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from stagewire_generator.model import Field, Json, Protocol
 from stagewire_generator.targets.c.testing.values import CannotSayError
 from stagewire_generator.targets.c.testing.vector import Content, Vectors, VectorView
-from stagewire_generator.targets.vectors.case import Case
 from stagewire_generator.targets.vectors.cases import cases_of
-from stagewire_generator.targets.vectors.subject import Subject
+from stagewire_generator.targets.vectors.subject import Case, Subject
 
 
 def octets_of(entry: Json, key: str) -> bytes:

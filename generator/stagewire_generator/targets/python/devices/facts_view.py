@@ -23,13 +23,13 @@ from stagewire_generator.targets.python.brackets import (
     mapping,
 )
 from stagewire_generator.targets.python.devices.arguments import table_class
-from stagewire_generator.targets.python.devices.framing import device_framing_of
 from stagewire_generator.targets.python.devices.hindrances_view import (
     hindrance_entries,
     hindrance_lists,
     said_by,
 )
 from stagewire_generator.targets.python.devices.parts import UnitPlan
+from stagewire_generator.targets.python.devices.plan import device_framing_of
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
 from stagewire_generator.targets.python.named_view import scale_of
 from stagewire_generator.targets.python.source import literal, where

@@ -15,13 +15,15 @@ from stagewire_generator.targets.python.devices.arguments import (
     table_class,
 )
 from stagewire_generator.targets.python.devices.documentation import method_doc
-from stagewire_generator.targets.python.devices.framing import (
+from stagewire_generator.targets.python.devices.plan import (
     DEVICE,
+    Call,
     DeviceFraming,
+    Plan,
     Shape,
+    camel_words,
     device_framing_of,
 )
-from stagewire_generator.targets.python.devices.plan import Call, Plan, camel_words
 
 _TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
 _PRIMITIVES = {"get_": "_get", "set_": "_set", "change_": "_change", "start_": "_start"}

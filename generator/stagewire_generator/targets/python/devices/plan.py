@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final, TypeAlias
 
-from stagewire_generator.model import Layout, Message, ParameterSet, Protocol
+from stagewire_generator.framing import part
+from stagewire_generator.model import Json, Layout, Message, ParameterSet, Protocol
 from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.python.brackets import Source
 from stagewire_generator.targets.python.devices.arguments import (
     Argument,
     apart,
@@ -240,3 +243,30 @@ def _answer(message: Message, answers: Mapping[str, ValuesPlan]) -> ValuesPlan |
     """Return the values of what answers a message: its own reply, or the one message that does."""
     named = message.exchange.get("answered_by", [message.name])
     return answers.get(named[0]) if len(named) == 1 else None
+
+
+Shape: TypeAlias = Mapping[str, tuple[str, str]]
+"""Level (channel, bay, device) -> what the name of its class ends with, and its base in the runtime."""
+
+DEVICE: Final = "device"
+"""The level of the device itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceFraming:
+    """What differs between device classes by their framing.
+
+    :param shape: returns the levels of the classes of a unit, whose entry is given.
+    :param addresses: yields where a unit is reached, as arguments of its facts.
+    :param names_channel: tells whether a call names a channel of its unit.
+    """
+
+    shape: Callable[[Protocol, Json], Shape]
+    addresses: Callable[[Protocol, Json], Iterator[Source]]
+    names_channel: Callable[[Protocol, Sequence[Call]], bool]
+
+
+def device_framing_of(protocol: Protocol) -> DeviceFraming:
+    """Return what the framing of a protocol makes of its device classes."""
+    framing: DeviceFraming = part(protocol.framing["kind"], "devices")
+    return framing

@@ -6,9 +6,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.apt.replies import ask_all, judge_answer
-from stagewire_conformance.device.checks.apt.requests import Request, requests_of
-from stagewire_conformance.device.rules import about
+from stagewire_conformance.device.checks.apt.replies import (
+    Request,
+    ask_all,
+    judge_answer,
+    requests_of,
+)
+from stagewire_conformance.registry import about
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from stagewire_conformance.device.checks.apt.requests import Request, requests_of
+from stagewire_conformance.device.checks.apt.replies import Request, requests_of
 from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.trial import EnoughError

@@ -19,7 +19,7 @@ from stagewire_conformance.device.checks.apt.clean import (
     clean_request,
     unheeded,
 )
-from stagewire_conformance.device.checks.apt.requests import Request
+from stagewire_conformance.device.checks.apt.replies import Request
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration

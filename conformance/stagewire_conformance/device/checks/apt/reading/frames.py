@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.replies import (
+    Request,
     ask_all,
     judge_addresses,
+    requests_of,
     unused_parameters,
 )
-from stagewire_conformance.device.checks.apt.requests import Request, requests_of
 from stagewire_conformance.device.checks.apt.wording import described, joined
 
 if TYPE_CHECKING:

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Final
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean, identity_of
 from stagewire_conformance.device.checks.apt.replies import (
+    Request,
     ask_all,
     is_readable,
     judge_answer,
+    requests_of,
     with_value,
 )
-from stagewire_conformance.device.checks.apt.requests import Request, requests_of
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:

@@ -25,8 +25,7 @@ from stagewire_conformance.device.checks.apt.clean import (
     unheeded,
 )
 from stagewire_conformance.device.checks.apt.reading.damage import harmless_bytes, unknown_frame
-from stagewire_conformance.device.checks.apt.replies import judge_unasked
-from stagewire_conformance.device.checks.apt.requests import Request
+from stagewire_conformance.device.checks.apt.replies import Request, judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, placed_sets
 from stagewire_conformance.device.checks.apt.settings.variants import first_variant

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean_request, is_error
-from stagewire_conformance.device.checks.apt.replies import judge_unasked
-from stagewire_conformance.device.checks.apt.requests import Request, requests_of
+from stagewire_conformance.device.checks.apt.replies import Request, judge_unasked, requests_of
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.lines.line import jitter_of, percentile
 

@@ -19,7 +19,7 @@ from stagewire_conformance.device.checks.apt.replies import judge_message, judge
 from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 from stagewire_conformance.device.lines.line import Jitter, jitter_of, percentile
-from stagewire_conformance.device.rules import about
+from stagewire_conformance.registry import about
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration

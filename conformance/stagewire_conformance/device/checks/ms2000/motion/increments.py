@@ -14,8 +14,7 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
-from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
+from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, motion_check
 from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m

@@ -11,8 +11,7 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
-from stagewire_conformance.device.checks.ms2000.motion.motion_check import lacks_of, motion_check
-from stagewire_conformance.device.checks.ms2000.motion.mover import Mover
+from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, lacks_of, motion_check
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.targets import Target

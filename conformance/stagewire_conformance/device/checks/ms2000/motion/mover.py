@@ -1,13 +1,18 @@
-"""An axis that is moved within the range that was allowed, watched meanwhile, and brought back."""
+"""Checks that move an axis: their decorator, and the axis itself, which is watched and brought back."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Final, NamedTuple
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from typing import Any, Final, NamedTuple, TypeVar
 
 from stagewire.protocols import Command
+from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, every_axis
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
+from stagewire_conformance.device.declaration import Declaration
+from stagewire_conformance.device.permissions import Need, Permissions, RangeError
 from stagewire_conformance.device.targets import Target
 from stagewire_conformance.device.trial import EnoughError, Trial
 from stagewire_ms2000 import PROTOCOL
@@ -216,3 +221,62 @@ def _holds_setup(count: int) -> bool:
     raw = (count % 256**_SIZE).to_bytes(_SIZE, "little")
     marks = PROTOCOL.marks
     return any(raw[at] == marks.prefix and raw[at + 1] in marks.setup for at in range(_SIZE - 1))
+
+
+_Look = TypeVar("_Look", bound=Callable[..., None])
+
+MOVES: Final = (
+    "WRITE_TARGET_POSITION", "READ_TARGET_POSITION", "READ_MOTOR_POSITION", "READ_STATUS",
+    "READ_MOTOR_POSITION_AND_STATUS", "READ_CURRENT_SPEED", "READ_MAXIMUM_SPEED",
+    "READ_RAMP_TIME",
+)  # fmt: skip
+"""What every check needs that moves an axis, watches it, and brings it back."""
+
+
+def motion_check(
+    kind: Kind,
+    title: str,
+    *,
+    messages: tuple[str, ...] = (),
+    settings: bool = False,
+    each: Callable[[Declaration, Permissions], Iterable[AxisCase]] = every_axis,
+    **more: Any,
+) -> Callable[[_Look], _Look]:
+    """Declare a function that moves an axis as a check; a decorator.
+
+    :param messages: what it covers besides :data:`MOVES`.
+    :param settings: whether it also changes settings.
+
+    All others: see :func:`.axis_check`.
+    """
+
+    def cases(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
+        for case in each(declared, allowed):
+            yield replace(case, lacks=lacks_of(declared, allowed, case.place) or case.lacks)
+
+    def declare(look: _Look) -> _Look:
+        def move(axis: Axis, **arguments: object) -> None:
+            look(Mover(axis.trial, axis.place), **arguments)
+
+        axis_check(
+            kind,
+            title,
+            messages=tuple(dict.fromkeys((*messages, *MOVES))),
+            needs={Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION},
+            does="moves every axis within {range}, and back to where it was",
+            each=cases,
+            **more,
+        )(move)
+        return look
+
+    return declare
+
+
+def lacks_of(declared: Declaration, allowed: Permissions, place: Target) -> str:
+    """Return why the range that was allowed says nothing of an axis; empty where it does."""
+    try:
+        if allowed.motion is not None:
+            declared.reach(place, None, allowed.motion)
+    except RangeError as error:
+        return str(error)
+    return ""

@@ -10,8 +10,7 @@ from typing import Final
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
-from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample
+from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample, motion_check
 from stagewire_conformance.device.checks.ms2000.motion.stops import stop
 from stagewire_conformance.device.checks.ms2000.stored import RAMP_TIME, TOP_SPEED, keep
 from stagewire_conformance.device.trial import EnoughError

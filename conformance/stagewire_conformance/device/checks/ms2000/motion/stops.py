@@ -7,8 +7,12 @@ from typing import Final
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
-from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover, Sample
+from stagewire_conformance.device.checks.ms2000.motion.mover import (
+    ARRIVED,
+    Mover,
+    Sample,
+    motion_check,
+)
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
 

@@ -13,12 +13,13 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.motion_check import (
+from stagewire_conformance.device.checks.ms2000.motion.mover import (
+    ARRIVED,
     MOVES,
+    Mover,
     lacks_of,
     motion_check,
 )
-from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.targets import Target

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.ms2000.motion.motion_check import motion_check
-from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample
+from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample, motion_check
 from stagewire_conformance.device.checks.ms2000.motion.stops import stop
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
