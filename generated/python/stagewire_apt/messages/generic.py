@@ -259,8 +259,8 @@ class HwGetInfo(FramedMessage):
             notes,
             draft.nchs,
         ) = cls._unpack(raw)
-        draft.model_number = str(model_number.rstrip(b"\0"), "latin-1")
-        draft.notes = str(notes.rstrip(b"\0"), "latin-1")
+        draft.model_number = model_number.rstrip(b"\0").decode("latin-1")
+        draft.notes = notes.rstrip(b"\0").decode("latin-1")
         draft.__class__ = cls
         return draft
 

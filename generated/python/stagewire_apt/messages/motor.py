@@ -7805,7 +7805,7 @@ class MotSetPmdStageAxisParams(FramedMessage):
             draft.reserved_7,
             draft.reserved_8,
         ) = cls._unpack(raw)
-        draft.part_no_axis = str(part_no_axis.rstrip(b"\0"), "latin-1")
+        draft.part_no_axis = part_no_axis.rstrip(b"\0").decode("latin-1")
         draft.__class__ = cls
         return draft
 
@@ -8144,7 +8144,7 @@ class MotGetPmdStageAxisParams(FramedMessage):
             draft.reserved_7,
             draft.reserved_8,
         ) = cls._unpack(raw)
-        draft.part_no_axis = str(part_no_axis.rstrip(b"\0"), "latin-1")
+        draft.part_no_axis = part_no_axis.rstrip(b"\0").decode("latin-1")
         draft.__class__ = cls
         return draft
 

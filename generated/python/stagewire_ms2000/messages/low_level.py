@@ -920,7 +920,7 @@ class ReadIdentificationReply(Reply):
         """Make the reply from its bytes, without any check."""
         draft: Self = cls._draft()
         (identification,) = cls._unpack(raw)
-        draft.identification = str(identification.rstrip(b"\0"), "latin-1")
+        draft.identification = identification.rstrip(b"\0").decode("latin-1")
         draft.__class__ = cls
         return draft
 

@@ -105,7 +105,7 @@ def is_converted(field: Field) -> bool:
 def value_of(field: Field, unpacked: str) -> Source:
     """Return the expression that turns what was unpacked into the value of the field."""
     if field.format.kind == "text":
-        return call("str", [f'{unpacked}.rstrip(b"\\0")', '"latin-1"'])
+        return call(f'{unpacked}.rstrip(b"\\0").decode', ['"latin-1"'])
     if field.format.is_odd:
         return call("int.from_bytes", [unpacked, '"little"', *_sign(field)])
     return unpacked
