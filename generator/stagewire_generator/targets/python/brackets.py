@@ -37,7 +37,18 @@ class Text:
     text: str
 
 
-Source: TypeAlias = "str | Text | Nested"
+@dataclass(frozen=True, slots=True)
+class Preferred:
+    """An expression on one line, and another one that means the same, for where it does not fit.
+
+    A formatter breaks a chain of calls inside one of them, which nobody reads.
+    """
+
+    line: str
+    otherwise: Nested
+
+
+Source: TypeAlias = "str | Text | Preferred | Nested"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +84,9 @@ def _after(head: str, source: Source) -> Source:
         return head + source
     if isinstance(source, Text):
         return replace(source, head=head + source.head)
+    if isinstance(source, Preferred):
+        otherwise = replace(source.otherwise, opening=head + source.otherwise.opening)
+        return Preferred(head + source.line, otherwise)
     return replace(source, opening=head + source.opening)
 
 
@@ -87,6 +101,8 @@ def flat(source: Source) -> str:
         return source
     if isinstance(source, Text):
         return source.head + literal(source.text)
+    if isinstance(source, Preferred):
+        return source.line
     inside = ", ".join(map(flat, source.items))
     alone = len(source.items) == 1 and _is_tuple(source)
     return f"{source.opening}{inside}{',' if alone else ''}{source.closing}"
@@ -105,6 +121,8 @@ def laid_out(source: Source, indent: int, tail: str = "", head: str = "") -> str
         return line
     if isinstance(source, Text):
         return _in_pieces(source, indent) + tail
+    if isinstance(source, Preferred):
+        return laid_out(source.otherwise, indent, tail)
     if not source.items:
         return line
     pad = " " * (indent + 4)

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from stagewire_generator.model import Field
 from stagewire_generator.naming import camel
-from stagewire_generator.targets.python.brackets import Source, call
+from stagewire_generator.targets.python.brackets import Preferred, Source, call
 from stagewire_generator.targets.python.source import integer
 
 Slot: TypeAlias = Field | str
@@ -105,7 +105,8 @@ def is_converted(field: Field) -> bool:
 def value_of(field: Field, unpacked: str) -> Source:
     """Return the expression that turns what was unpacked into the value of the field."""
     if field.format.kind == "text":
-        return call(f'{unpacked}.rstrip(b"\\0").decode', ['"latin-1"'])
+        bare = f'{unpacked}.rstrip(b"\\0")'
+        return Preferred(f'{bare}.decode("latin-1")', call("str", [bare, '"latin-1"']))
     if field.format.is_odd:
         return call("int.from_bytes", [unpacked, '"little"', *_sign(field)])
     return unpacked
