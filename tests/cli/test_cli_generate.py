@@ -120,7 +120,7 @@ def test_a_template_of_a_user_lays_out_what_ours_prints_in_another_way(
     (here / "mine").mkdir()
     (here / "mine" / "empty.py.j2").write_text(
         "class {{ view.name }}({{ view.base }}):\n"
-        "    layout = {{ view.layout.opening }}{{ view.layout['items']|join(' , ') }})\n",
+        "    layout = {{ view.layout.opening }}{{ view.layout.items|join(' , ') }})\n",
         encoding="utf-8",
     )
     assert stagewire("generate", "--templates", "mine").code == 0

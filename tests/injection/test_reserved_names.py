@@ -20,8 +20,7 @@ from outputs import faults, ruff, run_packages, write_tree
 from payloads import NAMES, part_or_all
 from text_places import Files, write
 
-from stagewire_generator import TARGETS, check, render
-from stagewire_generator import pipeline as checks
+from stagewire_generator import TARGETS, check, pipeline, render
 from stagewire_generator.diagnostics import Diagnostic, SpecError
 from stagewire_generator.lint.errata import check_errata
 from stagewire_generator.model import Protocol
@@ -482,7 +481,7 @@ def settled(
     def of_kind(kind: str) -> tuple[dict[str, str], list[str]]:
         fill, names, _ = KINDS[kind]
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(checks, "check_errata", witness_of_messages_only)
+            patch.setattr(pipeline, "check_errata", witness_of_messages_only)
             return settle(fill, names, files, tmp_path_factory.mktemp("names"))
 
     return of_kind
@@ -562,7 +561,7 @@ def test_names_arrive(settled: Settled, kinds: tuple[str, ...]) -> None:
 def test_names_that_fall_together(
     files: Files, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, pair: list[str]
 ) -> None:
-    monkeypatch.setattr(checks, "check_errata", witness_of_messages_only)
+    monkeypatch.setattr(pipeline, "check_errata", witness_of_messages_only)
     spec = Spec(files)
     KINDS[kind][0](spec, pair)
     with pytest.raises(SpecError) as caught:

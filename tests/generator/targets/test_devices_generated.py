@@ -24,8 +24,7 @@ from stagewire import support
 from stagewire._devices.tables import Action, Command, ParameterSet, Query
 from stagewire.devices import InUnits, Values
 from stagewire_apt.devices import tables, values
-from stagewire_generator import check, render
-from stagewire_generator import pipeline as checks
+from stagewire_generator import check, pipeline, render
 from stagewire_generator.model import Protocol
 from stagewire_generator.output import write
 from stagewire_generator.targets.python.devices.arguments import (
@@ -266,7 +265,9 @@ def test_names_that_are_taken(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """What is called as the runtime or Python calls something gets a longer name."""
-    monkeypatch.setattr(checks, "check_errata", lambda *_: None)  # the names are not those printed
+    monkeypatch.setattr(
+        pipeline, "check_errata", lambda *_: None
+    )  # the names are not those printed
     path = spec / "tiny/messages/core.yaml"
     text = path.read_text(encoding="utf-8").replace("call: {name: go}", "call: {name: open}")
     text = text.replace("label: {format", "timeout: {format").replace("blob: {", "names: {")
@@ -315,3 +316,17 @@ def test_a_unit_that_is_a_keyword_is_joined_to_its_field(spec: Path) -> None:
     module = files["python/stagewire_tiny/devices/values/core.py"]
     ast.parse(module)
     assert '_in = InUnits("encoder_count", "reading", "in")' in module
+
+
+@pytest.mark.parametrize(
+    "words", ["Fraction ByCase", 'it\'s a \\"Fraction\\" by e. t. quantities.']
+)
+def test_words_of_a_title_are_not_imported(spec: Path, words: str) -> None:
+    path = spec / "tiny" / "units.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("title: Tiny positioner", f'title: "{words}"'), encoding="utf-8")
+    module = ast.parse(render(check(spec), ["python"])["python/stagewire_tiny/devices/facts.py"])
+    imports = [node for node in ast.walk(module) if isinstance(node, ast.ImportFrom)]
+    names = {alias.asname or alias.name for node in imports for alias in node.names}
+    used = {node.id for node in ast.walk(module) if isinstance(node, ast.Name)}
+    assert names <= used

@@ -15,8 +15,7 @@ import pytest
 import plain_yaml
 from checkout import ROOT
 from files import write_files
-from stagewire_generator import check, render
-from stagewire_generator import pipeline as checks
+from stagewire_generator import check, pipeline, render
 
 
 def load(path: Path) -> Any:
@@ -298,7 +297,7 @@ def test_formatting_of_commands(
     monkeypatch: pytest.MonkeyPatch,
     words: str,
 ) -> None:
-    monkeypatch.setattr(checks, "check_errata", lambda *_: None)  # nothing of this is printed
+    monkeypatch.setattr(pipeline, "check_errata", lambda *_: None)  # nothing of this is printed
     spec = Path(shutil.copytree(good_commands, tmp_path / "spec"))
     many_commands(spec, words)
     write_files(tmp_path / "out", render(check(spec)))

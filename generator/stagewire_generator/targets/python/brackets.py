@@ -1,8 +1,8 @@
-"""Python as trees of brackets, and the lines that a formatter makes of them.
+"""Python source as trees of brackets, and their layout in lines as a formatter would choose it.
 
-Views hold data and trees. Templates lay them out: they call the functions of :data:`FUNCTIONS` by name, with
-the indentation of the place where the source goes. The first line carries no indentation, since the template
-has it; the others carry theirs.
+Views hold data and trees. Templates lay them out with the :data:`FUNCTIONS` of this module, and pass the
+indentation of the place where the source goes. The first line is returned without indentation, because the
+template already has it; all other lines are indented.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Preferred:
-    """An expression on one line, and another one that means the same, for where it does not fit.
+    """An expression for one line, and an equivalent one that is used when the first does not fit.
 
-    A formatter breaks a chain of calls inside one of them, which nobody reads.
+    It is for chains of calls, in which a formatter would break the arguments of the first call.
     """
 
     line: str
@@ -135,7 +135,7 @@ def _is_broken(source: Source) -> bool:
 
 
 def _is_tuple(source: Nested) -> bool:
-    """Whether the brackets are those of a tuple, and not of a call."""
+    """Whether the brackets are those of a tuple, not of a call."""
     before = source.opening[:-1]
     return source.opening.endswith("(") and (not before or before.endswith(("=", " ", ":")))
 
@@ -219,4 +219,4 @@ FUNCTIONS: Final[Mapping[str, Callable[..., object]]] = {
         assigned, call, either, exported, imported, laid_out, listed, literal, mapping, strings, unpacked
     )
 }  # fmt: skip
-"""What templates of Python call."""
+"""The functions that templates of Python can call, by name."""

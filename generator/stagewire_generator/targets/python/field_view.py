@@ -24,26 +24,29 @@ class FieldView:
     name: str
     kind: str  # integer, text or bytes
     type: str
-    size: int = 1
+    size: int = 0  # of a text or bytes
     minimum: str = ""  # of an integer
     maximum: str = ""
     flags: str = ""  # class of its flags
-    value: Source = (
-        ""  # expression that makes the value of what was unpacked; empty where they are the same
-    )
+    value: Source = ""  # expression that converts what was unpacked; empty if it is the value
+
+    @property
+    def target(self) -> str:
+        """The variable that takes what was unpacked."""
+        return self.name if self.value else f"draft.{self.name}"
 
 
 def field_view(slot: Slot) -> FieldView:
     """Make the view of a field."""
     if isinstance(slot, str):
-        return FieldView(slot, "integer", "int", 1, integer(0), integer(0xFF))
+        return FieldView(slot, "integer", "int", minimum=integer(0), maximum=integer(0xFF))
     name, kind = slot.name, slot.format.kind
     value = value_of(slot, name) if is_converted(slot) else ""
     if kind != "integer":
         return FieldView(name, kind, _TYPES[kind], slot.format.size, value=value)
     flags = camel(slot.flags.name) if slot.flags else ""
     low, high = integer(slot.minimum), integer(slot.maximum)
-    return FieldView(name, kind, "int", slot.format.size, low, high, flags, value)
+    return FieldView(name, kind, "int", minimum=low, maximum=high, flags=flags, value=value)
 
 
 def name_of(slot: Slot) -> str:

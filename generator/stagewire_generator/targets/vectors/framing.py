@@ -1,4 +1,4 @@
-"""What a framing implements so that the cases of a protocol can be made, and how all of them cut streams."""
+"""The interface by which framings make the cases of a protocol, and the cases of streams that they share."""
 
 from __future__ import annotations
 

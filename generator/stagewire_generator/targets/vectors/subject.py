@@ -1,4 +1,4 @@
-"""A case of the codec tests, and the layout that it is about: a request to a testee, and its answer."""
+"""Cases of the codec tests: a request to a testee, its answer, and the layout that both are about."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the modules of devices import: what their source names, and nothing else."""
+"""The imports of the modules of devices: exactly the names that their source uses."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from stagewire_generator.targets.python.devices.parts import MethodView
 from stagewire_generator.targets.python.devices.tables_view import ValuesView
 from stagewire_generator.targets.python.source import SUPPORT
 
+_LITERAL = re.compile(r"""(["'])(?:\\.|(?!\1).)*\1""")
 _ALIASES = {"e": "enumerations", "f": "flags", "m": "messages"}
 _TABLES = ("Action", "Command", "Ends", "Given", "ParameterSet", "Poll", "Query", "Stored")
 _FACTS = (
@@ -109,7 +110,7 @@ def _aliased(package: str, used: Collection[str]) -> list[Import]:
 def _names(sources: Iterable[Source]) -> set[str]:
     """Return the names in source; one that a dotted name begins with also with its dot."""
     names: set[str] = set()
-    text = "\n".join(map(flat, sources))
+    text = _LITERAL.sub("", "\n".join(map(flat, sources)))
     for dotted in set(re.findall(r"[\w.]+", text)):
         first, *rest = dotted.split(".")
         names.update((first, *rest))

@@ -4,7 +4,7 @@ A voltage is that of an open loop, and ignored in a closed one; a position the o
 closed where the status says that there is a feedback, and where the range is one of positions: what happens
 to a piezo in a loop without feedback nobody knows.
 
-The last check: the output voltage changes no faster than the slew rate that is set (page 123).
+The output voltage changes no faster than the slew rate that is set (page 123).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Checks that move an axis: their decorator, and the axis itself, which is watched and brought back."""
+"""Checks that move an axis: the decorator that declares them, and the axis, watched and moved back."""
 
 from __future__ import annotations
 
